@@ -46,10 +46,11 @@ setup(
     package_dir={'': 'src', f'{NAME}.config': 'config'},
     packages=[*find_packages('src'), f'{NAME}.config'],
     package_data={
-        NAME: ['py.typed', '*.pyi'],
+        NAME: ['py.typed', '*.pyi', 'page.css'],
         f'{NAME}.kernel': ['*.pxd', '*/*.pxd'],
-        f'{NAME}.diagnosis.audit.report': ['page.css', 'page.js'],
+        f'{NAME}.diagnosis.audit.report': ['page.js'],
         f'{NAME}.diagnosis.calibration.page': ['page.css', 'page.js'],
+        f'{NAME}.symbolic.output': ['formulas.css'],
         f'{NAME}.ros.process': ['fastdds_*.xml'],
         f'{NAME}.config': CONFIG,
     },

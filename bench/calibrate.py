@@ -52,7 +52,7 @@ from kinematics_service.diagnosis.calibration.chosen_parameters import prior_of
 from kinematics_service.kinematics.uncertainty.corrected_chain import pose_change
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of, placement
 from kinematics_service.rigid_motion import exponential
-from kinematics_service.robot.file.parameters import ENDS, end_parameters
+from kinematics_service.robot.file.parts.parameters import ENDS, end_parameters
 
 NOISE, POSES = 5e-5, 50
 # Poses proposed, random ones to choose from, draws of them; rounds to the floor, and how near.

@@ -1,123 +1,164 @@
 """
-Nothing lost at 1 kHz, and how long an answer takes: node, feeder and listener in three processes.
+Lost messages, latency, memory and unanswered requests: node, feeder and listener, three processes.
 
     python bench/latency.py [--rate 1000] [--seconds 60] [--robot ur5e]
+        [--burners 0] [--reliability reliable] [--depth 1000]
 
-The Jacobian has no stamp, so the message's number is encoded in the first joint and read back
-from the second axis, (sin q1, -cos q1, 0). Times are from the stamp to the listener's callback.
+The listener hears pose, Jacobian, twist and one scalar; lost is what was sent and came with no
+pose, told what the node's diagnostics say was lost. Latency is from the stamp to the listener's
+callback, by sixths of the time. Every half second the node is asked to describe itself; an answer
+is late if it comes after the next call. `--burners` are processes that only compute: the feeder
+then comes before others, as a driver does. `--seconds 3600` is the soak: a line every five minutes
+says what there was by then.
 """
 
 import argparse
-import math
+import contextlib
 import os
-import signal
 import subprocess
 import sys
 import time
 
 import numpy as np
 
-STEP, FIRST = 5e-5, -1.5
+from processes import JointStates, age_of, node, paced, running  # isort: skip
+from node_process import memory, processor_seconds
+
+WINDOWS = 6
+# Memory of the first minutes is not counted: caches fill.
+SETTLED = 1 / 6
+# Seconds between two requests, two looks at the memory, two lines about the time so far.
+ASKED_EVERY, LOOKED_EVERY, SAID_EVERY = 0.5, 5.0, 300.0
+BURN = 'while True: pass'
+TOPICS = ('jacobian', 'twist', 'singularity/distance')
 
 
-def feed(arguments):
+def feed(options):
+    """Publish joint states with the time of sending as their stamp."""
     import rclpy
+    from rclpy.qos import QoSProfile, ReliabilityPolicy
     from sensor_msgs.msg import JointState
 
     import kinematics_service as ks
 
     rclpy.init()
-    node = rclpy.create_node('feeder')
-    publisher = node.create_publisher(JointState, 'joint_states', 100)
+    peer = rclpy.create_node('feeder')
+    qos = QoSProfile(depth=100, reliability=ReliabilityPolicy[options.reliability.upper()])
+    publisher = peer.create_publisher(JointState, 'joint_states', qos)
     while publisher.get_subscription_count() == 0:
         time.sleep(0.05)
     time.sleep(1.0)
-    robot = ks.load_robot(arguments.robot)
-    message = JointState()
-    message.name = list(robot.joint_names)
-    message.velocity = [0.1] * robot.dof
-    period = 1.0 / arguments.rate
-    begin = time.perf_counter()
-    for k in range(round(arguments.rate * arguments.seconds)):
-        wait = begin + k * period - time.perf_counter()
-        if wait > 0:
-            time.sleep(wait)
-        message.position = [FIRST + STEP * k, -1.0, 1.2, -0.4, 1.1, 0.3]
-        now = time.time_ns()
-        message.header.stamp.sec, message.header.stamp.nanosec = divmod(now, 1_000_000_000)
-        publisher.publish(message)
-    time.sleep(1.0)
-    rclpy.shutdown()
+    if options.burners:
+        with contextlib.suppress(PermissionError):
+            os.nice(-15)
+    joints, messages = np.arange(ks.load_robot(options.robot).dof), JointStates(options.robot)
+    for k in paced(options.rate):
+        if k == round(options.rate * options.seconds):
+            break
+        publisher.publish(messages.at(1.5 * np.sin(0.001 * k + joints)))
+    time.sleep(2.0)
 
 
-def percentiles(latencies):
-    p50, p99 = np.percentile(latencies, [50, 99])
-    return f'{p50 * 1e3:9.3f}{p99 * 1e3:9.3f}{max(latencies) * 1e3:9.3f}'
+class Listener:
+    """Hears what the node answers, says of itself, and is asked for."""
+
+    def __init__(self):
+        import rclpy
+        from diagnostic_msgs.msg import DiagnosticArray
+        from geometry_msgs.msg import PoseStamped, TwistStamped
+        from rclpy.experimental import EventsExecutor
+        from std_msgs.msg import Float64, Float64MultiArray
+        from std_srvs.srv import Trigger
+
+        rclpy.init()
+        self.node = rclpy.create_node('listener')
+        self.ages, self.told, self.waits, self.asked = [], {}, [], 0
+        self._subscribe(PoseStamped, 'pose', lambda data: self.ages.append(1e3 * age_of(data)))
+        for kind, name in zip((Float64MultiArray, TwistStamped, Float64), TOPICS):
+            self._subscribe(kind, name, lambda data: None)
+        self.node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
+        self._client = self.node.create_client(Trigger, '/kinematics/describe')
+        self._request, self._last = Trigger.Request(), time.monotonic()
+        self.executor = EventsExecutor()
+        self.executor.add_node(self.node)
+
+    def _subscribe(self, kind, name, hear):
+        self.node.create_subscription(kind, f'/kinematics/{name}', hear, 1000, raw=True)
+
+    def _on_diagnostics(self, message):
+        self.told = {pair.key: pair.value for pair in message.status[0].values}
+
+    def listen(self, seconds):
+        """Listen for a while, and call the service if it is time to."""
+        from rclpy.task import Future
+
+        self.executor.spin_until_future_complete(Future(), timeout_sec=seconds)
+        now = time.monotonic()
+        if now - self._last < ASKED_EVERY or not self._client.service_is_ready():
+            return
+        self._last = now
+        self.asked += 1
+        self._client.call_async(self._request).add_done_callback(
+            lambda future: self.waits.append(time.monotonic() - now)
+        )
+
+    @property
+    def requests(self):
+        """Return what became of the requests, as a text."""
+        late = sum(wait > ASKED_EVERY for wait in self.waits)
+        return (
+            f'{self.asked} requests, {len(self.waits)} answered, {late} of them late, '
+            f'longest {max(self.waits, default=0.0):.2f} s'
+        )
 
 
-def cpu_seconds(pid):
-    with open(f'/proc/{pid}/stat') as stat:
-        fields = stat.read().rsplit(')', 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
-
-
-def listen(arguments):
-    import rclpy
-    from geometry_msgs.msg import PoseStamped
-    from rclpy.experimental import EventsExecutor
-    from rclpy.qos import QoSProfile
-    from std_msgs.msg import Float64MultiArray
-
-    rclpy.init()
-    node = rclpy.create_node('listener')
-    poses, jacobians, stamps = [], {}, {}
-
-    def on_pose(message):
-        now = time.time_ns()
-        stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
-        poses.append((now - stamp) * 1e-9)
-        stamps[len(poses) - 1] = stamp
-
-    def on_jacobian(message):
-        now = time.time_ns()
-        wx, wy = message.data[3 * 6 + 1], message.data[4 * 6 + 1]
-        jacobians[round((math.atan2(wx, -wy) - FIRST) / STEP)] = now
-
-    qos = QoSProfile(depth=1000)
-    node.create_subscription(PoseStamped, '/kinematics/pose', on_pose, qos)
-    node.create_subscription(Float64MultiArray, '/kinematics/jacobian', on_jacobian, qos)
-    executor = EventsExecutor()
-    executor.add_node(node)
-    server = subprocess.Popen(
-        [sys.executable, '-m', 'kinematics_service', '--robot', arguments.robot]
-    )
-    try:
-        while node.count_publishers('/kinematics/pose') == 0:
-            executor.spin_once(timeout_sec=0.1)
-        feeder = subprocess.Popen([sys.executable, __file__, *sys.argv[1:], '--feed'])
-        while not poses:
-            executor.spin_once(timeout_sec=0.1)
-        used, begin = cpu_seconds(server.pid), time.perf_counter()
+def watch(server, listener):
+    """Listen while the feeder sends; return the memory (MiB) by time and the CPU seconds used."""
+    while listener.node.count_publishers('/kinematics/pose') == 0:
+        listener.listen(0.1)
+    found, used = [], processor_seconds(server.pid)
+    with running([sys.executable, __file__, *sys.argv[1:], '--feed']) as feeder:
+        next_look = said = begin = time.monotonic()
         while feeder.poll() is None:
-            executor.spin_once(timeout_sec=0.1)
-        used, elapsed = cpu_seconds(server.pid) - used, time.perf_counter() - begin
-    finally:
-        server.send_signal(signal.SIGINT)
-        code = server.wait(timeout=10)
-    sent = round(arguments.rate * arguments.seconds)
-    lost = sent - len(jacobians)
-    # With nothing lost, pose k carries the stamp of message k.
-    answers = [(jacobians[k] - stamps[k]) * 1e-9 for k in range(sent)] if not lost else []
-    print(f'{sent} messages at {arguments.rate} Hz, {arguments.robot}; node exit code {code}')
-    print(f'{"":10}{"received":>9}{"lost":>6}{"p50 ms":>9}{"p99 ms":>9}{"max ms":>9}')
-    print(f'{"pose":10}{len(poses):9}{sent - len(poses):6}{percentiles(poses)}')
-    if answers:
-        print(f'{"jacobian":10}{len(jacobians):9}{lost:6}{percentiles(answers)}')
-    else:
-        print(f'{"jacobian":10}{len(jacobians):9}{lost:6}')
+            listener.listen(0.1)
+            now = time.monotonic()
+            if listener.ages and now >= next_look:
+                found.append(memory(server.pid))
+                next_look = now + LOOKED_EVERY
+            if now - said >= SAID_EVERY:
+                said += SAID_EVERY
+                print(
+                    f'{said - begin:.0f} s: {len(listener.ages)} poses, {listener.requests}, '
+                    f'{found[-1]:.2f} MiB, load {os.getloadavg()[0]:.0f}',
+                    flush=True,
+                )
+    used = processor_seconds(server.pid) - used
+    end = time.monotonic() + 2.5
+    while time.monotonic() < end:
+        listener.listen(0.1)
+    return np.array(found), used
+
+
+def report(options, listener, found, used):
+    """Print what was seen."""
+    sent, heard = round(options.rate * options.seconds), len(listener.ages)
+    print(f'{sent} messages at {options.rate:g} Hz, {options.robot}, {options.burners} burners')
+    print(f'poses lost {sent - heard}, told {listener.told.get("lost", "nothing")}')
+    print(listener.requests)
+    print(f'{"window":>8}{"p50 ms":>9}{"p99 ms":>9}{"max ms":>9}')
+    for k, window in enumerate(np.array_split(np.array(listener.ages), WINDOWS)):
+        p50, p99 = np.percentile(window, [50, 99])
+        print(f'{k + 1:>8}{p50:9.3f}{p99:9.3f}{window.max():9.3f}')
+    tenths = np.array_split(found, min(10, len(found)))
+    print('memory, MiB, a tenth of the time each:', *(f'{part.max():.2f}' for part in tenths))
+    settled = found[round(SETTLED * len(found)) :]
     print(
-        f'CPU of the node: {used / elapsed * 100:.0f} % of a core, '
-        f'{used / max(len(poses), 1) * 1e6:.0f} us a message'
+        f'memory: {found[0]:.2f} MiB at first, then {settled.min():.2f} to {settled.max():.2f} '
+        f'in the last {(1 - SETTLED) * options.seconds / 60.0:.3g} minutes'
+    )
+    print(
+        f'CPU of the node: {100.0 * used / options.seconds:.0f} % of a core, '
+        f'{1e6 * used / max(heard, 1):.0f} us a message'
     )
 
 
@@ -125,12 +166,25 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('--rate', type=float, default=1000.0)
     parser.add_argument('--seconds', type=float, default=60.0)
-    parser.add_argument('--robot', default='ur5e', help='an arm whose second axis is as above')
+    parser.add_argument('--robot', default='ur5e')
+    parser.add_argument('--burners', type=int, default=0)
+    parser.add_argument('--reliability', choices=('reliable', 'best_effort'), default='reliable')
+    parser.add_argument('--depth', type=int, help="of the node's queue")
     parser.add_argument('--feed', action='store_true', help=argparse.SUPPRESS)
-    arguments = parser.parse_args()
-    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    os.environ.setdefault('ROS_DOMAIN_ID', '87')
-    feed(arguments) if arguments.feed else listen(arguments)
+    options = parser.parse_args()
+    if options.feed:
+        feed(options)
+        return
+    queue = ('-p', f'qos_overrides./joint_states.subscription.depth:={options.depth}')
+    arguments = ('--ros-args', *queue) if options.depth else ()
+    with contextlib.ExitStack() as stack:
+        server = stack.enter_context(running(node('--robot', options.robot, *arguments)))
+        for _ in range(options.burners):
+            stack.enter_context(running([sys.executable, '-c', BURN], stderr=subprocess.DEVNULL))
+        listener = Listener()
+        found, used = watch(server, listener)
+    report(options, listener, found, used)
+    print(f'exit code of the node: {server.returncode}')
 
 
 if __name__ == '__main__':

@@ -24,15 +24,14 @@ import subprocess
 import sys
 import tempfile
 import time
-from pathlib import Path
 
 import numpy as np
 
-PLAIN = str(Path(__file__).with_name('plain_node.py'))
-ROBOT = 'ur5e'
+from processes import PATIENCE, ROBOT, JointStates, age_of, node, paced, plain  # isort: skip
+from node_process import processor_seconds
+
 FOUR = ('pose', 'twist', 'jacobian', 'singularity/manipulability')
 ONE = ('pose',)
-PATIENCE = 120.0
 # A rate is passed if nothing is lost in one of so many tries: others use this machine, too.
 TRIES = 2
 BISECTIONS = 4
@@ -54,24 +53,13 @@ def feed(path, namespaces):
     Publish JointStates at the shared rate until told to stop; they differ in stamp and positions.
     """
     import rclpy
-    from rclpy.serialization import serialize_message
     from sensor_msgs.msg import JointState
 
-    import kinematics_service as ks
-    from kinematics_service.estimation.cdr import STAMP, STAMP_AT
-    from kinematics_service.estimation.joint_state_form import form_of
-
-    names = list(ks.load_robot(ROBOT).joint_names)
-
-    message = JointState(name=names, position=[0.0] * len(names), velocity=[0.1] * len(names))
-    message.header.frame_id = 'base_link'
-    data = bytearray(serialize_message(message))
-    places = form_of(bytes(data)).positions
-    q = np.array([0.3, -1.0, 1.2, -0.4, 1.1, 0.3])
+    messages, q = JointStates(ROBOT), np.array([0.3, -1.0, 1.2, -0.4, 1.1, 0.3])
     rclpy.init()
-    node = rclpy.create_node('feeder')
+    peer = rclpy.create_node('feeder')
     publishers = [
-        node.create_publisher(JointState, f'{namespace}/joint_states', 100)
+        peer.create_publisher(JointState, f'{namespace}/joint_states', 100)
         for namespace in namespaces
     ]
     while any(publisher.get_subscription_count() == 0 for publisher in publishers):
@@ -83,19 +71,12 @@ def feed(path, namespaces):
         if rate == 0:
             time.sleep(0.005)
             continue
-        begin, k = time.perf_counter(), 0
-        while slots[RATE] == rate:
-            late = time.perf_counter() - begin - k / rate
-            if late < 0.0:
-                time.sleep(-late)
-            elif late > 0.02:  # the feeder was held up: what it could not send is not a burst
-                begin += late
+        for k in paced(rate):
+            if slots[RATE] != rate:
+                break
             q[0] = 0.3 + 1e-4 * (k % 1000)
-            data[places] = q.tobytes()
             for publisher in publishers:
-                STAMP.pack_into(data, STAMP_AT, *divmod(time.time_ns(), 1_000_000_000))
-                publisher.publish(bytes(data))
-            k += 1
+                publisher.publish(messages.at(q))
             slots[SENT] += len(publishers)
 
 
@@ -106,18 +87,14 @@ def listen(path, namespaces, topics):
     from rclpy.experimental import EventsExecutor
     from std_msgs.msg import Float64, Float64MultiArray
 
-    from kinematics_service.estimation.cdr import STAMP, STAMP_AT
-
     kinds = {'pose': PoseStamped, 'twist': TwistStamped, 'jacobian': Float64MultiArray}
     rclpy.init()
-    node = rclpy.create_node('listener')
+    peer = rclpy.create_node('listener')
     slots = shared(path)
 
     def on_pose(data):
-        seconds, nanoseconds = STAMP.unpack_from(data, STAMP_AT)
         heard = int(slots[HEARD])
-        age = time.time_ns() - seconds * 1_000_000_000 - nanoseconds
-        slots[SLOTS + heard % RING] = age
+        slots[SLOTS + heard % RING] = round(1e9 * age_of(data))
         slots[HEARD] = heard + 1
 
     def on_other(data):
@@ -127,23 +104,17 @@ def listen(path, namespaces, topics):
     for name in names:
         kind = kinds.get(name.split('/kinematics/')[1], Float64)
         on = on_pose if kind is PoseStamped else on_other
-        node.create_subscription(kind, name, on, 1000, raw=True)
-    while any(node.count_publishers(name) == 0 for name in names):
+        peer.create_subscription(kind, name, on, 1000, raw=True)
+    while any(peer.count_publishers(name) == 0 for name in names):
         time.sleep(0.02)
     slots[LISTENING] = 1
     executor = EventsExecutor()
-    executor.add_node(node)
+    executor.add_node(peer)
     while not slots[STOP]:
         executor.spin_once(timeout_sec=0.05)
 
 
 # What is measured
-
-
-def cpu_seconds(process):
-    with open(f'/proc/{process.pid}/stat') as stat:
-        fields = stat.read().rsplit(')', 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
 
 class CaseError(Exception):
@@ -217,7 +188,7 @@ class Running:
         return used / sent * 1e6, 1.0 - heard / sent if self.topics else 0.0
 
     def _used(self):
-        used = sum(map(cpu_seconds, self.nodes))
+        used = sum(processor_seconds(process.pid) for process in self.nodes)
         return np.array([used, self.slots[SENT], self.slots[HEARD]])
 
     def lost(self, rate, seconds):
@@ -251,23 +222,15 @@ class Running:
             time.sleep(0.5)
 
 
-def plain(*arguments):
-    return [sys.executable, PLAIN, *arguments]
-
-
-def ours(*arguments):
-    return [sys.executable, '-m', 'kinematics_service', *arguments]
-
-
 def one_arm(options):
-    return ours('--robot', ROBOT, *shlex.split(options.node_args))
+    return node('--robot', ROBOT, *shlex.split(options.node_args))
 
 
 def others(options):
     # Our node once more, with other arguments: name=arguments.
     for text in options.also:
         name, _, arguments = text.partition('=')
-        yield name, ours('--robot', ROBOT, *shlex.split(arguments))
+        yield name, node('--robot', ROBOT, *shlex.split(arguments))
 
 
 def measured(cases, rounds, measure):
@@ -414,10 +377,10 @@ def arms(options):
         extra = shlex.split(options.node_args)
         together = [part for name in names for part in ('--robot', f'{name}={ROBOT}')]
         apart = [
-            ours('--robot', ROBOT, *extra, '--ros-args', '-r', f'__ns:={space}')
+            node('--robot', ROBOT, *extra, '--ros-args', '-r', f'__ns:={space}')
             for space in spaces
         ]
-        cases[f'{count} in one process'] = ([ours(*together, *extra)], ONE, spaces)
+        cases[f'{count} in one process'] = ([node(*together, *extra)], ONE, spaces)
         cases[f'{count} in {count} processes'] = (apart, ONE, spaces)
     hertz = options.arm_rate
 
@@ -452,8 +415,6 @@ def main():
     for hidden in ('--arms', '--topics'):
         parser.add_argument(hidden, nargs='*', default=[], help=argparse.SUPPRESS)
     options = parser.parse_args()
-    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    os.environ.setdefault('ROS_DOMAIN_ID', '87')
     if options.peer == 'feed':
         feed(options.path, options.arms)
     elif options.peer == 'listen':

@@ -188,7 +188,7 @@ def _listed(one: Any) -> str:
 
 def conventions() -> str:
     """Return the table of the conventions."""
-    from kinematics_service.robot.file.convention_table import CONVENTIONS
+    from kinematics_service.robot.file.parts.convention_table import CONVENTIONS
 
     rows = []
     for one in CONVENTIONS.values():
@@ -203,7 +203,7 @@ def robot_file() -> str:
     """Return the keys of a robot file, part by part."""
     from sentences import ROBOT_FILE
 
-    from kinematics_service.robot.file import schema as schema
+    from kinematics_service.robot.file.parts import schema as schema
 
     parts = []
     for kind, (title, intro, sentences) in ROBOT_FILE.items():
@@ -219,8 +219,8 @@ def robot_file() -> str:
 
 
 def _value(entry: Any, key: str) -> str:
-    from kinematics_service.robot.file import entries
-    from kinematics_service.robot.file.yaml_document import ScalarNode
+    from kinematics_service.robot.file.text import entries
+    from kinematics_service.robot.file.text.yaml_document import ScalarNode
 
     kinds = {
         entries.Word: 'text',
@@ -259,7 +259,8 @@ def commands() -> str:
     group = typer.main.get_command(app)
     context = group.make_context(RUN, [], resilient_parsing=True)
     parts = [f'## The node\n\n{_help(group, context)}']
-    for name, command in group.commands.items():
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
         within = command.make_context(name, [], parent=context, resilient_parsing=True)
         parts.append(f'## {name}\n\n{_help(command, within)}')
     return '\n\n'.join(parts)

@@ -8,6 +8,7 @@ import os
 import random
 import signal
 from collections.abc import Callable, Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,36 @@ ROS_TESTS = Path(__file__).parent / 'ros'
 STARTED = {'cluster', 'view', 'open_view', 'page'}
 # Folders of the files that take longest.
 LONGEST = ('ros', 'symbolic')
+# Without one of these the tests of the node are skipped.
+OF_THE_NODE = {'rclpy': 'rclpy', 'domain_coordinator': 'ros-domain-coordinator'}
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config: pytest.Config) -> None:
+    """Spread the files over processes where there is pytest-xdist and no `-n` says otherwise."""
+    option = config.option
+    watched = option.usepdb or option.capture == 'no'
+    # xdist's own processes start none.
+    if watched or hasattr(config, 'workerinput') or getattr(option, 'numprocesses', 0) is not None:
+        return
+    if number := processes(config.args):
+        option.numprocesses, option.dist = number, 'loadfile'
+
+
+def processes(arguments: list[str]) -> int:
+    """Return one for each core and one more, since node tests wait; 0 for a single file."""
+    files = {argument.partition('::')[0] for argument in arguments}
+    most = len(os.sched_getaffinity(0)) + 1
+    if all(file.endswith('.py') for file in files):
+        most = min(most, len(files))
+    return most if most > 1 else 0
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """Say that the node was not tested, which is one line among the skipped tests otherwise."""
+    lacking = [name for module, name in OF_THE_NODE.items() if find_spec(module) is None]
+    if lacking:
+        terminalreporter.write_line(f'the node was not tested: it needs {" and ".join(lacking)}')
 
 
 def pytest_configure(config: pytest.Config) -> None:

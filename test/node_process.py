@@ -72,3 +72,9 @@ def processor_seconds(pid: int) -> float:
     """Return what a process has used; on a busy machine it says how far one has come."""
     fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
     return sum(map(int, fields[11:13])) / os.sysconf('SC_CLK_TCK')
+
+
+def memory(pid: int) -> float:
+    """Return the resident set of a process in MiB."""
+    pages = int(Path(f'/proc/{pid}/statm').read_text().split()[1])
+    return pages * os.sysconf('SC_PAGE_SIZE') / 2**20

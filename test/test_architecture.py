@@ -28,6 +28,9 @@ ROOMS = (
     'kernel/inverse',
     'kernel',
     '',  # errors, version, rotations, printing, signals: what every room may use
+    'robot/file/text',
+    'robot/file/parts',
+    'robot/file/writing',
     'robot/file',
     'robot',
     'kinematics',
@@ -84,13 +87,12 @@ RULES = {
     'YAML': (
         one_of('yaml', 'ruamel'),
         (
-            'robot/file/yaml_reader.py',
-            'robot/file/sections.py',
-            'robot/file/writer.py',
-            'formats/recordings/plan_yaml.py',
+            'robot/file/text/yaml_reader.py',
+            'robot/file/writing/sections.py',
+            'robot/file/writing/writer.py',
         ),
     ),
-    'matplotlib': (one_of('matplotlib'), ('display/plots/', 'symbolic/output/plot.py')),
+    'matplotlib': (one_of('matplotlib'), ('display/plots/',)),
     'the viewer': (one_of('viser', 'trimesh'), ('display/view/',)),
     'XML': (
         one_of('xml', 'lxml', 'defusedxml'),

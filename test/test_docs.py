@@ -25,7 +25,7 @@ import typer
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
-from kinematics_service.cli.commands import app
+from kinematics_service.cli.commands import COMMANDS, app
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.kinematics.passage import smooth_trajectory
 from kinematics_service.robot.measures import HYSTERESIS
@@ -148,11 +148,12 @@ def parse(command, where):
     ours, ros = split_ros_arguments(words[len(RUN) :])
     group = typer.main.get_command(app)
     words = join_numbers(ours)
-    at = next((k for k, word in enumerate(words) if word in group.commands), len(words))
+    at = next((k for k, word in enumerate(words) if word in COMMANDS), len(words))
     assert not words or at == 0 or words[0].startswith('-'), f'{where}: no command {words[0]}'
     context = group.make_context('kinematics_service', words[:at])
     for name in words[at : at + 1]:
-        group.commands[name].make_context(name, words[at + 1 :], parent=context)
+        command = group.get_command(context, name)
+        command.make_context(name, words[at + 1 :], parent=context)
     for name in re.findall(r'-p ([\w.]+):=', ' '.join(ros)):
         assert name in parameters(), f'{where}: no parameter {name}'
 

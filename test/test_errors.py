@@ -100,8 +100,8 @@ REFUSED = {
         lambda r: ks.joint_velocity(r, position(r), np.ones(7)), 'twist', ((6,),), (7,)
     ),
     'other axes': (
-        lambda r: ks.joint_velocity(r, position(r), np.ones(6), frame='world'),
-        'frame', ('base', 'tool'), 'world',
+        lambda r: ks.joint_velocity(r, position(r), np.ones(6), axes='world'),
+        'axes', ('base', 'tool'), 'world',
     ),
     'settings of a servo': (
         lambda r: ServoSettings(damping=-1.0), 'damping', ('above 0',), -1.0

@@ -38,8 +38,8 @@ API = """
     check_plan PlanCheck PlanError
     diagnose_frames FrameDiagnosis
     calibrate Calibration propose_poses ProposedPoses pose_covariance twist_covariance
-    derive Derivation derive_closed ClosedDerivation
-    import_urdf UrdfImport urdf_text FrameNames
+    derive Derivation
+    import_urdf UrdfImport export_urdf FrameNames
     KinematicsError RobotFileError RobotNotFoundError
     PointError JointVectorError TargetError TwistError WrenchError ServoSettingsError
     CalibrationError FramesError DerivationError UrdfError
@@ -92,7 +92,7 @@ OTHER_FUNCTIONS = {
     ),
     'propose_poses': lambda robot: ks.propose_poses(robot, 3, positions=True).q,
     'derive': lambda robot: str(ks.derive(robot).determinant),
-    'urdf_text': lambda robot: ks.urdf_text(robot),
+    'export_urdf': lambda robot: ks.export_urdf(robot),
 }
 
 
@@ -204,15 +204,15 @@ def test_axes_are_those_of_the_base_a_point_or_a_row(axes):
             f'axes must be one of base, tool, or a row from 0 to 4, not {axes!r}'
         )
     with pytest.raises(ks.KinematicsError, match="not 'world'"):
-        ks.jacobian(robot, q, frame='world')
+        ks.jacobian(robot, q, axes='world')
 
 
 def test_the_jacobian_in_tool_axes_is_the_one_by_hand():
     robot = robot_of('craig_3r')
     for q in np.random.default_rng(3).uniform(-3, 3, (20, 3)):
         J = craig_jacobian_in_tool_axes(q)
-        np.testing.assert_allclose(ks.jacobian(robot, q, frame='tool'), J, rtol=0, atol=ROUND_OFF)
-        twist = ks.twist(robot, q, [0.3, -0.2, 0.7], frame='tool')
+        np.testing.assert_allclose(ks.jacobian(robot, q, axes='tool'), J, rtol=0, atol=ROUND_OFF)
+        twist = ks.twist(robot, q, [0.3, -0.2, 0.7], axes='tool')
         np.testing.assert_allclose(twist, J @ [0.3, -0.2, 0.7], rtol=0, atol=ROUND_OFF)
 
 

@@ -149,7 +149,7 @@ def add_isotropy(package):
         after='= sigma[lane] / smallest[lane]\n',
     )
     package.insert(
-        'robot/file/measure_table.py',
+        'robot/file/parts/measure_table.py',
         "        Measure('isotropy', 'of the scaled J_t: smallest over largest singular value',\n"
         '            kernel.ISOTROPY, warn=0.1, stop=0.05),\n',
         before="        Measure(\n            'condition_number',",
@@ -266,7 +266,6 @@ def test_a_topic(package, ros_domain):
 
 COMMAND = '''"""The command `joints`: the joints of a robot."""
 
-from .application import app
 from .options import RobotOption, given_robot
 
 HELP = """
@@ -274,7 +273,6 @@ Print the joints of a robot.
 """
 
 
-@app.command(short_help='Print the joints of a robot.', help=HELP)
 def joints(robot: RobotOption) -> None:
     """Run the command; `HELP` is what its user reads."""
     print(*given_robot(robot).joint_names)
@@ -284,6 +282,11 @@ def joints(robot: RobotOption) -> None:
 @pytest.mark.slow
 def test_a_command(package):
     package.write('cli/joints.py', COMMAND)
+    package.insert(
+        'cli/commands.py',
+        "    'joints': 'Print the joints of a robot.',\n",
+        after="    'view': 'Show the arm live on a web page.',\n",
+    )
     assert package.edited == files_of('A command', 'joints')
     assert package.command('joints', '--robot', 'planar_2r') == 'q1 q2\n'
     assert 'Print the joints of a robot.' in package.command('joints', '--help')
@@ -363,7 +366,9 @@ T_01 = [
 
 @pytest.mark.slow
 def test_a_convention(package):
-    package.insert('robot/file/convention_table.py', CONVENTION, before='    )\n}\n# The names')
+    package.insert(
+        'robot/file/parts/convention_table.py', CONVENTION, before='    )\n}\n# The names'
+    )
     sentence = "            'beta': 'angle of the joint axes about y',\n"
     package.insert('docs/sentences.py', sentence, before="            'd': 'distance along z; a")
     assert package.edited == files_of('A convention')

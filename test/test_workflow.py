@@ -45,6 +45,15 @@ def test_each_step_is_an_action_of_a_version_or_a_command():
             )
 
 
+def test_the_command_of_the_readme_runs_the_tests_everywhere():
+    files = [ROOT / 'README.md', *(ROOT / script for script in SCRIPTS)]
+    texts = [file.read_text(encoding='utf-8') for file in files]
+    texts += [step.get('run', '') for step in steps()]
+    found = [word for text in texts for word in re.findall(r'-m pytest\b *([^&|`\n]*)', text)]
+    assert len(found) >= 7
+    assert {word.strip() for word in found} == {'', '-p no:cacheprovider'}
+
+
 def test_what_is_installed_are_extras_of_the_package():
     texts = [step.get('run', '') for step in steps()]
     texts += [(ROOT / script).read_text(encoding='utf-8') for script in SCRIPTS]

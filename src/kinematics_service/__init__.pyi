@@ -22,7 +22,7 @@ from .errors import WrenchError as WrenchError
 from .formats.urdf.elements import FrameNames as FrameNames
 from .formats.urdf.importer import UrdfImport as UrdfImport
 from .formats.urdf.importer import import_urdf as import_urdf
-from .formats.urdf.writer import urdf_text as urdf_text
+from .formats.urdf.writer import export_urdf as export_urdf
 from .kinematics.acceleration import acceleration as acceleration
 from .kinematics.acceleration import jacobian_rate as jacobian_rate
 from .kinematics.analytic import AnalyticJacobian as AnalyticJacobian
@@ -57,8 +57,6 @@ from .robot.points import Point as Point
 from .robot.robot import Robot as Robot
 from .robot.robot import load_robot as load_robot
 from .robot.robot import robot_from_text as robot_from_text
-from .symbolic.closed_arm import ClosedDerivation as ClosedDerivation
-from .symbolic.closed_arm import derive_closed as derive_closed
 from .symbolic.derivation import Derivation as Derivation
 from .symbolic.derivation import derive as derive
 from .version import __version__ as __version__

@@ -22,7 +22,6 @@ Those with (V) are ValueErrors as well; behind a colon stands what an error carr
     +-- FormulaError (V): line, column
     +-- UrdfError (V)
     +-- RecordingError (V)
-    +-- AuditError (V)
     +-- FramesError (V)
     +-- CalibrationError (V)
     |   +-- ParameterNotFoundError: name, known
@@ -225,11 +224,7 @@ class UrdfError(KinematicsError, ValueError):
 
 
 class RecordingError(KinematicsError, ValueError):
-    """A recording that cannot be replayed; the message names file, line and column."""
-
-
-class AuditError(KinematicsError, ValueError):
-    """A recording that cannot be judged; one sentence says why and what is accepted."""
+    """A recording that cannot be read or judged; one sentence says why and what is accepted."""
 
 
 class FramesError(KinematicsError, ValueError):

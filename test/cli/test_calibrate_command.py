@@ -20,7 +20,7 @@ from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigi
 from kinematics_service.diagnosis.frame_check.hypotheses import quaternions_of
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of
-from kinematics_service.robot.file.new_robot import Units, new_robot_text
+from kinematics_service.robot.file.writing.new_robot import Units, new_robot_text
 
 NOISE = 5e-5
 MADE_UP = CalibrationOrigin('made up', '2026-01-01')

@@ -676,3 +676,58 @@ def test_a_page_in_a_folder_that_is_not_there_is_a_sentence(capsys, tmp_path):
     page = tmp_path / 'none' / 'run.html'
     assert main(['audit', str(table), '--robot', 'planar_2r', '--html', str(page)]) == 1
     assert f'{page}: cannot be written: No such file or directory' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ('command', 'others'),
+    [
+        ('check', ()),
+        ('compare', ('mine.txt',)),
+        ('derive', ('--format', 'json')),
+        ('export', ('--urdf', '-')),
+        ('plot', ('map', '--points', '5', '--save', 'map.svg')),
+    ],
+)
+@pytest.mark.parametrize('option', [('--robot', 'planar_2r'), ('--robot=planar_2r',)])
+def test_a_robot_that_stands_alone_is_taken_by_its_option_too(
+    capsys, tmp_path, monkeypatch, command, others, option
+):
+    if command == 'plot':
+        pytest.importorskip('matplotlib')
+    monkeypatch.chdir(tmp_path)
+    Path('mine.txt').write_text('det = L1 L2 sin(q2)\n')
+    alone = answer(capsys, command, 'planar_2r', *others)
+    assert answer(capsys, command, *option, *others) == alone
+    assert answer(capsys, command, *others, *option) == alone
+
+
+@pytest.mark.parametrize('command', ['compare', 'derive', 'export', 'plot'])
+def test_an_unknown_robot_is_refused_in_the_same_words_by_every_command(capsys, tmp_path, command):
+    mine = tmp_path / 'mine.txt'
+    mine.touch()
+    others = {'compare': (str(mine),), 'export': ('--urdf', '-')}.get(command, ())
+    said = refusal(capsys, 'ik', '--robot', 'nosuch', '--xyz', '0,0,1', code=2).splitlines()[-1]
+    assert said.startswith("Error: --robot: no robot 'nosuch'")
+    for given in (('nosuch',), ('--robot', 'nosuch')):
+        assert refusal(capsys, command, *given, *others, code=2).splitlines()[-1] == said
+
+
+@pytest.mark.parametrize('end', [(), ('--verbose',)])
+def test_the_option_of_a_robot_needs_one(capsys, end):
+    said = refusal(capsys, 'compare', 'mine.txt', '--robot', *end, code=2)
+    assert 'Error: --robot: give a robot file, or the name of a bundled robot' in said
+
+
+def test_a_command_loads_nothing_that_only_others_need():
+    code = (
+        'import sys\nfrom kinematics_service.cli.command_line import run\nrun({})\n'
+        "print(*(name for name in sys.modules if name.startswith('kinematics_service.')))"
+    )
+    for argv in (['--help'], ['fk', '--robot', 'ur5e', '--q', '0,0,0,0,0,0']):
+        done = subprocess.run(
+            [sys.executable, '-c', code.format(argv)], capture_output=True, text=True, check=True
+        )
+        loaded = done.stdout.splitlines()[-1].split()
+        rooms = {name.split('.')[1] for name in loaded}
+        assert not rooms & {'symbolic', 'diagnosis', 'formats', 'display', 'ros'}
+        assert 'kinematics_service.cli.audit' not in loaded

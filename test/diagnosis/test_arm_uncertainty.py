@@ -21,8 +21,8 @@ from kinematics_service.kinematics.uncertainty.parameters import (
     placement,
 )
 from kinematics_service.rigid_motion import rotation_vector
-from kinematics_service.robot.file.description import Uncertainty
-from kinematics_service.robot.file.parameters import TABLE_GROUPS
+from kinematics_service.robot.file.parts.description import Uncertainty
+from kinematics_service.robot.file.parts.parameters import TABLE_GROUPS
 from kinematics_service.robot.robot import build_robot
 
 # Standard errors of a sampled variance that the largest of 42 numbers stays within.

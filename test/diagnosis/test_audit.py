@@ -14,7 +14,7 @@ from kinematics_service.diagnosis.audit.curves import curve_of
 from kinematics_service.diagnosis.audit.ingest import Ingest
 from kinematics_service.diagnosis.audit.report.document import document_of
 from kinematics_service.diagnosis.audit.verdict import verdict_of
-from kinematics_service.errors import AuditError
+from kinematics_service.errors import RecordingError
 from kinematics_service.estimation.estimator import (
     RESETS,
     Estimator,
@@ -345,15 +345,17 @@ def test_no_state_is_a_sentence_that_names_both_sides():
     robot = robot_of('ur5e')
     t, q, qdot = motion(robot, 20)
     other = samples_of(robot, t, q, qdot, names=[f'a{k}' for k in range(6)])
-    with pytest.raises(AuditError, match='no message names a joint of ur5e .*they name a0, a1'):
+    with pytest.raises(
+        RecordingError, match='no message names a joint of ur5e .*they name a0, a1'
+    ):
         audited(other, robot)
     half = [
         sample._replace(names=sample.names[:3], positions=[0.0] * 3)
         for sample in samples_of(robot, t, q, qdot)
     ]
-    with pytest.raises(AuditError, match='20 waiting for other joints'):
+    with pytest.raises(RecordingError, match='20 waiting for other joints'):
         audited(half, robot)
-    with pytest.raises(AuditError, match='there is no message'):
+    with pytest.raises(RecordingError, match='there is no message'):
         audited([], robot)
 
 

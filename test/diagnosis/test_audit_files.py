@@ -24,7 +24,8 @@ from kinematics_service.diagnosis.audit.report.page_header import origin_of
 from kinematics_service.estimation.estimator import Estimator, EstimatorOutput, EstimatorSettings
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.formats.recordings.between_points import PlannedTrajectory, sampled
-from kinematics_service.formats.recordings.plan_yaml import PlanYamlError, read_documents
+from kinematics_service.formats.recordings.plan_yaml import read_documents
+from kinematics_service.robot.file.text.yaml_reader import YamlError
 from kinematics_service.version import __version__
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
@@ -401,8 +402,8 @@ def test_between_points_runs_the_polynomial_of_its_conditions():
         ('%YAML 1.1\n---\na: 1\n', 'directives (%YAML, %TAG) are not accepted'),
         ('a: 1\nb: 2\na: 3\n', "plan.yaml:3: the key 'a' occurs twice"),
         ('a: ' + 60 * '[' + 60 * ']', 'plan.yaml:1: nested more than 40 deep'),
-        ('a: 1\nb: \x07\n', 'plan.yaml:2: not valid YAML'),
-        ('\ta: 1\n', 'a tab'),
+        ('a: 1\nb: \x07\n', r"plan.yaml:2: character '\x07' is not accepted in YAML"),
+        ('\ta: 1\n', '(indent with spaces)'),
         (plan([(0.0, ('1_0', 1), ())]), 'points[0]: positions must be numbers'),
         (plan([(0.0, ('"1"', 1), ())]), 'points[0]: positions must be numbers'),
     ],
@@ -435,7 +436,7 @@ def test_the_reader_of_plans_agrees_with_another_one():
         text = ''.join(random.choice(letters, random.integers(1, 40)))
         try:
             read_documents(text)
-        except PlanYamlError as error:
+        except YamlError as error:
             refusals.append(str(error))
     assert len(refusals) > 100
     assert all(re.match(r'\d+: ', refusal) for refusal in refusals)
@@ -746,7 +747,7 @@ def test_importing_the_command_stays_light():
 
 
 def test_no_curve_of_three_has_the_colour_of_a_threshold():
-    sheet = Path(ks.__file__).parent / 'diagnosis' / 'audit' / 'report' / 'page.css'
+    sheet = Path(ks.__file__).parent / 'page.css'
     for colours in sheet.read_text().split('@media')[:2]:
         named = dict(re.findall(r'--(c0|c1|c2|warn|stop): (#[0-9a-f]+);', colours))
         assert len(set(named.values())) == len(named)

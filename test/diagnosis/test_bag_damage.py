@@ -2,17 +2,13 @@
 
 import json
 import struct
-import sys
 
 import numpy as np
 import pytest
 from arms import robot_of
-from folders import BENCH
+from joint_state_mcap import Writer, message_bytes
 from recordings import BEGIN, SECOND, motion, samples_of
 from test_audit_files import JOINT_STATE, document, joint_states, refusal, run, write_bag
-
-sys.path.insert(0, str(BENCH))
-from joint_state_mcap import Writer, message_bytes
 
 pytest.importorskip('rosbags', reason='needs rosbags')
 BITS = 80

@@ -29,8 +29,8 @@ from kinematics_service.kinematics.uncertainty.parameters import (
     structural_rank,
 )
 from kinematics_service.rigid_motion import exponential, pose_of, rotation_vector
-from kinematics_service.robot.file.parameters import end_parameters
-from kinematics_service.robot.file.sections import tolerances_section
+from kinematics_service.robot.file.parts.parameters import end_parameters
+from kinematics_service.robot.file.writing.sections import tolerances_section
 
 # Without noise parameters come back as exactly (m, rad).
 EXACT = 1e-9
@@ -143,7 +143,7 @@ def test_few_poses_are_as_sure_as_they_say(count):
     # of them 1.04 at ten poses. It was 1.32 by the noise as it is estimated.
     squares = []
     for name in ('puma560', 'ur5e', 'panda', 'kuka_iiwa14', 'offset_stanford_dh'):
-        for seed in range(100, 112):
+        for seed in range(100, 106):
             arm = measured_arm(name, count, NOISE, seed)
             found = ks.calibrate(arm.robot, arm.q, arm.poses, check=False)
             assert found.accepted

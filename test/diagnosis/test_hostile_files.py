@@ -20,10 +20,10 @@ from kinematics_service.formats.recordings.between_points import (
     PlannedTrajectory,
     sampled,
 )
-from kinematics_service.formats.recordings.joint_csv import LONGEST_LINE, read_recording
 from kinematics_service.formats.recordings.plan_reader import LARGEST
+from kinematics_service.formats.recordings.recording import read_recording
 from kinematics_service.formats.recordings.source import Selection
-from kinematics_service.formats.urdf.importer import import_file
+from kinematics_service.formats.recordings.table_rows import LONGEST_LINE
 from kinematics_service.robot.measures import Level
 
 # More than any memory; a file of holes takes no room on a disk.
@@ -258,7 +258,7 @@ def test_a_urdf_too_large_for_a_robot_file_is_refused_by_its_own_name(
     file = tmp_path / 'long.urdf'
     file.write_text(text)
     with pytest.raises(UrdfError) as refused:
-        import_file(file, 'l0', f'l{count}')
+        ks.import_urdf(file, 'l0', f'l{count}')
     assert str(refused.value).startswith(str(file))
     assert reason in str(refused.value)
     assert 'not a robot file' not in str(refused.value)

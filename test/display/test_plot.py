@@ -796,6 +796,20 @@ def test_the_command_line_loads_matplotlib_only_to_draw():
     assert result.stdout.split() == ['False', 'False']
 
 
+@pytest.mark.parametrize(
+    ('header', 'separator'),
+    [('stamp position.q1 position.q2', ';'), ('timestamp actual_q_0 actual_q_1', '\t')],
+)
+def test_a_table_that_is_audited_is_drawn(header, separator, tmp_path, capsys):
+    file, page = tmp_path / 'run.csv', tmp_path / 'velocity.svg'
+    rows = [header.split(), *([f'{k / 50}', f'{k / 70}', '-0.5'] for k in range(60))]
+    file.write_text('\n'.join(separator.join(row) for row in rows))
+    assert main(['audit', str(file), '--robot', 'planar_2r']) == 0
+    path = ['--path', str(file), '--save', str(page)]
+    assert main(['plot', 'planar_2r', 'velocity', *path]) == 0
+    assert page.exists()
+
+
 @pytest.mark.parametrize('suffix', ['.csv'])
 def test_a_recording_along_which_nothing_moves_in_time(suffix, tmp_path, capsys):
     file = tmp_path / f'r{suffix}'

@@ -20,7 +20,7 @@ from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.robot.chain import fold
 from kinematics_service.robot.conventions import Row
-from kinematics_service.robot.file.expressions import Affine
+from kinematics_service.robot.file.text.expressions import Affine
 from kinematics_service.robot.robot import build_robot
 
 ROUND_OFF = 1e-12

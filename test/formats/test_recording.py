@@ -1,16 +1,20 @@
 """Recordings as CSV files: what is read, and what is refused in which words."""
 
+import os
+from threading import Thread
+
 import numpy as np
 import pytest
 from arms import robot_of
 
 from kinematics_service.errors import RecordingError
-from kinematics_service.formats.recordings.joint_csv import read_recording
+from kinematics_service.formats.recordings.recording import read_recording
 
 HEADER = 'stamp,position.q1,position.q2'
 ACCEPTED = (
-    'accepted, separated by commas: stamp in seconds, position.<joint> for every joint, and '
-    'velocity.<joint> for all of them or none; joints of planar_2r: q1, q2'
+    'accepted, separated by commas, semicolons, tabs or spaces: stamp in seconds, '
+    'position.<joint> for every joint, and velocity.<joint> for all of them or none; or the '
+    "columns of UR's RTDE recorder; joints of planar_2r: q1, q2"
 )
 
 
@@ -59,6 +63,37 @@ def test_harmless_things_do_no_harm(read, text):
     assert recording.positions.tolist() == [[1.0, 2.0]]
 
 
+UR = 'timestamp actual_q_0 actual_q_1 actual_qd_0 actual_qd_1 output_bit_registers0_to_31'
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        'stamp;position.q1;position.q2;velocity.q1;velocity.q2\n7;0.25;-1.5;3;0.5\n',
+        'velocity.q2\tposition.q1\tstamp\tvelocity.q1\tposition.q2\n0.5\t0.25\t7\t3\t-1.5\n',
+        f'{UR}\n7 0.25 -1.5 3 0.5 12\n',
+        'stamp,position.1,position.2,velocity.1,velocity.2,note\n7,0.25,-1.5,3,0.5,begin\n',
+    ],
+    ids=['semicolons', 'tabs', "UR's recorder", 'numbered joints and a note'],
+)
+def test_all_known_layouts_are_read(read, text):
+    recording = read(text)
+    assert recording.stamps.tolist() == [7_000_000_000]
+    assert recording.positions.tolist() == [[0.25, -1.5]]
+    assert recording.velocities is not None
+    assert recording.velocities.tolist() == [[3.0, 0.5]]
+
+
+def test_a_pipe_is_read_once(tmp_path):
+    pipe = tmp_path / 'pipe'
+    os.mkfifo(pipe)
+    writer = Thread(target=pipe.write_text, args=(f'{HEADER}\n0,1,2\n1,3,4\n',))
+    writer.start()
+    recording = read_recording(pipe, robot_of('planar_2r'))
+    writer.join()
+    assert recording.positions.tolist() == [[1.0, 2.0], [3.0, 4.0]]
+
+
 def test_a_step_back_in_time_takes_no_time(read):
     recording = read(f'{HEADER}\n10,0,0\n11,0,0\n5,0,0\n5,0,0\n6.5,0,0\n')
     assert recording.stamps.tolist() == [k * 10**9 for k in (10, 11, 5, 5)] + [6_500_000_000]
@@ -71,12 +106,21 @@ def test_a_step_back_in_time_takes_no_time(read):
         ('', f' is empty; {ACCEPTED}'),
         ('\n\n', f' is empty; {ACCEPTED}'),
         (f'{HEADER}\n', ' has a header but no rows'),
-        ('stamp,position.q1\n0,1\n', f'1: missing column position.q2; {ACCEPTED}'),
-        ('position.q1,position.q2\n0,1\n', f'1: missing column stamp; {ACCEPTED}'),
-        (f'{HEADER},velocity.q1\n0,1,2,3\n', f'1: missing column velocity.q2; {ACCEPTED}'),
-        (f'{HEADER},position.q3\n', f"1: unknown column 'position.q3'; {ACCEPTED}"),
-        ('stamp;position.q1\n', f"1: unknown column 'stamp;position.q1'; {ACCEPTED}"),
-        (f'{HEADER},stamp\n', "1: column 'stamp' occurs twice"),
+        (
+            'stamp,position.q1\n0,1\n',
+            " there is no column 'position.q2' for joint 'q2' of planar_2r; the header has "
+            f"'stamp', 'position.q1'; {ACCEPTED}",
+        ),
+        (
+            'position.q1,position.q2\n0,1\n',
+            " there is no column 'stamp' (seconds); the header has 'position.q1', 'position.q2'; "
+            f'{ACCEPTED}',
+        ),
+        (
+            f'{HEADER},velocity.q1\n0,1,2,3\n',
+            f" there is no column 'velocity.q2'; {ACCEPTED}",
+        ),
+        (f'{HEADER},stamp\n', " column 'stamp' occurs twice"),
         (
             f'{HEADER}\n0,1,2\n\n0,one,2\n',
             "4: column 'position.q1': 'one' is not a finite number",
@@ -97,7 +141,7 @@ def test_a_step_back_in_time_takes_no_time(read):
             f'{HEADER}\n1e300,1,2\n',
             "2: column 'stamp': '1e300' is not a time in seconds (0 to 2147483648)",
         ),
-        (b'\xff\xfe\x00\x01', ' is not UTF-8 text, so not a CSV file'),
+        (b'\xff\xfe\x00\x01', ' is not UTF-8 text, so not a table'),
     ],
 )
 def test_a_bad_recording_is_refused_with_line_and_column(read, tmp_path, text, message):

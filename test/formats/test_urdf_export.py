@@ -81,7 +81,7 @@ READERS = {'pinocchio': in_pinocchio, 'yourdfpy': in_yourdfpy}
 
 
 def compare(robot, reader, count=4):
-    frame_poses = READERS[reader](ks.urdf_text(robot))
+    frame_poses = READERS[reader](ks.export_urdf(robot))
     frames = [f'{robot.name}_frame_{i}' for i in range(robot.rows + 1)]
     # trimesh, below yourdfpy, takes what is 1e-8 from the identity for it: no poses near zero.
     for q in positions(robot, count) if reader == 'pinocchio' else uniform(robot, count):
@@ -114,7 +114,7 @@ def test_gears_and_screws_are_joints_that_mimic(reader):
 
 
 def test_a_gear_a_screw_and_a_coupled_row_each_have_one_joint_of_the_arm():
-    root = ElementTree.fromstring(ks.urdf_text(ks.robot_from_text(HELICAL)))
+    root = ElementTree.fromstring(ks.export_urdf(ks.robot_from_text(HELICAL)))
     joints = {joint.get('name'): joint for joint in root.iter('joint')}
     actuated = [
         name
@@ -141,7 +141,7 @@ def test_a_gear_a_screw_and_a_coupled_row_each_have_one_joint_of_the_arm():
 
 def test_frames_and_joints_take_other_names_and_prefixes():
     names = FrameNames(base='world', frame_prefix='left/', joint_prefix='left_')
-    root = ElementTree.fromstring(ks.urdf_text(robot_of('planar_2r'), names))
+    root = ElementTree.fromstring(ks.export_urdf(robot_of('planar_2r'), names))
     links = [link.get('name') for link in root.iter('link')]
     assert links[0] == 'left/world'
     assert links[-1] == 'left/tool0'
@@ -162,7 +162,7 @@ base: {frame: odd_frame_0}
 tool: {frame: odd_frame_1}
 """
     robot = ks.robot_from_text(text)
-    root = ElementTree.fromstring(ks.urdf_text(robot))
+    root = ElementTree.fromstring(ks.export_urdf(robot))
     links = [link.get('name') for link in root.iter('link')]
     assert len(set(links)) == len(links)
     assert 'j<&>"1' in [joint.get('name') for joint in root.iter('joint')]
@@ -171,7 +171,7 @@ tool: {frame: odd_frame_1}
 
 def test_every_link_but_the_frames_has_something_to_see_and_nothing_invented():
     for name in BUNDLED:
-        root = ElementTree.fromstring(ks.urdf_text(robot_of(name)))
+        root = ElementTree.fromstring(ks.export_urdf(robot_of(name)))
         assert len(list(root.iter('visual'))) > robot_of(name).dof
         assert root.find('.//inertial') is None
         assert root.find('.//collision') is None
@@ -195,7 +195,7 @@ def test_the_command_writes_a_file_or_the_screen(capsys, tmp_path):
     assert main(['export', 'planar_2r', '--urdf', str(path)]) == 0
     assert capsys.readouterr().out == f'wrote {path}: planar_2r, 7 links, 6 joints\n'
     assert main(['export', 'planar_2r', '--urdf', '-']) == 0
-    assert capsys.readouterr().out == path.read_text() == ks.urdf_text(robot_of('planar_2r'))
+    assert capsys.readouterr().out == path.read_text() == ks.export_urdf(robot_of('planar_2r'))
     assert main(['export', 'planar_2r', '--urdf', '/no/folder/arm.urdf']) == 1
     assert capsys.readouterr().err == (
         '/no/folder/arm.urdf: cannot be written: No such file or directory\n'

@@ -16,7 +16,6 @@ import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.errors import UrdfError
 from kinematics_service.formats.urdf.document import MAX_BYTES
-from kinematics_service.formats.urdf.importer import import_file
 
 CONVENTIONS = ('standard', 'modified')
 # Chains of up to twelve random joints, with lengths to a metre: more products than of one arm.
@@ -26,7 +25,7 @@ LONG_CHAIN = 1e-11
 def again(robot, convention='standard'):
     """Return a robot that has been a URDF in between."""
     found = ks.import_urdf(
-        ks.urdf_text(robot), robot.base_frame, robot.tool_frame, convention=convention
+        ks.export_urdf(robot), robot.base_frame, robot.tool_frame, convention=convention
     )
     return found.robot
 
@@ -320,7 +319,7 @@ def test_urdfs_that_nobody_here_wrote(theirs):
     if folder is None or not (folder / path).exists():
         pytest.skip(f'needs the package {package}, which brings {path}')
     for convention in CONVENTIONS:
-        found = import_file(folder / path, base, tip, convention=convention)
+        found = ks.import_urdf(folder / path, base, tip, convention=convention)
         assert found.robot.dof == joints
         assert found.certificate.position_error < ROUND_OFF
         assert found.certificate.rotation_error < ROUND_OFF
@@ -341,7 +340,7 @@ def small(*joints, links='abc', head='<robot name="r">'):
 
 FINE = ('j', 'revolute', 'a', 'b', LIMIT)
 REFUSED = {
-    'no XML': ('robot: r', '<text>:1: not valid XML: syntax error'),
+    'no XML': ('robot: <r>', '<text>:1: not valid XML: syntax error'),
     'cut off': (small(FINE)[:-3], '<text>:4: not valid XML: unclosed token'),
     'empty': ('', '<text>:1: not valid XML: no element found'),
     'another format': (
@@ -473,11 +472,21 @@ def test_what_is_refused_is_said_with_its_line(fault):
     assert str(caught.value) == message
 
 
+def test_a_path_and_the_text_of_its_file_are_the_same_arm(urdf):
+    of_text = ks.import_urdf(urdf.read_text(), 'world', 'f')
+    for path in (urdf, str(urdf)):
+        found = ks.import_urdf(path, 'world', 'f')
+        assert found.text == of_text.text.replace('URDF, robot', 'URDF own.urdf, robot')
+        assert found.text != of_text.text
+    with pytest.raises(UrdfError, match='no_such.urdf: cannot be read: No such file'):
+        ks.import_urdf('no_such.urdf', 'world', 'f')
+
+
 def test_a_file_that_never_ends_is_refused():
     with pytest.raises(UrdfError, match='larger than 8 MiB'):
         ks.import_urdf(f'<robot>{" " * MAX_BYTES}</robot>', 'a', 'b')
     with pytest.raises(UrdfError, match='larger than 8 MiB'):
-        import_file('/dev/zero', 'a', 'b')
+        ks.import_urdf('/dev/zero', 'a', 'b')
 
 
 def test_what_a_broken_part_elsewhere_says_does_not_matter():

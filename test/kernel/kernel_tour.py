@@ -267,7 +267,7 @@ def targets(robot: Robot, random: np.random.Generator):
             ks.inverse_kinematics(robot, far)
             ks.inverse_kinematics(robot, state.pose, axis='z', all_solutions=False)
         ks.joint_velocity(robot, state, state.twist)
-        ks.joint_velocity(robot, state, 1e3 * random.normal(size=6), frame='tool')
+        ks.joint_velocity(robot, state, 1e3 * random.normal(size=6), axes='tool')
         # What a search finds: the same solution twice, and one nearby.
         found = np.array([q, q + 2 * np.pi, q + 0.1])
         errors = np.array([0.0, 0.1, 0.2]) * PROVED

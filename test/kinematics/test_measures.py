@@ -5,17 +5,17 @@ import math
 
 import numpy as np
 import pytest
-from arms import BUNDLED, EVERY_ARM, first_order_distances, poses, robot_of, sliding
+from arms import BUNDLED, DISTINCT, first_order_distances, poses, robot_of, sliding
 from random_robots import Constant
 from tolerances import QUOTIENT, ROUND_OFF
 
 import kinematics_service as ks
-from kinematics_service.robot.file.description import Placement, RigidMotion
+from kinematics_service.robot.file.parts.description import Placement, RigidMotion
 from kinematics_service.robot.measures import HYSTERESIS, MEASURES, Thresholds, thresholds_for
 from kinematics_service.robot.robot import build_robot, with_singularity
 from kinematics_service.robot.task import ROW_NAMES, find_task
 
-every_arm = pytest.mark.parametrize('name', EVERY_ARM)
+every_arm = pytest.mark.parametrize('name', DISTINCT)
 NAMES = tuple(MEASURES)
 
 

@@ -115,5 +115,5 @@ def test_robotics_toolbox_jacob0_and_jacobe(arm):
     for q in positions(arm):
         expected = peer.jacobe(q).reshape(6, arm.dof)
         np.testing.assert_allclose(
-            ks.jacobian(robot, q, frame='tool'), expected, rtol=0, atol=ROUND_OFF
+            ks.jacobian(robot, q, axes='tool'), expected, rtol=0, atol=ROUND_OFF
         )

@@ -24,7 +24,7 @@ class InPinocchio:
     def __init__(self, robot):
         self.pinocchio = pytest.importorskip('pinocchio')
         self.robot = robot
-        self.model = self.pinocchio.buildModelFromXML(ks.urdf_text(robot), True)
+        self.model = self.pinocchio.buildModelFromXML(ks.export_urdf(robot), True)
         self.data = self.model.createData()
         joints = [self.model.joints[self.model.getJointId(name)] for name in robot.joint_names]
         self.columns = [joint.idx_v for joint in joints]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from arms import (
     BUNDLED,
-    EVERY_ARM,
+    DISTINCT,
     first_order_distances,
     poses,
     robot_of,
@@ -24,7 +24,7 @@ import kinematics_service as ks
 from kinematics_service.robot.measures import Thresholds
 from kinematics_service.robot.robot import with_singularity
 
-every_arm = pytest.mark.parametrize('name', EVERY_ARM)
+every_arm = pytest.mark.parametrize('name', DISTINCT)
 
 # Central differences of ln w: the step's square times third derivatives that grow as 1 / distance
 # cubed, and round-off over the step; poses are kept this far from singular ones.

@@ -12,7 +12,14 @@ from arms import robot_of
 import kinematics_service as ks
 from kinematics_service.kinematics import threads
 
-POSES = 3 * threads.LEAST_PART + 17
+# So that few poses are many.
+LEAST_PART = 500
+POSES = 3 * LEAST_PART + 17
+
+
+@pytest.fixture(autouse=True)
+def small_parts(monkeypatch):
+    monkeypatch.setattr(threads, 'LEAST_PART', LEAST_PART)
 
 
 @pytest.fixture
@@ -24,7 +31,6 @@ def poses(robot):
     return np.random.default_rng(5).uniform(-3, 3, (POSES, robot.dof))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize('name', ['ur5e', 'parallelogram_left', 'panda'])
 def test_two_cores_give_the_numbers_of_one_to_the_last_bit(name, monkeypatch):
     robot = robot_of(name)
@@ -42,8 +48,8 @@ def test_two_cores_give_the_numbers_of_one_to_the_last_bit(name, monkeypatch):
 def test_the_first_bad_row_is_named_whichever_part_meets_one_first(two_cores):
     robot = robot_of('planar_2r')
     q = poses(robot)
-    q[[POSES - 5, threads.LEAST_PART + 3], 1] = np.nan
-    with pytest.raises(ks.JointVectorError, match=f'row {threads.LEAST_PART + 3} is'):
+    q[[POSES - 5, LEAST_PART + 3], 1] = np.nan
+    with pytest.raises(ks.JointVectorError, match=f'row {LEAST_PART + 3} is'):
         ks.jacobian(robot, q)
 
 
@@ -60,7 +66,7 @@ def test_every_row_is_done_once_and_small_batches_start_no_thread(two_cores):
     assert bounds[-1][1] == POSES
     assert all(one[1] == other[0] for one, other in zip(bounds, bounds[1:]))
     seen.clear()
-    threads.in_parts(2 * threads.LEAST_PART - 1, work)
+    threads.in_parts(2 * LEAST_PART - 1, work)
     assert [row[2] for row in seen] == [threading.current_thread()]
 
 

@@ -14,8 +14,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kinematics_service.errors import ExpressionError, KinematicsError
-from kinematics_service.robot.file.expression_syntax import MAX_CHARACTERS
-from kinematics_service.robot.file.expressions import Affine, Scope, check_function, parse_affine
+from kinematics_service.robot.file.text.expression_syntax import MAX_CHARACTERS
+from kinematics_service.robot.file.text.expressions import (
+    Affine,
+    Scope,
+    check_function,
+    parse_affine,
+)
 
 ROUND_OFF = 1e-9  # relative; trees of up to a few dozen operations, each good to 1e-16
 SCOPE = Scope('rad', {'L1': 0.5, 'l': 2.0}, ('q1', 'q2', 'phi3'))

@@ -9,7 +9,6 @@ import pytest
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.errors import DerivationError
-from kinematics_service.symbolic.closed_arm import derive_closed
 
 APART = """\
   - name: between
@@ -142,7 +141,7 @@ def test_check_tells_a_group_and_its_other_branches(capsys):
 
 def test_the_derivation_does_not_take_groups():
     with pytest.raises(DerivationError) as caught:
-        derive_closed(ks.load_robot('flexpicker'))
+        ks.derive('flexpicker')
     assert str(caught.value) == (
         'the derivation takes one loop after another: those of flexpicker that need each '
         "other's passive joints are closed together ('arm1', 'arm2', 'arm3')"

@@ -251,12 +251,6 @@ def test_a_urdf_says_that_it_has_no_loops(capsys, tmp_path):
     assert said.strip() in file.read_text(encoding='utf-8')
 
 
-def test_the_derivation_of_open_arms_names_that_of_loops():
-    with pytest.raises(ks.KinematicsError) as caught:
-        ks.derive(ks.load_robot('five_bar'))
-    assert str(caught.value) == 'five_bar has closed loops: derive_closed derives it'
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize('name', ['five_bar', 'four_bar_arm', 'crank_slider'])
 def test_inverse_kinematics_goes_through_the_loop(name):

@@ -10,8 +10,8 @@ import pytest
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.robot.file.new_robot import MOST_JOINTS, new_robot_text
-from kinematics_service.robot.file.quantities import Units
+from kinematics_service.robot.file.parts.quantities import Units
+from kinematics_service.robot.file.writing.new_robot import MOST_JOINTS, new_robot_text
 
 ROUND_OFF = 1e-12  # m and rad; a dozen rotations of an arm of a metre
 CONVENTIONS = ('standard', 'modified', 'elementary', 'shape')

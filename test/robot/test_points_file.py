@@ -123,7 +123,7 @@ def test_check_prints_the_points(tmp_path, capsys):
 
 
 def test_a_point_is_a_leaf_of_the_urdf_and_the_tool_is_the_last_one():
-    root = ElementTree.fromstring(ks.urdf_text(ks.robot_from_text(ARM)))
+    root = ElementTree.fromstring(ks.export_urdf(ks.robot_from_text(ARM)))
     joints = {joint.find('child').get('link'): joint for joint in root.iter('joint')}
     parents = {joints[name].find('parent').get('link') for name in ('camera', 'tool0')}
     assert parents == {'seen_frame_3'}
@@ -134,7 +134,7 @@ def test_a_point_is_a_leaf_of_the_urdf_and_the_tool_is_the_last_one():
 
 def test_a_chain_is_imported_back_to_its_tool_and_to_a_point():
     robot = ks.robot_from_text(ARM)
-    text, q = ks.urdf_text(robot), [0.3, -0.5, 0.9]
+    text, q = ks.export_urdf(robot), [0.3, -0.5, 0.9]
     for tip, of in (('tool0', 'tool'), ('camera', 'camera')):
         again = ks.import_urdf(text, 'base_link', tip).robot
         np.testing.assert_allclose(
@@ -148,7 +148,7 @@ def test_a_chain_is_imported_back_to_its_tool_and_to_a_point():
 
 def test_links_of_a_urdf_are_imported_as_points():
     robot = ks.robot_from_text(ARM)
-    text = ks.urdf_text(robot)
+    text = ks.export_urdf(robot)
     q = np.random.default_rng(0).uniform(-2, 2, (20, 3))
     for convention in ('standard', 'modified'):
         found = ks.import_urdf(
@@ -164,7 +164,7 @@ def test_links_of_a_urdf_are_imported_as_points():
 
 
 def test_links_are_imported_under_names_that_points_may_have():
-    text = ks.urdf_text(ks.robot_from_text(ARM))
+    text = ks.export_urdf(ks.robot_from_text(ARM))
     for link, name in (('2nd-camera__link', 'link_2nd_camera_link'), ('tool', 'tool_link')):
         renamed = text.replace('"camera"', f'"{link}"')
         found = ks.import_urdf(renamed, 'base_link', 'tool0', points=[link])
@@ -172,7 +172,7 @@ def test_links_are_imported_under_names_that_points_may_have():
 
 
 def test_links_that_are_no_points_of_the_arm_are_refused():
-    text = ks.urdf_text(ks.robot_from_text(ARM))
+    text = ks.export_urdf(ks.robot_from_text(ARM))
     with pytest.raises(ks.KinematicsError, match='nowhere'):
         ks.import_urdf(text, 'base_link', 'tool0', points=['nowhere'])
     with pytest.raises(ks.KinematicsError) as refusal:
@@ -185,7 +185,7 @@ def test_links_that_are_no_points_of_the_arm_are_refused():
 
 def test_the_command_import_takes_links_for_points(tmp_path, capsys):
     urdf, out = tmp_path / 'seen.urdf', tmp_path / 'seen.yaml'
-    urdf.write_text(ks.urdf_text(ks.robot_from_text(ARM)))
+    urdf.write_text(ks.export_urdf(ks.robot_from_text(ARM)))
     ends = ['--base', 'base_link', '--tip', 'tool0', '--out', str(out)]
     points = ['--point', 'elbow', '--point', 'camera']
     assert main(['import', '--urdf', str(urdf), *ends, *points]) == 0

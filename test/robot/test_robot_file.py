@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 from kinematics_service.errors import Fault, KinematicsError, RobotFileError
 from kinematics_service.kinematics.forward import jacobian
 from kinematics_service.robot.bundled import bundled_robots, find_robot_file
-from kinematics_service.robot.file.description import (
+from kinematics_service.robot.file.parts.description import (
     DhRow,
     ElementaryMotion,
     KnownPose,
@@ -29,8 +29,8 @@ from kinematics_service.robot.file.description import (
     ShapeRow,
 )
 from kinematics_service.robot.file.reader import parse_robot, read_robot_file
-from kinematics_service.robot.file.yaml_document import ScalarNode
-from kinematics_service.robot.file.yaml_reader import read_document
+from kinematics_service.robot.file.text.robot_document import read_document
+from kinematics_service.robot.file.text.yaml_document import ScalarNode
 from kinematics_service.robot.robot import build_robot
 
 ROUND_OFF = 1e-15

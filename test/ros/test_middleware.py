@@ -23,7 +23,7 @@ from kinematics_service.ros.process.middleware import (
 # Makes a participant with a publisher; what the middleware has to say goes to standard error.
 PUBLISHER = """
 import rclpy
-from kinematics_service.ros.process.runner import open_context
+from kinematics_service.ros.process.session import open_context
 from rclpy.node import Node
 from std_msgs.msg import Float64
 context = open_context([])

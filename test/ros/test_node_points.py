@@ -102,7 +102,7 @@ def test_pose_jacobian_and_twist_of_a_point_against_differences(pointed, file, p
 def test_two_points_at_once_against_pinocchio(pointed, file):
     pinocchio = pytest.importorskip('pinocchio')
     robot, one = ks.load_robot(file), pointed()
-    model = pinocchio.buildModelFromXML(ks.urdf_text(robot))
+    model = pinocchio.buildModelFromXML(ks.export_urdf(robot))
     data, whole = model.createData(), pinocchio.neutral(model)
     for name, value in zip(robot.joint_names, Q):
         joint = model.joints[model.getJointId(name)]

@@ -244,7 +244,7 @@ def test_twist_and_velocity_are_the_same_in_the_axes_they_name(arm, axes):
     one.send(Q, QDOT)
     one.spin_until(lambda: twists and velocities, 'twist and velocity')
     frame = {'base': 'base_link', 'tool': 'tool0'}[axes]
-    expected = ks.twist(ks.load_robot('craig_3r'), Q, QDOT, frame=axes)
+    expected = ks.twist(ks.load_robot('craig_3r'), Q, QDOT, axes=axes)
     for message, twist in ((twists[0], twists[0].twist), (velocities[0], velocities[0].velocity)):
         assert message.header.frame_id == frame
         np.testing.assert_allclose(six(twist), expected, atol=ROUND_OFF)
@@ -264,7 +264,7 @@ def test_the_layout_of_the_jacobian_says_what_its_numbers_are(arm, order, axes):
     assert (columns.label, columns.size, columns.stride) == (','.join(one.names), 6, 6)
     assert message.layout.data_offset == 0
     assert len(message.data) == 36
-    J = ks.jacobian(ks.load_robot('puma560'), q, frame=axes)
+    J = ks.jacobian(ks.load_robot('puma560'), q, axes=axes)
     place = {label: i for i, label in enumerate(['vx', 'vy', 'vz', 'wx', 'wy', 'wz'])}
     for i, label in enumerate(rows.label.split(',')):
         for j in range(columns.size):

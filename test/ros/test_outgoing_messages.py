@@ -16,7 +16,7 @@ from sensor_msgs.msg import JointState
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.estimator import Estimator, EstimatorOutput
-from kinematics_service.robot.file.description import Uncertainty
+from kinematics_service.robot.file.parts.description import Uncertainty
 from kinematics_service.robot.robot import build_robot
 from kinematics_service.ros.messages.joint_state_reader import JointStateReader
 from kinematics_service.ros.messages.message_layout import MessageLayout

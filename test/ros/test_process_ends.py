@@ -15,17 +15,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from folders import BENCH
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
+from joint_state_mcap import write_motion
 from node_process import NodeProcess
 
 import kinematics_service as ks
 from kinematics_service.stop_signals import SHOW_CURSOR
-
-sys.path.insert(0, str(BENCH))
-from joint_state_mcap import write_motion
 
 # The contract's second, and what a busy machine adds to it.
 WAY_OUT = 5.0

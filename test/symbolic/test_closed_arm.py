@@ -9,8 +9,8 @@ from folders import GOLDEN, ROOT
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.symbolic.closed_arm import derive_closed
-from kinematics_service.symbolic.output.closed_text import closed_text
+from kinematics_service.symbolic.output.report import report_of
+from kinematics_service.symbolic.output.text import text_of
 
 # Products of a dozen rounded sines.
 EVALUATED = 1e-11
@@ -27,7 +27,7 @@ def numbers_of(derivation, expression):
 
 @pytest.mark.slow
 def test_the_general_loop_of_the_source_document():
-    derivation = derive_closed(ks.load_robot('four_bar_arm'))
+    derivation = ks.derive('four_bar_arm')
     (loop,) = derivation.loops
     L3, L4 = sympy.symbols('L3 L4', real=True)
     assert sympy.simplify(loop.determinant - L3 * L4 * sympy.sin(loop.passive[1])) == 0
@@ -50,11 +50,11 @@ def test_the_general_loop_of_the_source_document():
 @pytest.mark.parametrize('name', ['five_bar', 'crank_slider'])
 def test_symbols_and_library_agree(name):
     robot = ks.load_robot(name)
-    derivation = derive_closed(robot)
+    derivation = ks.derive(robot)
     coupling, det, closing = (
         numbers_of(derivation, expression)
         for expression in (
-            derivation.coupling,
+            derivation.loop_coupling,
             derivation.determinant,
             derivation.loops[0].determinant,
         )
@@ -75,15 +75,16 @@ def test_what_is_too_long_to_simplify_or_to_multiply_out_stays_as_it_is():
     page = (ROOT / 'docs' / 'tutorials' / 'palletizer.md').read_text(encoding='utf-8')
     text = page.split(':caption: palletizer.yaml\n')[1].split('```')[0]
     robot = ks.robot_from_text(text)
-    derivation = derive_closed(robot)
+    derivation = ks.derive(robot)
     assert derivation.determinant is None
-    said = closed_text(derivation)
+    said = text_of(report_of(derivation))
     assert (
-        'The determinant of the arm, rows x y z rz, is that of these rows of J. It is not\n'
-        'multiplied out: that is done of 6 joints and passive ones at most.\n'
-        'Here are 10.\n'
+        'The determinant of the arm, rows x y z rz, is that of these rows of J. It is not '
+        'multiplied out: that is done of 6 joints and passive ones at most. Here are 10.\n'
     ) in said
-    coupling, J = (numbers_of(derivation, m) for m in (derivation.coupling, derivation.jacobian))
+    coupling, J = (
+        numbers_of(derivation, m) for m in (derivation.loop_coupling, derivation.jacobian)
+    )
     for q in ([0.3, 1.9, 2.9, 0.5], [-1.0, 1.2, 3.3, 2.0]):
         state = ks.evaluate(robot, q)
         at = [*q, *state.closure.passive]
@@ -98,6 +99,42 @@ def test_derive_writes_the_equations(capsys):
     assert main(['derive', 'crank_slider']) == 0
     text = capsys.readouterr().out
     assert '  0 = crank*sin(q) + rod*sin(psi + q)\n' in text
-    assert '  rod*cos(psi + q)\n' in text
-    assert main(['derive', 'crank_slider', '--format', 'json']) == 2
-    assert 'an arm with closed loops is derived as text' in capsys.readouterr().err
+    assert '  D = rod*cos(psi + q)\n' in text
+    assert '  det J = crank*sin(psi)/cos(psi + q)\n' in text
+    assert main(['derive', 'crank_slider', '--lock', 'q=0']) == 2
+    said = (
+        'an arm with closed loops is derived without --lock, --frame, --code, --path and --write'
+    )
+    assert said in ' '.join(capsys.readouterr().err.split())
+
+
+@pytest.mark.slow
+def test_every_format_has_the_loops(capsys):
+    for format in ('latex', 'markdown', 'html'):
+        assert main(['derive', 'crank_slider', '--format', format]) == 0
+        assert 'slider_crank' in capsys.readouterr().out.replace('\\', '')
+    assert main(['derive', 'crank_slider', '--format', 'json']) == 0
+    document = json.loads(capsys.readouterr().out)
+    (loop,) = document['loops']
+    assert loop['passive'] == ['psi', 'slider']
+    assert loop['determinant'] == 'rod*cos(psi + q)'
+    assert document['determinant'] == 'crank*sin(psi)/cos(psi + q)'
+    assert document['factors'] == []
+    assert document['complete'] is False
+
+
+def test_joints_of_an_arm_with_loops_are_not_locked():
+    with pytest.raises(ks.DerivationError, match='crank_slider has closed loops: none of its'):
+        ks.derive('crank_slider', locked={'q': '0'})
+
+
+@pytest.mark.slow
+def test_the_jacobian_in_tool_axes_is_by_the_joints():
+    derivation = ks.derive('five_bar')
+    robot = derivation.robot
+    pose = robot.description.known_poses[0]
+    at = [*pose.q, *ks.evaluate(robot, pose.q).closure.passive]
+    J = numbers_of(derivation, derivation.jacobian_in('tool'))(*at)
+    expected = ks.jacobian(robot, pose.q, axes='tool')
+    np.testing.assert_allclose(J, expected, rtol=0, atol=EVALUATED)
+    assert [str(v) for v in derivation.variables] == ['q1', 'q2']

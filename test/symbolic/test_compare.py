@@ -549,7 +549,7 @@ def test_exit_codes_and_output(capsys, tmp_path):
     assert main(['compare', 'craig_3r', str(tmp_path / 'none.txt')]) == 2
     assert 'cannot read' in capsys.readouterr().err
     assert main(['compare', 'nobody', str(broken)]) == 2
-    assert "Error: no robot 'nobody'" in capsys.readouterr().err
+    assert "Error: --robot: no robot 'nobody'" in capsys.readouterr().err
     broken.write_bytes(b'T = \xff')
     assert main(['compare', 'craig_3r', str(broken)]) == 2
     assert 'broken.txt:1: not UTF-8 text' in capsys.readouterr().err
@@ -598,3 +598,33 @@ def test_formulas_from_a_pipe():
     )  # fmt: skip
     assert (run.returncode, run.stderr) == (0, '')
     assert run.stdout.startswith('<stdin> against planar_2r: the formula agrees')
+
+
+@pytest.mark.parametrize(
+    ('formula', 'name'),
+    [
+        (r'{}^{0}T_{2} = A_1 A_2', 'T_02'),
+        ('{}^1 T_2 = A_2', 'T_12'),
+        ('$^0T_2 = {}^0T_1 {}^{1}T_{2}$', 'T_02'),
+        ('{}^{0}_{2}T = A_1 A_2', 'T_02'),
+        ('{}^0A_2 = A_1 {}^1A_2', 'T_02'),
+        ('J(q) = [-L1 s1 - L2 s12, -L2 s12; L1 c1 + L2 c12, L2 c12]', 'J'),
+        (r'T(\theta_1, \theta_2) &= A_1 A_2', 'T'),
+    ],
+)
+def test_frames_and_functions_are_written_as_in_papers(formula, name):
+    (verdict,) = verdicts('planar_2r', formula)
+    assert (verdict.name, verdict.status) == (name, 'agrees')
+
+
+def test_a_power_of_a_frame_is_no_index_before_it():
+    (verdict,) = verdicts('planar_2r', 'x = L1 c1^2/c1 + L2 c12 ^2/c12')
+    assert verdict.status == 'agrees'
+    (wrong,) = verdicts('planar_2r', '{}^0T_2 = A_1')
+    assert wrong.status == 'differs'
+
+
+def test_a_function_written_onto_its_joint_is_said():
+    (fault,) = compare(ks.load_robot('planar_2r'), 'x = L1 cosq1 + L2 c12').faults
+    assert (fault.line, fault.column) == (1, 8)
+    assert "unknown name 'cosq1', did you mean 'cos(q1)'?" in fault.message

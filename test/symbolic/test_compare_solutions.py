@@ -231,3 +231,29 @@ AT = 'at: q1 = 60 deg, q2 = 0\n'
 )
 def test_a_rounded_number_beside_a_letter_is_compared_to_its_last_digit(formula, agrees):
     assert compare(arm('planar_2r'), AT + formula).agrees == agrees
+
+
+@pytest.mark.parametrize(
+    ('formula', 'agrees'),
+    [
+        ('y = 2*0.8660254*L1/2 + 0.8660254*L2', True),
+        ('y = 17*0.8660254*(L1 + L2) - 16*0.8660254*L1 - 16*0.8660254*L2', True),
+        ('w = 3*0.2886751\ny = w*L1 + w*L2', True),
+        ('w = 0.8660254\nv = 2*w\ny = (v*L1 + v*L2)/2', True),
+        ('y = 1.7320508^2/4*(L1 + L2)/0.8660254', True),
+        ('1.1547005*y = L1 + L2', True),
+        ('1.1547012*y = L1 + L2', False),
+        ('y = 2*0.8660252*L1/2 + 0.8660254*L2', False),
+        ('w = 3*0.2886761\ny = w*L1 + w*L2', False),
+        ('w = 0.8660254\ny = w*L1 + w*L2 + L1*L2/1000000', False),
+        # 4 digits are good for 2e-4 of L1 here, not for 2e-3.
+        ('y = 4*0.2165*L1 + 4*0.2165*L2', True),
+        ('y = 4*0.2170*L1 + 4*0.2165*L2', False),
+        # What cancels is no room: the same number on both sides moves nothing.
+        ('y = 0.8660254*L1 + 0.8660254*L2 + (0.1234567 - 0.1234567 + 0.000001)*L1', False),
+    ],
+)
+def test_what_is_made_of_rounded_numbers_is_as_rough_as_they_are(formula, agrees):
+    comparison = compare(ks.load_robot('planar_2r'), f'at: q1=60 deg, q2=0\n{formula}\n')
+    assert not comparison.faults
+    assert comparison.agrees is agrees

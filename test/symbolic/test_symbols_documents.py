@@ -12,7 +12,7 @@ from sympy import acos, cos, pi, sin
 
 import kinematics_service as ks
 from kinematics_service.errors import DerivationError
-from kinematics_service.symbolic.closed_loop import loop_coupling
+from kinematics_service.symbolic.closed_loops import loop_equations
 from kinematics_service.symbolic.path import along, parse_path
 
 k = sympy.Symbol('k', integer=True)
@@ -224,11 +224,11 @@ def test_c18_a_loop_that_is_no_parallelogram_by_implicit_differentiation():
 
     gap = L['L2'] * u(two) + L['L3'] * u(two + first) - L['L1'] * u(three)
     gap += L['L4'] * u(two + first + second)
-    found = loop_coupling(list(gap), (two, three), (first, second))
+    found = loop_equations('parallelogram', gap, (two, three), (first, second))
     # Flat loop: it can change its branch there.
     assert zero(found.determinant - L['L3'] * L['L4'] * sin(second))
     lengths = {symbol: data['robot']['lengths'][n] for n, symbol in L.items()}
-    rates = sympy.lambdify((two, three, first, second), found.passive.subs(lengths), 'numpy')
+    rates = sympy.lambdify((two, three, first, second), found.coupling.subs(lengths), 'numpy')
     for config in data['configs']:
         if config['kind'] != 'random':
             continue
@@ -522,3 +522,17 @@ def test_a_pose_too_long_to_write_is_refused():
     )
     with pytest.raises(DerivationError, match='the pose of the tool has .* terms'):
         ks.derive(ks.robot_from_text(long + rows))
+
+
+def test_a_path_in_millimetres_with_a_locked_joint_is_a_motion_of_all_joints():
+    robot = ks.robot_from_text(
+        'robot: boom\nconvention: elementary\nunits: {length: mm, angle: deg}\n'
+        'constants: {a: 400}\nlinks: [Rz(q1), Ry(q2), Tx(a), Tx(d3)]\n'
+        'joints:\n  - {name: q1, type: revolute}\n  - {name: q2, type: revolute}\n'
+        '  - {name: d3, type: prismatic, limits: [0, 900]}\n'
+    )
+    derivation = ks.derive(robot, {'q1': '30'})
+    path = along(derivation, parse_path('q2=2*t, d3=300*t*t', derivation))
+    q, qdot = path.motion(np.array([0.0, 0.5]))
+    np.testing.assert_allclose(q, [[np.pi / 6, 0.0, 0.0], [np.pi / 6, 1.0, 0.075]], atol=1e-15)
+    np.testing.assert_allclose(qdot, [[0.0, 2.0, 0.0], [0.0, 2.0, 0.3]], atol=1e-15)

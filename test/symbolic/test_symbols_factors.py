@@ -15,7 +15,7 @@ from derivations import derived, marked
 
 import kinematics_service as ks
 from kinematics_service.errors import DerivationError, RobotFileWriteError
-from kinematics_service.robot.file.writer import with_factors
+from kinematics_service.robot.file.writing.writer import with_factors
 from kinematics_service.symbolic.algebra import factors
 from kinematics_service.symbolic.algebra.quotient import divided
 from kinematics_service.symbolic.determinant import minors_of, simplest_view

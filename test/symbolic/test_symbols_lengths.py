@@ -1,9 +1,12 @@
 """Lengths that are decimals: what cancels is 0, what all but cancels is not."""
 
+import numpy as np
 import pytest
 import sympy
 
 import kinematics_service as ks
+from kinematics_service.symbolic.formulas.comparison import compare
+from kinematics_service.symbolic.path import parse_path
 
 BOOM = """
 robot: boom
@@ -43,3 +46,44 @@ def test_a_determinant_of_numbers_keeps_its_letters():
     # With the Panda's lengths multiplied out some coefficients are neither real nor imaginary.
     locked = ks.derive(ks.load_robot('panda'), {'q5': '0'})
     assert len(locked.factors) == 3
+
+
+SCREW = """
+robot: screw
+convention: modified
+units: {length: mm, angle: deg}
+constants: {tilt: 25, reach: 350}
+base: {frame: base_link, xyz: [0, reach/7, 0], rpy: [tilt, 0, 0]}
+joints:
+  - {name: q1, type: revolute}
+  - {name: q2, type: helical}
+links:
+  - {a: 0,     alpha: 0,  d: 40,           theta: q1 + 15}
+  - {a: reach, alpha: 90, d: 0.3*q2 + 20,  theta: q2}
+"""
+
+
+def test_a_screw_in_degrees_and_millimetres_moves_as_the_library_says():
+    robot = ks.robot_from_text(SCREW)
+    derivation = ks.derive(robot)
+    q = [0.4, -1.1]
+    values = {**dict(zip(derivation.variables, q)), **derivation.names.values}
+    scale = np.array([[1e-3]] * 3 + [[1.0]] * 3)
+    J = np.array(derivation.jacobian.subs(values).evalf(), dtype=float) * scale
+    np.testing.assert_allclose(J, ks.jacobian(robot, q), rtol=0, atol=1e-15)
+    p = np.array(derivation.position.subs(values).evalf(), dtype=float)[:, 0] * 1e-3
+    np.testing.assert_allclose(p, ks.forward_kinematics(robot, q)[:3, 3], rtol=0, atol=1e-15)
+
+
+def test_an_angle_of_the_base_alone_is_in_the_units_of_the_formulas():
+    text = 'R_0 = [1 0 0; 0 cos(tilt) -sin(tilt); 0 sin(tilt) cos(tilt)]\n'
+    found = compare(ks.robot_from_text(SCREW), text + 'o_0 = [0; reach/7; 0]\n')
+    assert not found.faults
+    assert found.agrees
+    assert found.randomised == ('tilt', 'reach')
+
+
+def test_a_path_is_of_time_and_lengths_alone():
+    derivation = ks.derive(ks.robot_from_text(SCREW))
+    with pytest.raises(ks.DerivationError, match="q1: unknown name 'q2'"):
+        parse_path('q1=q2, q2=t', derivation)

@@ -11,7 +11,7 @@ from derivations import derived, marked
 
 import kinematics_service as ks
 from kinematics_service.robot.bundled import find_robot_file
-from kinematics_service.robot.file.writer import with_factors
+from kinematics_service.robot.file.writing.writer import with_factors
 from kinematics_service.symbolic.file_factors import checked_text, disagreement, factors_to_write
 from kinematics_service.symbolic.output.json_output import json_of
 from kinematics_service.symbolic.output.report import Equation, report_of

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 
-from ..robot.file.description import Tolerances, Uncertainty
+from ..robot.file.parts.description import Tolerances, Uncertainty
 from ..robot.robot import Robot
 
 

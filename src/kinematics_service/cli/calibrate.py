@@ -6,11 +6,25 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Optional, TextIO
+from typing import Annotated, Optional, TextIO
 
 import typer
+from rich.console import Console
 
-from .application import app
+from ..diagnosis.calibration.calibration_run import (
+    CalibratedPoses,
+    CalibrationRun,
+    Fitting,
+    Outputs,
+    write_proposal,
+    write_report,
+    write_robot_file,
+)
+from ..diagnosis.calibration.collecting import CollectedPoses
+from ..diagnosis.calibration.proposal import MOST
+from ..errors import CalibrationError, ParameterNotFoundError
+from ..formats.recordings.source import Selection
+from ..robot.file.parts.parameters import ENDS
 from .frame_options import LONGEST_GAP, FormatOption, GapOption, given_format, given_limit
 from .live_calibration import (
     POSES,
@@ -22,10 +36,6 @@ from .live_calibration import (
 )
 from .options import RobotOption, WrongUsage, given_robot, refuse_unwritable
 from .recording_options import ColumnsOption, PrefixOption, TopicOption
-
-if TYPE_CHECKING:
-    from ..diagnosis.calibration.calibration_run import CalibrationRun
-    from ..diagnosis.calibration.collecting import CollectedPoses
 
 HELP = """
 Identify the numbers of an arm from measured poses of its tool, and write its robot file.
@@ -104,7 +114,6 @@ class FramesChoice(str, Enum):
     measured = 'measured'
 
 
-@app.command(short_help="Identify an arm's numbers from measured poses.", help=HELP)
 def calibrate(
     context: typer.Context,
     robot: RobotOption,
@@ -188,17 +197,6 @@ def calibrate(
     """Run the command; `HELP` is what its user reads."""
     plans = _plans(plan, propose)
     _check_outputs({'--output': output, '--html': html, '--json': json}, plans, files, force)
-    from ..diagnosis.calibration.calibration_run import (
-        CalibratedPoses,
-        CalibrationRun,
-        Fitting,
-        Outputs,
-        write_proposal,
-        write_report,
-        write_robot_file,
-    )
-    from ..formats.recordings.source import Selection
-
     outputs = Outputs(output, html, json, plans, frames.value, anyway)
     arm = given_robot(robot)
     form = given_format(pose_format)
@@ -258,8 +256,6 @@ def calibrate(
 @contextmanager
 def _parameters_known() -> Iterator[None]:
     # A name that is no parameter is wrong usage here.
-    from ..errors import ParameterNotFoundError
-
     try:
         yield
     except ParameterNotFoundError as error:
@@ -292,11 +288,8 @@ def _instrument(noise: str | None, positions: bool) -> tuple[float, float] | Non
 
 
 def _heard(
-    run: 'CalibrationRun', topics: LiveOptions, stream: TextIO, ros_args: Sequence[str]
-) -> 'CollectedPoses':
-    from ..errors import CalibrationError
-    from ..robot.file.parameters import ENDS
-
+    run: CalibrationRun, topics: LiveOptions, stream: TextIO, ros_args: Sequence[str]
+) -> CollectedPoses:
     for end in run.fitting.own:
         if end not in ENDS:
             raise WrongUsage(f'--own: {end!r} is not one of {", ".join(ENDS)}')
@@ -332,11 +325,8 @@ def _distances(given: Sequence[str] | None) -> dict[tuple[str, str], float]:
 
 
 def _plans(plan: list[Path] | None, propose: int | None) -> list[Path]:
-    if propose is not None:
-        from ..diagnosis.calibration.proposal import MOST
-
-        if not 1 <= propose <= MOST:
-            raise WrongUsage(f'--propose: {propose} is not within 1 and {MOST} poses')
+    if propose is not None and not 1 <= propose <= MOST:
+        raise WrongUsage(f'--propose: {propose} is not within 1 and {MOST} poses')
     if plan and propose is None:
         raise WrongUsage('--plan writes proposed poses: give --propose N too')
     for file in plan or []:
@@ -377,8 +367,6 @@ def _fitted(fit: str | None) -> tuple[str, ...]:
 @contextmanager
 def _status() -> Iterator[Callable[[str], None]]:
     # Shows a line on standard error while it works, on a terminal only.
-    from rich.console import Console
-
     console = Console(stderr=True)
     if not console.is_terminal:
         yield lambda _: None

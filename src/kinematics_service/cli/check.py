@@ -15,14 +15,13 @@ from ..estimation.status_text import structure_in_words
 from ..kernel import Floats
 from ..kinematics.tool_state import evaluate
 from ..printing import Output, facts, heading, plain, table
-from ..robot.file.convention_table import CONVENTIONS
-from ..robot.file.description import Placement, PointDescription
-from ..robot.file.loop_groups import group_name, loop_groups, passive_of
+from ..robot.file.parts.convention_table import CONVENTIONS
+from ..robot.file.parts.description import Placement, PointDescription
+from ..robot.file.parts.loop_groups import group_name, loop_groups, passive_of
 from ..robot.loops import other_branches, tried_poses
 from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES, seeded_poses
 from .accuracy_report import tolerances_in_words, uncertainty_in_words
-from .application import app
 from .known_poses import PoseError, pose_errors, pose_faults
 from .robots import joint_letters
 from .singularity_report import DEGREES, threshold_words
@@ -59,7 +58,6 @@ class FileCheck(NamedTuple):
     warnings: list[str]
 
 
-@app.command(short_help='Check robot files and print what they say.', help=HELP)
 def check(
     files: Files,
     strict: Annotated[

@@ -1,61 +1,136 @@
-"""All commands, found in the files of this folder, and the options of the node."""
+"""All commands, each loaded when it is asked for, and the options of the node."""
 
+import difflib
 import os
-import pkgutil
 import sys
+from collections.abc import Sequence
 from importlib import import_module
-from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated, Any, Optional
 
 import typer
-from typer.models import CommandInfo
+import typer.core
 
 from .. import kernel
 from ..kernel.compiled import VARIABLE
 from ..version import __version__
-from .application import app
 from .node import MIXED_ROS, ROBOT, UNSECURED, NodeOptions, start_node
 from .options import WrongUsage
 
-__all__ = ['app']
+HELP = """
+Pose, Jacobian, twist and singularity warning of any arm given by its Denavit-Hartenberg table.
 
-# The commands in the order of the help; one that does not stand here comes after them.
-ORDER = (
-    'check',
-    'new',
-    'fk',
-    'ik',
-    'jacobian',
-    'compare',
-    'derive',
-    'audit',
-    'calibrate',
-    'export',
-    'import',
-    'plot',
-    'robots',
-    'demo',
-    'echo',
-    'view',
-)
+Without a command the ROS 2 node starts. It listens to joint_states and publishes ~/pose,
+~/jacobian, ~/twist, ~/singularity/warning and others. Arguments from --ros-args on are ROS's own.
+
+\b
+Examples:
+  kinematics_service --robot puma560
+  kinematics_service --robot arm.yaml --ros-args -r __ns:=/left
+  kinematics_service --robot left=ur5e --robot right=ur5e
+  kinematics_service check arm.yaml
+  kinematics_service COMMAND --help
+"""
+
+# The commands, in the order of the help. Each has a file of its name, with `HELP` and a function
+# of that name, whose parameters are its arguments and options.
+COMMANDS = {
+    'check': 'Check robot files and print what they say.',
+    'new': 'Write a robot file to begin with.',
+    'fk': 'Print the pose of the tool.',
+    'ik': 'Find joint positions for a pose of the tool.',
+    'jacobian': 'Print the Jacobian and the twist of the tool.',
+    'compare': 'Compare your own formulas with the right ones.',
+    'derive': 'Derive the kinematics exactly.',
+    'audit': 'Judge a recording or a planned trajectory.',
+    'calibrate': "Identify an arm's numbers from measured poses.",
+    'export': 'Write a robot as URDF.',
+    'import': 'Make a robot file from a URDF or a factory calibration.',
+    'plot': 'Draw a pose, a path, a map or the workspace.',
+    'robots': 'List the bundled robots.',
+    'demo': 'Show the node at work without a robot.',
+    'echo': 'Print what a running node says.',
+    'view': 'Show the arm live on a web page.',
+}
+# Python has no module and no function of that name.
+RENAMED = {'import': 'import_urdf'}
 # Those that hand on the arguments of ROS.
 WITH_ROS = ('calibrate', 'demo', 'echo', 'view')
+# Those whose first argument is a robot, which they take by --robot as well.
+ROBOT_FIRST = ('check', 'compare', 'derive', 'export', 'plot')
+
+# typer before 0.12 asks nobody whether help and errors shall stand in boxes.
+typer.core.rich = None  # type: ignore[attr-defined]
 
 
-def _collect_commands() -> None:
-    # Each file of this folder that is a command adds itself to the application.
-    for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
-        import_module(f'.{module.name}', __package__)
-    order = {name: index for index, name in enumerate(ORDER)}
-    app.registered_commands.sort(key=lambda one: order.get(_name_of(one), len(ORDER)))
+class CommandGroup(typer.core.TyperGroup):
+    """
+    The commands, the same under every typer: Ctrl-C ends each with the exit code of that signal,
+    and a command that does not exist is answered with those that do.
+    """
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names in the order of the help."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a command, whose file is loaded now; None where there is none of that name."""
+        if cmd_name not in COMMANDS:
+            return None
+        name = RENAMED.get(cmd_name, cmd_name)
+        module = import_module(f'.{name}', __package__)
+        alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+        alone.command(cmd_name, help=module.HELP)(getattr(module, name))
+        return typer.main.get_command(alone)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the list of the commands, none of which is loaded for it."""
+        with formatter.section('Commands'):
+            formatter.write_dl(list(COMMANDS.items()))
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the command that the first argument names, its name and the other arguments."""
+        name, others = args[0], args[1:]
+        if name not in COMMANDS and not name.startswith('-'):
+            near = difflib.get_close_matches(name, COMMANDS, n=1)
+            suggestion = f', did you mean {near[0]!r}?' if near else ''
+            ctx.fail(f'unknown command {name!r}{suggestion} (commands: {", ".join(COMMANDS)})')
+        if name in ROBOT_FIRST:
+            others = robot_first(others)
+        return super().resolve_command(ctx, [name, *others])
+
+    def invoke(self, ctx: typer.Context) -> object:  # type: ignore[override]
+        """Run the command."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise typer.Exit(130) from None
 
 
-def _name_of(command: CommandInfo) -> str:
-    # What a user writes.
-    return str(command.name or getattr(command.callback, '__name__', ''))
+def robot_first(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments with each robot that `--robot` names before all others."""
+    robots, others = list[str](), list[str]()
+    words = iter(arguments)
+    for word in words:
+        name, equals, robot = word.partition('=')
+        if name != ROBOT:
+            others.append(word)
+            continue
+        robot = robot if equals else next(words, '')
+        if not robot or robot.startswith('-'):
+            raise WrongUsage(f'{ROBOT}: give a robot file, or the name of a bundled robot')
+        robots.append(robot)
+    return [*robots, *others]
 
 
-_collect_commands()
+app = typer.Typer(
+    cls=CommandGroup,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    invoke_without_command=True,
+    help=HELP,
+    context_settings={'help_option_names': ['-h', '--help']},
+)
 
 
 def _print_version(wanted: bool) -> None:

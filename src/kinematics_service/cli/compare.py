@@ -7,7 +7,6 @@ from typing import Annotated
 import typer
 
 from ..printing import Output, json_text, plain
-from .application import app
 from .options import JsonOption, WrongUsage, given_robot
 
 LARGEST = 256 * 1024
@@ -74,7 +73,6 @@ The keys of --json: robot, file, agrees, poses, random_constants, formulas; of e
 """
 
 
-@app.command(short_help='Compare your own formulas with the right ones.', help=HELP)
 def compare(
     robot: Annotated[str, typer.Argument(metavar='ROBOT', help='A robot file, or a bundled one.')],
     file: Annotated[
@@ -90,7 +88,7 @@ def compare(
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     text = _text_of(file)
-    arm = given_robot(robot, '')
+    arm = given_robot(robot)
     # sympy takes half a second to load, so it is imported here.
     from ..symbolic.formulas.comparison import compare as compare_text
     from ..symbolic.formulas.report import document, report

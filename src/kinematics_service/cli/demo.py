@@ -7,10 +7,8 @@ from typing import Annotated, Optional
 
 import typer
 
-from .application import app
-from .missing_ros import without_ros
+from .missing_ros import ros_module
 from .options import WrongUsage, refuse_unknown_robot
-from .ros_variables import refuse_ros_variables
 
 HELP = """
 Show the node at work without a robot: a simulated arm moves, and the node's outputs are
@@ -34,7 +32,6 @@ class DemoTrajectory(str, Enum):
     smooth = 'smooth'
 
 
-@app.command(short_help='Show the node at work without a robot.', help=HELP)
 def demo(
     context: typer.Context,
     robot: Annotated[
@@ -72,9 +69,5 @@ def demo(
         refuse_unknown_robot(robot)
     if duration is not None and not math.isfinite(duration):
         raise WrongUsage(f'--duration: {duration} is not a time')
-    refuse_ros_variables()
-    try:
-        from ..ros.tools.demo import run_demo
-    except ImportError as error:
-        raise without_ros(error) from error
+    run_demo = ros_module('tools.demo').run_demo
     raise typer.Exit(run_demo(robot, duration, trajectory.value, replay, context.obj))

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Optional
 import typer
 
 from ..robot.bundled import find_robot_file
-from ..robot.robot import Robot, load_robot
-from .application import app
+from ..robot.robot import load_robot
 from .options import (
     RobotArgument,
     WrongUsage,
@@ -21,6 +20,7 @@ from .options import (
 
 if TYPE_CHECKING:
     from ..symbolic.derivation import Derivation
+    from ..symbolic.path import Path as PathAlong
 
 HELP = """
 Derive the kinematics of an arm exactly, in the symbols of its robot file.
@@ -39,7 +39,7 @@ task rows as a product, where each factor vanishes, the rank there and the motio
 puts the factors into the robot file, after checking their product against the determinant.
 
 Of an arm with closed loops: what closes them, how their passive joints follow the others, and the
-determinants of the closure and of the arm, as text.
+determinants of the closure and of the arm.
 """
 
 
@@ -61,7 +61,6 @@ class Code(str, Enum):
     latex = 'latex'
 
 
-@app.command(short_help='Derive the kinematics exactly.', help=HELP)
 def derive(
     robot: RobotArgument,
     format: Annotated[Format, typer.Option(help='What to write.')] = Format.text,
@@ -90,14 +89,17 @@ def derive(
     end: Annotated[float, typer.Option('--to', help='End of the path, s.')] = 6.3,
     plot: Annotated[
         Optional[Path],
-        typer.Option(metavar='PNG', help='Draw the velocity along the path (needs matplotlib).'),
+        typer.Option(
+            metavar='PICTURE',
+            help='Draw the velocity along the path: PNG, or .svg, .pdf (needs matplotlib).',
+        ),
     ] = None,
     write: Annotated[
         bool, typer.Option('--write', help='Store the factors in the robot file.')
     ] = False,
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
-    refuse_unknown_robot(robot, '')
+    refuse_unknown_robot(robot)
     if out is not None:
         refuse_unwritable('--out', out)
         refuse_robot_file('--out', out, robot)
@@ -109,12 +111,11 @@ def derive(
         raise WrongUsage(f'--from {start:g} is not before --to {end:g}')
     locked = dict(_locks(lock or []))
     arm = load_robot(robot)
-    if arm.description.loops:
-        text_only = format == Format.text and not (lock or frame or code or path or write)
-        if not text_only:
-            raise WrongUsage('an arm with closed loops is derived as text, without other options')
-        _write_document(_closed_document(arm), out)
-        return
+    if arm.description.loops and (lock or frame or code or path or write):
+        raise WrongUsage(
+            'an arm with closed loops is derived without --lock, --frame, --code, --path and '
+            '--write'
+        )
     # sympy takes half a second to load, and is known to be needed only here.
     from ..symbolic.derivation import derive as derived
 
@@ -127,14 +128,6 @@ def derive(
         tell('writing')
         document = _document(derivation, format, frame, code, path, (start, end), plot)
     _write_document(document, out)
-
-
-def _closed_document(arm: Robot) -> str:
-    from ..symbolic.closed_arm import derive_closed
-    from ..symbolic.output.closed_text import closed_text
-
-    with _Progress() as tell:
-        return closed_text(derive_closed(arm, tell))
 
 
 def _write_document(document: str, out: Path | None) -> None:
@@ -173,9 +166,7 @@ def _document(
         return code_of(derivation, code.value)
     given = None if path is None else along(derivation, parse_path(path, derivation))
     if plot is not None and given is not None:
-        from ..symbolic.output.plot import plot_velocity
-
-        plot_velocity(given, span, plot)
+        _plot(given, span, plot)
     if format is Format.json:
         from ..symbolic.output.json_output import json_of
 
@@ -183,6 +174,20 @@ def _document(
     from ..symbolic.output.report import report_of
 
     return _written(format)(report_of(derivation, frame, given, span))
+
+
+def _plot(along: 'PathAlong', span: tuple[float, float], file: Path) -> None:
+    import numpy as np
+
+    from ..display.plots.motion import SAMPLES, PlottedMotion
+    from ..display.plots.picture import save_picture
+    from ..display.plots.velocity import velocity_picture
+
+    times = np.linspace(*span, SAMPLES)
+    q, qdot = along.motion(times)
+    motion = PlottedMotion(times, q, qdot, 'the path', False, np.array([], dtype=int))
+    marked = [crossing.time for crossing in along.crossings(*span)]
+    save_picture(velocity_picture(along.derivation.robot, motion, marked), file, other='.png')
 
 
 def _written(format: Format) -> Callable[[Any], str]:
@@ -204,7 +209,7 @@ def _written(format: Format) -> Callable[[Any], str]:
 
 
 def _write(derivation: 'Derivation', file: Path) -> None:
-    from ..robot.file.writer import write_factors
+    from ..robot.file.writing.writer import write_factors
     from ..symbolic.file_factors import checked_text, factors_to_write
 
     factors = factors_to_write(derivation)

@@ -5,10 +5,8 @@ from typing import Annotated, Optional
 
 import typer
 
-from .application import app
-from .missing_ros import without_ros
+from .missing_ros import ros_module
 from .options import WrongUsage
-from .ros_variables import refuse_ros_variables
 
 HELP = """
 Print what a running node says, without any other ROS tool installed.
@@ -35,7 +33,6 @@ class EchoedTopic(str, Enum):
     warning = 'warning'
 
 
-@app.command(short_help='Print what a running node says.', help=HELP)
 def echo(
     context: typer.Context,
     what: Annotated[EchoedTopic, typer.Argument(help='Topic to print.')] = EchoedTopic.jacobian,
@@ -58,11 +55,7 @@ def echo(
         raise WrongUsage(f'--timeout: {timeout:g} is not at least {SHORTEST_TIMEOUT:g} s')
     if timeout is not None and timeout > LONGEST_TIMEOUT:
         raise WrongUsage(f'--timeout: {timeout:g} s is longer than a day: leave it out')
-    refuse_ros_variables()
-    try:
-        from ..ros.tools.echo import run_echo
-    except ImportError as error:
-        raise without_ros(error) from error
     if timeout is None and once:
         timeout = ONCE_TIMEOUT
+    run_echo = ros_module('tools.echo').run_echo
     raise typer.Exit(run_echo(what.value, node, once, json, timeout, context.obj))

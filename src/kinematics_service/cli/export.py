@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from .application import app
+from ..formats.urdf.writer import export_urdf, without_loops
+from ..output_file import write_file
 from .options import RobotArgument, given_robot, refuse_robot_file
 
 HELP = """
@@ -25,7 +26,6 @@ URDF does not have, are left out, and a sentence on standard error says so.
 """
 
 
-@app.command(short_help='Write a robot as URDF.', help=HELP)
 def export(
     robot: RobotArgument,
     urdf: Annotated[
@@ -33,11 +33,9 @@ def export(
     ],
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
-    arm = given_robot(robot, '')
+    arm = given_robot(robot)
     refuse_robot_file('--urdf', Path(urdf), robot)
-    from ..formats.urdf.writer import urdf_text, without_loops
-
-    text = urdf_text(arm)
+    text = export_urdf(arm)
     write_document(urdf, text)
     if arm.passive_joint_names:
         loops = ', '.join(repr(loop.name) for loop in arm.description.loops)
@@ -59,6 +57,4 @@ def write_document(file: str, text: str) -> None:
     if file == '-':
         sys.stdout.write(text)
         return
-    from ..output_file import write_file
-
     write_file(Path(file), text)

@@ -7,7 +7,6 @@ from ..kinematics.singularity import Singularity, singularity_of
 from ..kinematics.tool_state import ToolState, evaluate
 from ..printing import Output, facts, heading, json_text, number, numbers
 from ..rigid_motion import roll_pitch_yaw
-from .application import app
 from .options import (
     AtOption,
     DegreesOption,
@@ -53,7 +52,6 @@ The keys of --json, in m and rad; null: infinite or undefined:
 """
 
 
-@app.command(short_help='Print the pose of the tool.', help=HELP)
 def fk(
     robot: RobotOption,
     q: PositionsOption,

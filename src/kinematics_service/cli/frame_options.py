@@ -2,16 +2,16 @@
 
 import math
 import re
-from typing import TYPE_CHECKING, Annotated, Optional
+from typing import Annotated, Optional
 
 import typer
 
+from ..diagnosis.audit.frames import FrameSettings
+from ..diagnosis.frame_check.errors import PoseLimit
+from ..diagnosis.frame_check.judgement import FrameLimits
+from ..errors import RecordingError
+from ..formats.recordings.pose_format import PoseFormat, pose_format
 from .options import WrongUsage
-
-if TYPE_CHECKING:
-    from ..diagnosis.audit.frames import FrameSettings
-    from ..diagnosis.frame_check.errors import PoseLimit
-    from ..formats.recordings.pose_format import PoseFormat
 
 LIMIT = re.compile(r'([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(mm|m|deg|rad)')
 FACTORS = {'m': 1.0, 'mm': 1e-3, 'rad': 1.0, 'deg': math.radians(1.0)}
@@ -54,22 +54,16 @@ BadOption = Annotated[
 WARN, STOP = '4mm,0.5deg', '20mm,2deg'
 
 
-def given_format(text: str | None) -> 'PoseFormat':
+def given_format(text: str | None) -> PoseFormat:
     """Return the pose format that --pose-format names."""
-    from ..errors import AuditError
-    from ..formats.recordings.pose_format import PoseFormat, pose_format
-
     try:
         return PoseFormat() if text is None else pose_format(text)
-    except AuditError as error:
+    except RecordingError as error:
         raise WrongUsage(f'--pose-format: {error}') from None
 
 
-def given_frames(gap: float | None, warn: str, stop: str) -> 'FrameSettings':
+def given_frames(gap: float | None, warn: str, stop: str) -> FrameSettings:
     """Return how poses are matched and judged."""
-    from ..diagnosis.audit.frames import FrameSettings
-    from ..diagnosis.frame_check.judgement import FrameLimits
-
     if gap is not None and not 0.0 < gap <= LONGEST_GAP:
         raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {LONGEST_GAP:g} s')
     limits = FrameLimits(given_limit('--pose-warn', warn), given_limit('--pose-stop', stop))
@@ -78,10 +72,8 @@ def given_frames(gap: float | None, warn: str, stop: str) -> 'FrameSettings':
     return FrameSettings(gap, limits)
 
 
-def given_limit(option: str, text: str) -> 'PoseLimit':
+def given_limit(option: str, text: str) -> PoseLimit:
     """Return a length, an angle, or both; one that is not given is infinite."""
-    from ..diagnosis.frame_check.errors import PoseLimit
-
     found = {'m': math.inf, 'rad': math.inf}
     for part in text.split(','):
         match = LIMIT.fullmatch(part.strip())

@@ -15,7 +15,6 @@ from ..printing import Output, facts, heading, json_text, number, numbers, plain
 from ..rigid_motion import rotation_of_quaternion, rotation_of_roll_pitch_yaw
 from ..robot.robot import Robot
 from ..robot.task import ROW_NAMES
-from .application import app
 from .options import (
     NUMBER,
     DegreesOption,
@@ -133,7 +132,6 @@ OneOption = Annotated[bool, typer.Option('--one', help='Stop at the first soluti
 AllOption = Annotated[bool, typer.Option('--all', help='Print solutions outside the limits too.')]
 
 
-@app.command(short_help='Find joint positions for a pose of the tool.', help=HELP)
 def ik(
     robot: RobotOption,
     xyz: XyzOption,

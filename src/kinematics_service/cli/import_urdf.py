@@ -9,8 +9,9 @@ from typing import Annotated, Optional
 
 import typer
 
+from ..diagnosis.calibration.factory import import_ur_calibration
+from ..formats.urdf.importer import import_urdf as imported
 from ..robot.bundled import find_robot_file
-from .application import app
 from .export import write_document
 from .options import WrongUsage, given_robot
 
@@ -42,9 +43,6 @@ class ImportedConvention(str, Enum):
     modified = 'modified'
 
 
-@app.command(
-    'import', short_help='Make a robot file from a URDF or a factory calibration.', help=HELP
-)
 def import_urdf(
     urdf: Annotated[
         Optional[Path], typer.Option('--urdf', metavar='FILE', help='The URDF.')
@@ -97,9 +95,7 @@ def import_urdf(
             'give --urdf FILE with --base LINK and --tip LINK, or --ur-calibration FILE with '
             '--robot NAME'
         )
-    from ..formats.urdf.importer import import_file
-
-    found = import_file(urdf, base, tip, name, convention.value, round_angles, point or ())
+    found = imported(urdf, base, tip, name, convention.value, round_angles, point or ())
     write_document(out, found.text)
     # On the screen the robot file itself is standard output, so that it can be redirected.
     report = sys.stderr if out == '-' else sys.stdout
@@ -108,8 +104,6 @@ def import_urdf(
 
 def _import_ur_calibration(file: Path, robot: str, out: str) -> None:
     arm = given_robot(robot)
-    from ..diagnosis.calibration.factory import import_ur_calibration
-
     date = datetime.now().astimezone().date().isoformat()
     text = find_robot_file(robot).read_text(encoding='utf-8')
     found = import_ur_calibration(file, arm, text, date)

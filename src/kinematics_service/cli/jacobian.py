@@ -13,7 +13,6 @@ from ..kinematics.tool_state import ToolState, evaluate
 from ..printing import Output, broken_name, heading, json_text, number, plain, table
 from ..robot.points import TOOL
 from ..robot.robot import Robot
-from .application import app
 from .options import (
     AtOption,
     DegreesOption,
@@ -68,7 +67,6 @@ The keys of --json, in m, rad, s; null: infinite, undefined, not asked for:
 """
 
 
-@app.command(short_help='Print the Jacobian and the twist of the tool.', help=HELP)
 def jacobian(
     robot: RobotOption,
     q: PositionsOption,

@@ -9,7 +9,7 @@ import numpy as np
 from ..errors import Fault
 from ..kinematics.forward import forward_kinematics
 from ..rigid_motion import rotation_vector
-from ..robot.file.description import KnownPose
+from ..robot.file.parts.description import KnownPose
 from ..robot.robot import Robot
 
 

@@ -6,17 +6,17 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TextIO
+from typing import Any, NamedTuple, TextIO
 
+from ..diagnosis.calibration.calibration import Calibration
+from ..diagnosis.calibration.collecting import CollectedPoses, table_of
+from ..diagnosis.calibration.proposal import propose_poses
 from ..errors import KinematicsError
-from .missing_ros import without_ros
+from ..output_file import write_file
+from ..robot.file.parts.parameters import TABLE_GROUPS
+from ..robot.robot import Robot
+from .missing_ros import ros_module
 from .options import WrongUsage
-from .ros_variables import refuse_ros_variables
-
-if TYPE_CHECKING:
-    from ..diagnosis.calibration.calibration import Calibration
-    from ..diagnosis.calibration.collecting import CollectedPoses
-    from ..robot.robot import Robot
 
 # Topics where nothing else is said: those of a node without a namespace.
 STATES, POSES = '/joint_states', '/kinematics/reference_pose'
@@ -41,40 +41,36 @@ def checked_seconds(seconds: float) -> float:
 
 
 def collected(
-    robot: 'Robot',
+    robot: Robot,
     options: LiveOptions,
-    fitted: Callable[['CollectedPoses'], 'Calibration'],
+    fitted: Callable[[CollectedPoses], Calibration],
     stream: TextIO,
     ros_args: Sequence[str],
-) -> 'CollectedPoses | int':
+) -> CollectedPoses | int:
     """Return the poses heard, or an exit code; lines for the user go to the stream."""
-    refuse_ros_variables()
-    try:
-        from ..ros.tools.calibration_session import LiveFit, LiveTopics, collect_poses
-    except ImportError as error:
-        raise without_ros(error) from error
+    session = ros_module('tools.calibration_session')
 
-    def fit(poses: 'CollectedPoses') -> 'LiveFit':
+    def fit(poses: CollectedPoses) -> Any:
         found = fitted(poses)
         complete = found.known >= found.possible
-        return LiveFit(tuple(_lines(robot, found, complete, options.propose)), complete)
+        return session.LiveFit(tuple(_lines(robot, found, complete, options.propose)), complete)
 
     def say(line: str) -> None:
         print(line, file=stream, flush=True)
 
-    topics = LiveTopics(options.states, options.poses)
-    return collect_poses(robot, topics, options.joint_prefix, options.seconds, fit, say, ros_args)
+    topics = session.LiveTopics(options.states, options.poses)
+    heard: CollectedPoses | int = session.collect_poses(
+        robot, topics, options.joint_prefix, options.seconds, fit, say, ros_args
+    )
+    return heard
 
 
 @contextmanager
-def kept_when_refused(robot: 'Robot', poses: 'CollectedPoses') -> Iterator[None]:
+def kept_when_refused(robot: Robot, poses: CollectedPoses) -> Iterator[None]:
     """Write the poses heard as a table if what follows fails: to hear them took minutes."""
     try:
         yield
     except BaseException:
-        from ..diagnosis.calibration.collecting import table_of
-        from ..output_file import write_file
-
         file = Path(f'heard_poses_{datetime.now().astimezone():%Y%m%d_%H%M%S}.csv')
         with suppress(KinematicsError):  # what failed comes first
             write_file(file, table_of(poses, robot.joint_names))
@@ -83,10 +79,7 @@ def kept_when_refused(robot: 'Robot', poses: 'CollectedPoses') -> Iterator[None]
         raise
 
 
-def _lines(robot: 'Robot', found: 'Calibration', complete: bool, propose: int) -> Iterator[str]:
-    from ..diagnosis.calibration.proposal import propose_poses
-    from ..robot.file.parameters import TABLE_GROUPS
-
+def _lines(robot: Robot, found: Calibration, complete: bool, propose: int) -> Iterator[str]:
     yield f'{found.count} poses: {found.known} of {found.possible} directions are known'
     table = [one for one in found.parameters if one.group in TABLE_GROUPS]
     for words, told in (('known', True), ('not by itself, or not yet', False)):

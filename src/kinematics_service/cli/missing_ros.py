@@ -1,4 +1,9 @@
-"""What is said where ROS cannot be imported."""
+"""ROS where it is needed, and what is said where it cannot be imported."""
+
+from importlib import import_module
+from typing import Any
+
+from .ros_variables import refuse_ros_variables
 
 WITHOUT_ROS = (
     'this needs ROS 2 and its rclpy, which cannot be imported here ({reason}): pip install '
@@ -18,6 +23,19 @@ def is_ours(error: ImportError) -> bool:
     return (error.name or '').startswith(__package__.partition('.')[0])
 
 
-def without_ros(error: ImportError) -> Exception:
-    """Return what to raise where an import of what needs ROS failed."""
-    return error if is_ours(error) else RosMissingError(error)
+def ros_module(name: str) -> Any:
+    """
+    Return a module of the room `ros`, by its name there.
+
+    Raises
+    ------
+    RosMissingError
+        rclpy or a message package cannot be imported.
+    RosVariableError
+        ROS cannot start with its environment variables.
+    """
+    refuse_ros_variables()
+    try:
+        return import_module(f'..ros.{name}', __package__)
+    except ImportError as error:
+        raise error if is_ours(error) else RosMissingError(error) from error

@@ -9,10 +9,9 @@ import typer
 
 from ..errors import RobotNotFoundError
 from ..robot.bundled import bundled_robots, find_robot_file
-from ..robot.file.description import AngleUnit, LengthUnit
-from ..robot.file.new_robot import MOST_JOINTS, NEW_CONVENTIONS, new_robot_text
-from ..robot.file.quantities import Units
-from .application import app
+from ..robot.file.parts.description import AngleUnit, LengthUnit
+from ..robot.file.parts.quantities import Units
+from ..robot.file.writing.new_robot import MOST_JOINTS, NEW_CONVENTIONS, new_robot_text
 from .export import write_document
 from .options import WrongUsage, refuse_unwritable
 
@@ -41,7 +40,6 @@ NewConvention = Enum(  # type: ignore[misc]
 )
 
 
-@app.command(short_help='Write a robot file to begin with.', help=HELP)
 def new(
     name: Annotated[str, typer.Argument(metavar='NAME', help='Name of the robot.')],
     dof: Annotated[

@@ -7,11 +7,10 @@ than the rest of the node: what is plainly a start of the node does not wait for
 
 import gc
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
-from .missing_ros import without_ros
-from .ros_variables import refuse_ros_variables
+from .missing_ros import ros_module
 
 ROBOT, UNSECURED, MIXED_ROS = '--robot', '--allow-unsecured', '--allow-mixed-ros'
 # numpy's library for large matrices starts a thread, which after each call waits at full speed for
@@ -61,21 +60,13 @@ def start_node(options: NodeOptions, ros_arguments: Sequence[str]) -> int:
     RosVariableError
         ROS cannot start with its environment variables.
     """
-    refuse_ros_variables()
     os.environ.setdefault(*ONE_THREAD)
     # Nothing is garbage before the node is there: to look for it takes 25 ms.
     gc.disable()
     try:
-        return _runner()(
+        code: int = ros_module('process.runner').run_node(
             options.robots, ros_arguments, options.allow_unsecured, options.allow_mixed_ros
         )
+        return code
     finally:
         gc.enable()
-
-
-def _runner() -> Callable[..., int]:
-    try:
-        from ..ros.process.runner import run_node
-    except ImportError as error:
-        raise without_ros(error) from error
-    return run_node

@@ -16,14 +16,13 @@ from ..robot.points import TOOL
 from ..robot.robot import Robot, load_robot
 
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
-# Prefix of messages about faults of a robot.
-OPTION = '--robot: '
 
 RobotOption = Annotated[
     str, typer.Option('--robot', metavar='FILE|NAME', help='A robot file, or a bundled robot.')
 ]
 RobotArgument = Annotated[
-    str, typer.Argument(metavar='ROBOT', help='A robot file, or a bundled robot.')
+    str,
+    typer.Argument(metavar='ROBOT', help='A robot file, or a bundled robot; also with --robot.'),
 ]
 PositionsOption = Annotated[
     str,
@@ -78,30 +77,26 @@ def refuse_robot_file(option: str, file: Path, robot: str) -> None:
         raise WrongUsage(f'{option}: {file} is the robot file itself')
 
 
-def refuse_unknown_robot(name: str, where: str = OPTION) -> None:
-    """
-    Refuse a robot that is neither a file nor a bundled one, as wrong usage.
-
-    `where` stands before the sentence: the option, or nothing where the robot has no option.
-    """
+def refuse_unknown_robot(name: str) -> None:
+    """Refuse a robot that is neither a file nor a bundled one, as wrong usage."""
     try:
         path = find_robot_file(name)
     except RobotNotFoundError as error:
-        raise WrongUsage(f'{where}{error}') from None
+        raise WrongUsage(f'--robot: {error}') from None
     if not path.exists():
-        raise WrongUsage(f'{where}there is no file {name}')
+        raise WrongUsage(f'--robot: there is no file {name}')
 
 
-def given_robot(name: str, where: str = OPTION) -> Robot:
+def given_robot(name: str) -> Robot:
     """
-    Return the robot of a name; `where` as `refuse_unknown_robot` takes it.
+    Return the robot of a name.
 
     Raises
     ------
     RobotFileError
         The file exists but holds no valid robot.
     """
-    refuse_unknown_robot(name, where)
+    refuse_unknown_robot(name)
     return load_robot(name)
 
 

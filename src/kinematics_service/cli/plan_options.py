@@ -2,23 +2,18 @@
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+from ..diagnosis.audit.planned import PlanSettings, refuse_unknown_point
+from ..errors import PlanError
+from ..kinematics.plans.check import threshold_of_distance
+from ..robot.robot import Robot
 from .options import WrongUsage
-
-if TYPE_CHECKING:
-    from ..diagnosis.audit.planned import PlanSettings
-    from ..robot.robot import Robot
 
 
 def given_plans(
-    robot: 'Robot', failures: Sequence[str] | None, limit: float | None, points: str | None
-) -> 'PlanSettings':
+    robot: Robot, failures: Sequence[str] | None, limit: float | None, points: str | None
+) -> PlanSettings:
     """Return what is asked of plans: with --fail-on warn the distance of that threshold."""
-    from ..diagnosis.audit.planned import PlanSettings, refuse_unknown_point
-    from ..errors import PlanError
-    from ..kinematics.plans.check import threshold_of_distance
-
     if limit is not None and not 0.0 < limit < math.inf:
         raise WrongUsage(f'--speed-limit: {limit:g} is no speed above 0 m/s')
     names = tuple(name.strip() for name in (points or '').split(',') if name.strip())

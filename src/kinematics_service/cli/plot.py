@@ -5,11 +5,33 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Optional
+from typing import Annotated, Optional
 
 import typer
 
-from .application import app
+from ..display.plots.arm import arm_picture
+from ..display.plots.critical import critical_points
+from ..display.plots.distance_map import distance_map, joint_pair
+from ..display.plots.map_picture import map_picture
+from ..display.plots.measures import measures_picture
+from ..display.plots.motion import motion_of
+from ..display.plots.picture import (
+    Draw,
+    refuse_without_matplotlib,
+    save_picture,
+    show_picture,
+    suffix_of,
+)
+from ..display.plots.plane import plane_of
+from ..display.plots.ranges import clear_pose
+from ..display.plots.solutions import solutions_picture
+from ..display.plots.velocity import velocity_picture
+from ..display.plots.workspace import workspace
+from ..display.plots.workspace_picture import workspace_picture
+from ..errors import PlotError
+from ..kernel import Floats
+from ..kinematics.inverse.solve import inverse_kinematics
+from ..robot.robot import Robot
 from .ik import NearOption, QuaternionOption, RpyOption, target_from
 from .options import (
     DegreesOption,
@@ -21,11 +43,6 @@ from .options import (
     given_robot,
     joint_values,
 )
-
-if TYPE_CHECKING:
-    from ..display.plots.picture import Draw
-    from ..kernel import Floats
-    from ..robot.robot import Robot
 
 HELP = """
 Draw a picture of an arm, and write it as PNG, SVG or PDF.
@@ -65,7 +82,6 @@ MAP_POINTS, WORKSPACE_POINTS = 400, 100_000
 POINTS = {'map': (2, 4000), 'workspace': (1000, 100_000_000)}
 
 
-@app.command(short_help='Draw a pose, a path, a map or the workspace.', help=HELP)
 def plot(
     robot: RobotArgument,
     kind: Annotated[str, typer.Argument(metavar='KIND', help='What to draw.')] = 'arm',
@@ -152,18 +168,11 @@ def plot(
     most = _points(kind, points)
     if rpy is not None and quaternion is not None:
         raise WrongUsage('--rpy and --quaternion both say how the tool is turned: give one')
-    from ..display.plots.picture import (
-        refuse_without_matplotlib,
-        save_picture,
-        show_picture,
-        suffix_of,
-    )
-
     if save is not None:
         with _wrong_usage():
             suffix_of(save)
     refuse_without_matplotlib()
-    arm = ending_at(given_robot(robot, ''), of)
+    arm = ending_at(given_robot(robot), of)
     count = most if points is not None else _fewer(arm, kind, most)
     pose = None if q is None else given_positions(arm, q, deg)
     if kind == 'ik':
@@ -198,8 +207,6 @@ def _refuse_unknown_options(robot: str, kind: str, given: list[str]) -> None:
 @contextmanager
 def _wrong_usage() -> Iterator[None]:
     # An option's value that the library refuses is wrong usage here.
-    from ..errors import PlotError
-
     try:
         yield
     except PlotError as error:
@@ -215,7 +222,7 @@ def _points(kind: str, points: int | None) -> int:
     return points
 
 
-def _fewer(robot: 'Robot', kind: str, points: int) -> int:
+def _fewer(robot: Robot, kind: str, points: int) -> int:
     # A position takes the longer the more has to be closed. Not by the clock: the same command
     # gives the same picture.
     passive = max(1, len(robot.passive_joint_names))
@@ -226,58 +233,37 @@ def _fewer(robot: 'Robot', kind: str, points: int) -> int:
     return points
 
 
-def _ik(robot: 'Robot', target: 'Floats', near: 'Floats | None') -> tuple['Draw', bool]:
-    from ..display.plots.solutions import solutions_picture
-    from ..kinematics.inverse.solve import inverse_kinematics
-
+def _ik(robot: Robot, target: Floats, near: Floats | None) -> tuple[Draw, bool]:
     result = inverse_kinematics(robot, target, near=near, respect_limits=False)
     failed = result.status in ('outside_limits', 'unreachable')
     return solutions_picture(robot, target, result), failed
 
 
 def _drawing(
-    robot: 'Robot',
+    robot: Robot,
     kind: str,
-    pose: 'Floats | None',
+    pose: Floats | None,
     path: str | None,
     joints: str | None,
     plane: tuple[str | None, float | None],
     points: int,
     workers: str | None,
-) -> 'Draw':
-    from ..display.plots.ranges import clear_pose
-
+) -> Draw:
     if kind == 'arm':
-        from ..display.plots.arm import arm_picture
-
         return arm_picture(robot, clear_pose(robot) if pose is None else pose)
     if kind == 'map':
-        from ..display.plots.distance_map import distance_map, joint_pair
-        from ..display.plots.map_picture import map_picture
-
         names = None if joints is None else re.split(r'[\s,]+', joints.strip())
         with _wrong_usage():
             pair = joint_pair(robot, names)
         held = clear_pose(robot) if pose is None else pose
         return map_picture(robot, distance_map(robot, pair, held, points, workers))
     if kind == 'workspace':
-        from ..display.plots.critical import critical_points
-        from ..display.plots.plane import plane_of
-        from ..display.plots.workspace import workspace
-        from ..display.plots.workspace_picture import workspace_picture
-
         with _wrong_usage():
             where = plane_of(robot, *plane)
         space = workspace(robot, where, points, workers)
         return workspace_picture(robot, space, critical_points(robot, where))
-    from ..display.plots.motion import motion_of
-
     with _wrong_usage():
         motion = motion_of(robot, path or 'smooth')
     if kind == 'velocity':
-        from ..display.plots.velocity import velocity_picture
-
         return velocity_picture(robot, motion)
-    from ..display.plots.measures import measures_picture
-
     return measures_picture(robot, motion)

@@ -2,9 +2,8 @@
 
 from ..printing import Output, heading, plain
 from ..robot.bundled import grouped_robots
-from ..robot.file.description import JointDescription, RobotDescription
+from ..robot.file.parts.description import JointDescription, RobotDescription
 from ..robot.file.reader import read_robot_file
-from .application import app
 
 HELP = """
 List the robots that come with the package, one per line; any command takes their names, and
@@ -27,7 +26,6 @@ def joint_letters(joints: tuple[JointDescription, ...]) -> str:
     return ''.join(LETTERS[joint.type] for joint in joints)
 
 
-@app.command(short_help='List the bundled robots.', help=HELP)
 def robots() -> None:
     """Run the command; `HELP` is what its user reads."""
     out = Output()

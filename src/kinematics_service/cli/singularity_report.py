@@ -18,7 +18,7 @@ from ..kernel import Floats
 from ..kinematics.singularity import Singularity, flat_loop
 from ..kinematics.tool_state import ToolState
 from ..printing import Output, facts, heading, number, numbers, plain, table
-from ..robot.file.loop_groups import group_in_words
+from ..robot.file.parts.loop_groups import group_in_words
 from ..robot.measures import MEASURES, Level, Measure, Thresholds
 from ..robot.robot import Robot
 

@@ -7,8 +7,8 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from ..printing import plain, table
-from ..robot.file.convention_table import CONVENTIONS, RowKind
-from ..robot.file.description import (
+from ..robot.file.parts.convention_table import CONVENTIONS, RowKind
+from ..robot.file.parts.description import (
     DhRow,
     ElementaryMotion,
     RigidMotion,

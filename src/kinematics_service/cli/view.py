@@ -8,10 +8,8 @@ import typer
 
 from ..errors import ViewerMissingError
 from ..stop_signals import stop_signals
-from .application import app
-from .missing_ros import RosMissingError, is_ours
+from .missing_ros import RosMissingError, is_ours, ros_module
 from .options import OfOption, WrongUsage, ending_at, given_robot
-from .ros_variables import refuse_ros_variables
 
 DEFAULT = 'puma560'
 WITHOUT_VISER = (
@@ -38,7 +36,6 @@ joint states, for a node without a robot. Without ROS there are sliders only.
 """
 
 
-@app.command(short_help='Show the arm live on a web page.', help=HELP)
 def view(
     context: typer.Context,
     robot: Annotated[
@@ -91,29 +88,24 @@ def view(
     check_address(host, port)
     address = Address(host, port, tuple(allow_host or ()))
     arm = None if robot is None else ending_at(given_robot(robot), of)
+    status = 'sliders'
+    if not sliders:
+        run_view = _with_ros(publish)
+        if run_view is not None:
+            raise typer.Exit(run_view(arm, DEFAULT, node, address, publish, context.obj))
+        status = 'sliders only: there is no ROS here'
     with stop_signals() as stop:
-        status = 'sliders'
-        if not sliders:
-            run_view = _with_ros(publish)
-            if run_view is not None:
-                options = (node, address, publish, context.obj)
-                raise typer.Exit(run_view(arm, DEFAULT, *options, lambda: stop.came))
-            status = 'sliders only: there is no ROS here'
         source = SliderSource(arm or given_robot(DEFAULT), status)
         run_page(source, address, False, lambda: stop.came)
 
 
 def _with_ros(publish: bool) -> Callable[..., int] | None:
     # The function that runs the view with ROS; None, and a message, if there is no ROS.
-    refuse_ros_variables()
     try:
-        from ..ros.tools.view_session import run_view
-    except ImportError as error:
-        if is_ours(error):
-            raise
-        missing = RosMissingError(error)
+        run_view: Callable[..., int] = ros_module('tools.view_session').run_view
+    except RosMissingError as missing:
         if publish:
-            raise missing from error
+            raise
         print(f'kinematics_service: sliders only: {missing}', file=sys.stderr, flush=True)
         return None
     return run_view

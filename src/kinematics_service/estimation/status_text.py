@@ -8,7 +8,7 @@ import numpy as np
 
 from ..kernel import Floats
 from ..kinematics.singularity import Singularity, flat_loop, watched_value
-from ..robot.file.loop_groups import closed_together, group_in_words, group_key
+from ..robot.file.parts.loop_groups import closed_together, group_in_words, group_key
 from ..robot.measures import MEASURES, Level, Measure
 from ..robot.robot import Robot
 

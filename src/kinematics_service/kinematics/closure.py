@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from ..kernel import Floats
-from ..robot.file.loop_groups import closed_together, group_in_words
+from ..robot.file.parts.loop_groups import closed_together, group_in_words
 from ..robot.loops import close_at
 from ..robot.robot import Robot
 

@@ -123,7 +123,6 @@ def jacobian(
     *,
     of: str | int = TOOL,
     at: npt.ArrayLike | None = None,
-    frame: str | int | None = None,
 ) -> Floats:
     """
     Return the geometric Jacobian, shape (..., 6, n), rows vx vy vz wx wy wz.
@@ -143,8 +142,6 @@ def jacobian(
     at : shape (3,), m
         The reference point, whose velocity the linear rows are: fixed to the frame `of`, in its
         coordinates. Without it, its origin.
-    frame
-        Another name of `axes`.
 
     Raises
     ------
@@ -160,7 +157,7 @@ def jacobian(
     """
     robot = as_robot(robot)
     state = state_of(robot, of, q)
-    return chosen(robot, q, state, state.jacobian, of, at, axes if frame is None else frame)
+    return chosen(robot, q, state, state.jacobian, of, at, axes)
 
 
 def twist(
@@ -171,21 +168,19 @@ def twist(
     *,
     of: str | int = TOOL,
     at: npt.ArrayLike | None = None,
-    frame: str | int | None = None,
 ) -> Floats:
     """
     Return the twist of the tool J qdot, shape (..., 6): vx vy vz (m/s), wx wy wz (rad/s).
 
     Parameters
     ----------
-    robot, q, axes, of, at, frame
+    robot, q, axes, of, at
         As in `jacobian`, which raises the same errors.
     qdot : shape (..., n), rad/s or m/s
         Joint velocities.
     """
     robot = as_robot(robot)
     state = state_of(robot, of, q, qdot)
-    axes = axes if frame is None else frame
     return chosen(robot, q, state, state.twist[..., None], of, at, axes)[..., 0]
 
 

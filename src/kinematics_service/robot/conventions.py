@@ -10,9 +10,9 @@ import numpy as np
 
 from ..kernel import Floats
 from ..rigid_motion import Z_INTO, inverse, screw
-from .file.convention_table import CONVENTIONS, NamedMotion
-from .file.description import DhRow, ElementaryMotion, Link, RobotDescription
-from .file.expressions import Affine
+from .file.parts.convention_table import CONVENTIONS, NamedMotion
+from .file.parts.description import DhRow, ElementaryMotion, Link, RobotDescription
+from .file.text.expressions import Affine
 
 ZERO = Affine(0.0, ())
 

@@ -17,9 +17,9 @@ from .. import kernel
 from ..errors import KinematicsError
 from ..kernel import Chain, Floats, Integers
 from .chain import FrozenArrays
-from .file.description import RobotDescription
-from .file.expression_syntax import operands_of, postorder, syntax_tree
-from .file.loop_groups import group_name, loop_groups, passive_of
+from .file.parts.description import RobotDescription
+from .file.parts.loop_groups import group_name, loop_groups, passive_of
+from .file.text.expression_syntax import operands_of, postorder, syntax_tree
 from .measure_batch import measure_table
 from .task import Task
 

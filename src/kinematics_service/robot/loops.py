@@ -17,14 +17,14 @@ from ..kernel import Chain, Closure, Floats, Loop, LoopGroup
 from ..rigid_motion import inverse
 from .chain import fold
 from .conventions import row_of, table_rows
-from .file.description import (
+from .file.parts.description import (
     JointDescription,
     Link,
     LoopDescription,
     RobotDescription,
     SingularityDescription,
 )
-from .file.loop_groups import loop_groups, passive_of
+from .file.parts.loop_groups import loop_groups, passive_of
 
 ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 # Components that are not among the rows of a rotation vanish to this, rad.

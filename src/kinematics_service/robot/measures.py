@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from ..errors import KinematicsError
 from ..kernel import Floats
-from .file.measure_table import MEASURES as MEASURES
-from .file.measure_table import Measure as Measure
+from .file.parts.measure_table import MEASURES as MEASURES
+from .file.parts.measure_table import Measure as Measure
 from .task import Task
 
 

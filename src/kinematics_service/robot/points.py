@@ -19,7 +19,7 @@ from ..kernel import Arm, Chain, Closure, Floats, Integers
 from ..rigid_motion import exact_rpy, rotation_of_roll_pitch_yaw
 from .chain import first_entries, fold
 from .conventions import table_rows
-from .file.description import (
+from .file.parts.description import (
     IDENTITY,
     Link,
     Placement,
@@ -29,7 +29,7 @@ from .file.description import (
     SingularityDescription,
     Uncertainty,
 )
-from .file.parameters import (
+from .file.parts.parameters import (
     ENDS,
     GEARS,
     TABLE_GROUPS,

@@ -14,8 +14,8 @@ from ..kernel import Arm, Chain, Floats
 from .bundled import find_robot_file
 from .chain import FrozenArrays
 from .factors import Factors, read_factors, with_loops
-from .file.description import Factor, RobotDescription
-from .file.loop_groups import group_name, loop_groups
+from .file.parts.description import Factor, RobotDescription
+from .file.parts.loop_groups import group_name, loop_groups
 from .file.reader import parse_robot, read_robot_file
 from .joint_spans import joint_spans
 from .loops import chain_of, closed_poses, closure_of, variables_of

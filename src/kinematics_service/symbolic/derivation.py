@@ -1,7 +1,7 @@
 """The exact derivation of an arm: what a textbook does by hand, for every robot file."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import comb
 from typing import Any
@@ -9,11 +9,13 @@ from typing import Any
 import sympy
 
 from ..errors import DerivationError
+from ..robot.loops import opened
 from ..robot.robot import AnyRobot, Robot, as_robot
 from . import jacobian as ways
 from .algebra.arithmetic import Arithmetic, arithmetic_of
 from .algebra.matrices import Matrix
 from .algebra.names import Names, names_of
+from .closed_loops import LoopEquations, closed_determinant, loops_of
 from .determinant import Minors, View, minors_of, simplest_view
 from .frames import Frames, frames_of
 from .minors import generic_rank, independent_columns, product_of, remainder_of
@@ -40,15 +42,17 @@ class Derivation:
     """
     An arm, derived exactly; sympy expressions in the file's own symbols.
 
-    Lengths are in the file's unit, joint angles in rad. The Jacobian's rows are the linear three,
-    then the angular three, its point is the tool, its axes those of the base frame.
+    An arm with closed loops is derived by its joints and its passive joints. Lengths are in the
+    file's unit, joint angles in rad. The Jacobian's rows are the linear three, then the angular
+    three, its point is the tool, its axes those of the base frame.
 
     Attributes
     ----------
     robot
         The arm.
     names
-        Its symbols: `variables`, `lengths`, and the file's `values` of the lengths.
+        Its symbols: `variables` (passive joints behind the others), `lengths`, and the file's
+        `values` of the lengths.
     row_transforms
         T of each row of the table.
     frames
@@ -57,13 +61,17 @@ class Derivation:
         The tool in the base frame.
     z, o
         Direction and origin of the axis of each row that moves, base axes.
-    jacobian : 6 x n
+    jacobian_open : 6 x n
+        By the joints, and by the passive joints behind them as if each moved by itself.
     methods
         The four ways to it, with the number of terms their difference from the first leaves: 0.
     coupling
-        C with (rows' theta and d) = C q + constants where a joint moves several rows; else None.
+        C with (rows' theta and d) = C q + constants where a joint moves several rows, or none;
+        else None. With closed loops passive joints stand behind q.
+    loops
+        Closed loops, in the order of the file; empty for most arms.
     singular_set
-        Determinant, factors, families, ranks.
+        Determinant, factors, families, ranks; with closed loops the determinant alone.
     """
 
     robot: Robot
@@ -73,9 +81,10 @@ class Derivation:
     T: Any
     z: tuple[Any, ...]
     o: tuple[Any, ...]
-    jacobian: Any
+    jacobian_open: Any
     methods: Mapping[str, int]
     coupling: Any
+    loops: tuple[LoopEquations, ...]
     singular_set: SingularSet
     exact: 'Exact' = field(repr=False)
 
@@ -92,12 +101,28 @@ class Derivation:
     @property
     def variables(self) -> tuple[Any, ...]:
         """Return the joint variables, in the order of the columns."""
-        return self.names.variables
+        passive = sum(len(loop.passive) for loop in self.loops)
+        return self.names.variables[: len(self.names.variables) - passive]
+
+    @cached_property
+    def jacobian(self) -> Any:
+        """Return J by the joints, 6 x n."""
+        return self._by_joints(self.jacobian_open)
+
+    @property
+    def loop_coupling(self) -> Any:
+        """
+        Return d (q, psi) / d q of joints q and passive joints psi: J is `jacobian_open` times it.
+        """
+        rows = [sympy.eye(len(self.variables)), *(loop.coupling for loop in self.loops)]
+        return sympy.ImmutableMatrix(sympy.Matrix.vstack(*rows))
 
     @property
     def determinant(self) -> Any:
         """
         Return the determinant of the task rows as a product, or the product of singular values.
+
+        None where it is not written out.
         """
         return self.singular_set.determinant.expression
 
@@ -123,7 +148,7 @@ class Derivation:
         """Return an expression (or a matrix) by the theta of `angles`, without the offsets."""
         offsets = self.exact.arithmetic.offsets
         symbols = self.exact.arithmetic.angles
-        turned = {v: symbols[v] - offsets[v] for v in self.variables if offsets[v] != 0}
+        turned = {v: symbols[v] - offsets[v] for v in self.names.variables if offsets[v] != 0}
         return expression.xreplace(turned) if turned else expression
 
     def jacobian_in(self, frame: str | int = 'base', angular_first: bool = False) -> Any:
@@ -143,7 +168,10 @@ class Derivation:
             There is no such frame.
         """
         J = self.exact.jacobian_in(frame)
-        return self.exact.writer.matrix((*J[3:], *J[:3]) if angular_first else J)
+        return self._by_joints(self.exact.writer.matrix((*J[3:], *J[:3]) if angular_first else J))
+
+    def _by_joints(self, J: Any) -> Any:
+        return J * self.loop_coupling if self.loops else J
 
     @cached_property
     def central_difference(self) -> float:
@@ -187,24 +215,36 @@ def derive(
         The arm.
     locked
         Joint variables held still, with the expression in the file's units that stands in their
-        place: `{'q3': '0'}` makes a six-joint arm of a seven-joint one.
+        place: `{'q3': '0'}` makes a six-joint arm of a seven-joint one. Not with closed loops.
     progress
         Told in a few words what is being done.
 
     Raises
     ------
     DerivationError
-        The arm has closed loops, a name to lock is unknown, an angle is no fraction of a joint's,
-        or the pose is too long.
+        A name to lock is unknown, an angle is no fraction of a joint's, the pose is too long, or
+        closed loops need each other's passive joints.
+
+    Examples
+    --------
+    >>> import kinematics_service as ks
+    >>> ks.derive('crank_slider').loops[0].determinant
+    rod*cos(psi + q)
     """
     robot = as_robot(robot)
-    if robot.description.loops:
-        raise DerivationError(f'{robot.name} has closed loops: derive_closed derives it')
     tell = progress or (lambda _: None)
     tell('frames')
-    names = names_of(robot.description, locked)
-    arithmetic = arithmetic_of(robot.description, names)
-    frames = frames_of(robot.description, arithmetic)
+    arm = whole = robot.description
+    if arm.loops:
+        if locked:
+            raise DerivationError(f'{robot.name} has closed loops: none of its joints is locked')
+        # The angles of the ring are those of all rows.
+        rows_of_loops = tuple(link for loop in arm.loops for link in loop.links)
+        arm = opened(arm)
+        whole = replace(arm, links=arm.links + rows_of_loops)
+    names = names_of(whole, locked)
+    arithmetic = arithmetic_of(whole, names)
+    frames = frames_of(arm, arithmetic)
     writer = writer_of(frames, arithmetic)
     rows = tuple(writer.matrix(T) for T in frames.row_transforms)
     in_base = tuple(writer.matrix(T) for T in frames.in_base)
@@ -220,11 +260,14 @@ def derive(
     J = found['geometric']
     sampler = sampler_of(robot, arithmetic, row_indices(robot))
     exact = Exact(arithmetic, frames, writer, sampler, J)
-    found_set = _singular_set(exact, tell) or _singular_set(_in_half_angles(exact), tell)
+    loops = loops_of(robot, arm, arithmetic, tell)
+    if loops:
+        found_set: SingularSet | None = _closed_set(exact, loops, tell)
+    else:
+        found_set = _singular_set(exact, tell) or _singular_set(_in_half_angles(exact), tell)
     assert found_set is not None  # with half angles every family is one
     C = ways.coupling(frames, arithmetic)
     plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
-    written = writer.matrix(J)
     return Derivation(
         robot=robot,
         names=names,
@@ -233,12 +276,33 @@ def derive(
         T=T,
         z=z,
         o=o,
-        jacobian=written,
+        jacobian_open=writer.matrix(J),
         methods={name: ways.differences(J, other) for name, other in found.items()},
         coupling=None if plain else C,
+        loops=loops,
         singular_set=found_set,
         exact=exact,
     )
+
+
+def _closed_set(exact: Exact, loops: tuple[LoopEquations, ...], tell: Progress) -> SingularSet:
+    robot = exact.sampler.robot
+    tell('determinant')
+    expression = closed_determinant(robot, exact.J, exact.frames, loops, exact.writer)
+    determinant = Determinant(
+        square=robot.task.square,
+        expression=expression,
+        constant=None,
+        remainder=None,
+        view='',
+        rows=robot.task.rows,
+        columns=robot.variables,
+        minors=1,
+        identically_zero=False,
+        split=False,
+    )
+    dependent = robot.task.dependent_joints
+    return SingularSet(determinant, (), (), robot.task.generic_rank, dependent, False)
 
 
 def _in_half_angles(exact: Exact) -> Exact:

@@ -7,7 +7,7 @@ import sympy
 from sympy.printing.str import StrPrinter
 
 from ..errors import DerivationError, ExpressionError
-from ..robot.file.expression_syntax import MAX_CHARACTERS, syntax_tree
+from ..robot.file.text.expression_syntax import MAX_CHARACTERS, syntax_tree
 from ..robot.robot import Robot, robot_from_text
 from .derivation import Derivation
 from .singular_set import evaluated, file_factors

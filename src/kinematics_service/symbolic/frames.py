@@ -10,8 +10,14 @@ import sympy
 
 from ..errors import DerivationError
 from ..rigid_motion import roll_pitch_yaw
-from ..robot.file.convention_table import CONVENTIONS, NamedMotion
-from ..robot.file.description import DhRow, ElementaryMotion, Link, RigidMotion, RobotDescription
+from ..robot.file.parts.convention_table import CONVENTIONS, NamedMotion
+from ..robot.file.parts.description import (
+    DhRow,
+    ElementaryMotion,
+    Link,
+    RigidMotion,
+    RobotDescription,
+)
 from .algebra.arithmetic import NOTHING, Affine, Arithmetic, inverse, transposed
 from .algebra.matrices import Matrix, product
 
@@ -146,7 +152,7 @@ def _constants(motions: Sequence[NamedMotion], link: DhRow, arithmetic: Arithmet
             if motion.axis[0] == 'R':
                 angle += names.angle(text)
             else:
-                length += names.expression(text)
+                length += names.length(text)
         screws.append(arithmetic.about_axis(axis, (angle, {}), (length, {})))
     return reduce(product, screws) if screws else arithmetic.identity()
 
@@ -164,7 +170,7 @@ def _motion(motion: RigidMotion, arithmetic: Arithmetic) -> Matrix:
         else:
             R = _rotation(_roll_pitch_yaw(turns, motion), arithmetic)
     else:
-        x, y, z = (names.expression(text) for text in motion.texts[:3])
+        x, y, z = (names.length(text) for text in motion.texts[:3])
         R = _rotation([names.angle(text) for text in motion.texts[3:]], arithmetic)
     translation = arithmetic.constant_matrix(
         [[1, 0, 0, x], [0, 1, 0, y], [0, 0, 1, z], [0, 0, 0, 1]]

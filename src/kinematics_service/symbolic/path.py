@@ -10,7 +10,7 @@ import sympy
 
 from ..errors import DerivationError
 from ..kernel import Floats
-from ..robot.file.expression_syntax import names_in
+from ..robot.file.text.expression_syntax import names_in
 from .algebra.expression import exact
 from .derivation import Derivation
 
@@ -69,6 +69,18 @@ class Path:
     def sampled(self, expression: Any, times: Floats) -> Floats:
         """Return the values of an expression of t, with the lengths of the file."""
         return self._function(expression)(times)
+
+    def motion(self, times: Floats) -> tuple[Floats, Floats]:
+        """Return q and qdot of all joints of the arm at times, shape (N, n), SI units."""
+        sampler = self.derivation.exact.sampler
+        q, qdot = (
+            np.stack([self.sampled(e, times) for e in vector], axis=-1)
+            for vector in (self.q, self.qdot)
+        )
+        rates = sampler.whole(qdot)
+        still = [k for k in range(rates.shape[1]) if k not in sampler.moving]
+        rates[:, still] = 0.0
+        return sampler.whole(q), rates
 
     def _function(self, expression: Any) -> Values:
         numbers = expression.subs(dict(self.derivation.names.values))
@@ -156,6 +168,7 @@ def parse_path(text: str, derivation: Derivation) -> dict[Any, Any]:
     ExpressionError
         An expression cannot be read.
     """
+    names = derivation.names
     variables = {symbol.name: symbol for symbol in derivation.variables}
     known = ', '.join(variables)
     found: dict[Any, Any] = {}
@@ -168,11 +181,10 @@ def parse_path(text: str, derivation: Derivation) -> dict[Any, Any]:
             )
         if variables[name] in found:
             raise DerivationError(f'{name} is given twice')
-        strange = names_in(expression) - {'t', 'pi'} - set(derivation.names.meanings)
+        strange = names_in(expression) - {'t', 'pi'} - (set(names.meanings) - set(variables))
         if strange:
             raise DerivationError(f'{name}: unknown name {min(strange)!r} (known: t, pi, lengths)')
-        meanings: Mapping[str, Any] = {**derivation.names.meanings, 't': TIME}
-        found[variables[name]] = exact(expression, meanings)
+        found[variables[name]] = exact(expression, {**names.meanings, 't': TIME})
     missing = [name for name, symbol in variables.items() if symbol not in found]
     if missing:
         raise DerivationError(f'no path for {", ".join(missing)}')

@@ -326,14 +326,8 @@ def _sampled(
 
 def file_factors(robot: Robot, names: Names) -> dict[str, Any]:
     """Return the factors a robot file lists, as sympy expressions with joint angles in rad."""
-    in_file: dict[Any, Any] = {}
-    if robot.description.angle_unit == 'deg':
-        kinds = dict(zip(robot.variables, robot.joint_types))
-        in_file = {v: v * 180 / sympy.pi for v in names.variables if kinds[v.name] != 'prismatic'}
-    return {
-        factor.name: names.expression(factor.text).subs(in_file)
-        for factor in robot.description.singularity.factors
-    }
+    factors = robot.description.singularity.factors
+    return {factor.name: names.expression(factor.text) for factor in factors}
 
 
 def _listed_name(

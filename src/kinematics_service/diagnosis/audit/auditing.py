@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import AuditError
+from ...errors import RecordingError
 from ...estimation.estimator import (
     ACCEPTED,
     NOT_OURS,
@@ -127,13 +127,13 @@ def audit(
 
     Raises
     ------
-    AuditError
+    RecordingError
         No message makes a state of the arm, the file is damaged, or something is asked of a
         recording that only a plan can be asked.
     """
     asked = plan_settings or PlanSettings()
     if not source.planned and (asked.speed_limit is not None or asked.speed_of):
-        raise AuditError(f'{file}: speeds are asked of plans, and this is a recording')
+        raise RecordingError(f'{file}: speeds are asked of plans, and this is a recording')
     settings = settings or EstimatorSettings()
     listener = listener or AuditProgress()
     begin = time.perf_counter()
@@ -154,7 +154,7 @@ def audit(
     try:
         timeline = computer.run(source.blocks, each)
     except NoStateError:
-        raise AuditError(_why_nothing(source, robot, ingest, names, tuple(heard))) from None
+        raise RecordingError(_why_nothing(source, robot, ingest, names, tuple(heard))) from None
     phases = {'reading and kinematics': time.perf_counter() - begin}
     begin = time.perf_counter()
     stream = watch.stream()

@@ -12,7 +12,7 @@ from ...errors import CalibrationError
 from ...formats.recordings.block import Flags
 from ...kernel import Floats, Integers
 from ...kinematics.uncertainty.parameters import parameters_of
-from ...robot.file.parameters import ENDS, GEARS, TABLE_GROUPS
+from ...robot.file.parts.parameters import ENDS, GEARS, TABLE_GROUPS
 from ...robot.loops import refuse_loops
 from ...robot.robot import AnyRobot, Robot, as_robot
 from ..frame_check.diagnosis import FrameDiagnosis
@@ -204,7 +204,7 @@ def calibrate(
     same_point: Sequence[object] | None = None,
     apart: Mapping[tuple[str, str], float] | None = None,
     sets: npt.ArrayLike | None = None,
-    rates: npt.ArrayLike | None = None,
+    qdot: npt.ArrayLike | None = None,
     own: Sequence[str] = ('base',),
     fit: Sequence[str] = (),
     fix: Sequence[str] = (),
@@ -238,7 +238,7 @@ def calibrate(
         0.01 mm.
     sets : shape (N,)
         Where the poses were measured in several sets: the set of each, from 0.
-    rates : shape (N, n), rad/s or m/s
+    qdot : shape (N, n), rad/s or m/s
         Joint velocities where the arm moved: then a small lag is fitted, too. The joints are where
         the poses have them `lag` seconds later.
     own
@@ -286,8 +286,8 @@ def calibrate(
     )
     refuse_loops(robot.description, 'the calibration')
     if same_point is not None:
-        if not (poses is None and sets is None and rates is None):
-            raise CalibrationError('same_point takes joint positions alone: no poses, sets, rates')
+        if not (poses is None and sets is None and qdot is None):
+            raise CalibrationError('same_point takes joint positions alone: no poses, sets, qdot')
         touched = touches_of(robot, q, same_point)
         progress('points')
         arm = parameters_of(robot, asks_for_gears(fit))
@@ -310,7 +310,7 @@ def calibrate(
         )
     if poses is None or apart:
         raise CalibrationError('give poses; or same_point, which alone takes distances')
-    given = measured(robot, q, poses, sets, rates)
+    given = measured(robot, q, poses, sets, qdot)
     for end in own:
         if end not in ENDS:
             raise CalibrationError(f'own: {end!r} is not one of {", ".join(ENDS)}')

@@ -157,7 +157,7 @@ class CalibrationRun(NamedTuple):
             tell,
             poses=np.concatenate([one.measured for one in given]),
             sets=np.repeat(np.arange(len(given)), [len(one.q) for one in given]),
-            rates=np.concatenate([one.rates for one in given]),
+            qdot=np.concatenate([one.rates for one in given]),
             read=given[0].kind,
         )
         remarks = [remark for one in given for remark in one.remarks]
@@ -185,17 +185,17 @@ class CalibrationRun(NamedTuple):
 
     def of_heard(self, poses: CollectedPoses, tell: Tell = lambda phase: None) -> Calibration:
         """Return the calibration from poses of a running robot."""
-        return self._calibrated(poses.q, tell, poses=poses.poses, rates=poses.rates)
+        return self._calibrated(poses.q, tell, poses=poses.poses, qdot=poses.rates)
 
     def _calibrated(
-        self, q: Floats, tell: Tell, rates: Floats | None = None, **rows: Any
+        self, q: Floats, tell: Tell, qdot: Floats | None = None, **rows: Any
     ) -> Calibration:
-        moves = rates is not None and np.max(np.abs(rates)) > MOVING
+        moves = qdot is not None and np.max(np.abs(qdot)) > MOVING
         fit, fix, own, _, noise, check = self.fitting
         return calibrate(
             self.arm,
             q,
-            rates=rates if moves else None,
+            qdot=qdot if moves else None,
             fit=fit,
             fix=fix,
             own=own,

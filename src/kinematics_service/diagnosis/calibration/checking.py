@@ -11,7 +11,7 @@ from ...formats.recordings.source import MOST_POSES
 from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import rotation_vector
-from ...robot.file.parameters import GEARS, LAG
+from ...robot.file.parts.parameters import GEARS, LAG
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis, check_rotations, diagnose_frames
 from ..frame_check.errors import angle_in_words, length_in_words, time_in_words
@@ -67,7 +67,7 @@ def measured(
     q: npt.ArrayLike,
     poses: npt.ArrayLike,
     sets: npt.ArrayLike | None,
-    rates: npt.ArrayLike | None = None,
+    qdot: npt.ArrayLike | None = None,
 ) -> Measured:
     """
     Return measured poses as arrays that fit each other.
@@ -98,11 +98,11 @@ def measured(
     groups = np.zeros(count, dtype=np.int64) if sets is None else np.array(sets, dtype=np.int64)
     if groups.shape != (count,) or np.any(np.unique(groups) != np.arange(len(np.unique(groups)))):
         raise CalibrationError(f'sets must be {count} whole numbers from 0 on, none left out')
-    speeds = None if rates is None else np.array(rates, dtype=np.float64)
+    speeds = None if qdot is None else np.array(qdot, dtype=np.float64)
     if speeds is not None and not (
         speeds.shape == positions_of_joints.shape and np.all(np.isfinite(speeds))
     ):
-        raise CalibrationError(f'rates must be finite, of the shape {positions_of_joints.shape}')
+        raise CalibrationError(f'qdot must be finite, of the shape {positions_of_joints.shape}')
     result = Measured(positions_of_joints, T, positions, groups, speeds)
     for k in range(result.set_count if count else 1):
         _check_set(robot, result, k)

@@ -12,8 +12,8 @@ from ...kinematics.forward import forward_kinematics
 from ...kinematics.uncertainty.corrected_chain import CorrectedChain, motion_of
 from ...kinematics.uncertainty.parameters import placement, scaled_jacobian, structural_rank
 from ...rigid_motion import rotation_vector
-from ...robot.file.description import Tolerances
-from ...robot.file.parameters import (
+from ...robot.file.parts.description import Tolerances
+from ...robot.file.parts.parameters import (
     ENDS,
     GEARS,
     GROUPS,
@@ -22,7 +22,7 @@ from ...robot.file.parameters import (
     ArmParameter,
     end_parameters,
 )
-from ...robot.file.tolerances import GEAR
+from ...robot.file.parts.tolerances import GEAR
 from ...robot.robot import Robot
 from .checking import Measured
 from .fitting import FitProblem, Identified, Noise, weighted_jacobian

@@ -12,8 +12,8 @@ from ...kernel import Floats
 from ...kinematics.uncertainty.corrected_chain import small_motion
 from ...kinematics.uncertainty.parameters import EXTRA_PLACES
 from ...rigid_motion import exact_rpy
-from ...robot.file.convention_table import Axis
-from ...robot.file.description import (
+from ...robot.file.parts.convention_table import Axis
+from ...robot.file.parts.description import (
     IDENTITY,
     DhRow,
     ElementaryMotion,
@@ -24,9 +24,9 @@ from ...robot.file.description import (
     Tolerances,
     Uncertainty,
 )
-from ...robot.file.expressions import Affine, Expression
-from ...robot.file.parameters import WITH_EXTRA, ArmParameter
-from ...robot.file.tolerances import EXTRA, GEAR
+from ...robot.file.parts.parameters import WITH_EXTRA, ArmParameter
+from ...robot.file.parts.tolerances import EXTRA, GEAR
+from ...robot.file.text.expressions import Affine, Expression
 from ...robot.robot import Robot, build_robot
 
 ZERO = Expression('0', Affine(0.0, ()))

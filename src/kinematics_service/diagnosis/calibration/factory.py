@@ -16,8 +16,8 @@ from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...kinematics.uncertainty.parameters import parameters_of
 from ...rigid_motion import screw_z
-from ...robot.file.description import DhRow
-from ...robot.file.parameters import ENDS
+from ...robot.file.parts.description import DhRow
+from ...robot.file.parts.parameters import ENDS
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from .calibration import calibrate

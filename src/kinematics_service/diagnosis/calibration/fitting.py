@@ -17,7 +17,7 @@ from ...kernel import Floats, Integers
 from ...kinematics.uncertainty.corrected_chain import CorrectedChain, pose_change, poses_of
 from ...kinematics.uncertainty.triangle import triangle_of
 from ...rigid_motion import rotation_vector
-from ...robot.file.parameters import LAG, ArmParameter
+from ...robot.file.parts.parameters import LAG, ArmParameter
 
 # Noise (m and rad) below this is round-off; with this many rows more than numbers or fewer the
 # poses cannot tell it, and it is no less than encoders and trackers have.

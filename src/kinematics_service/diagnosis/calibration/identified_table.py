@@ -14,7 +14,7 @@ from ...kinematics.uncertainty.corrected_chain import CorrectedChain, motion_of,
 from ...kinematics.uncertainty.parameters import parameters_of, placement
 from ...rigid_motion import inverse
 from ...robot.chain import FrozenArrays
-from ...robot.file.parameters import ENDS, GEARS, LAG, SIX, ArmParameter, end_parameters
+from ...robot.file.parts.parameters import ENDS, GEARS, LAG, SIX, ArmParameter, end_parameters
 from ...robot.robot import Robot
 from .checking import apart, value_in_words
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...kinematics.uncertainty.parameters import NOTHING
-from ...robot.file.parameters import ArmParameter
+from ...robot.file.parts.parameters import ArmParameter
 
 # A direction is known where the poses tell it this much better than its prior does.
 KNOWN = 3.0

@@ -17,7 +17,7 @@ from ...kinematics.singularity import singularity
 from ...kinematics.uncertainty.corrected_chain import pose_change
 from ...kinematics.uncertainty.parameters import parameters_of, placement
 from ...robot.chain import FrozenArrays
-from ...robot.file.parameters import ENDS, GEARS, SIX, end_parameters
+from ...robot.file.parts.parameters import ENDS, GEARS, SIX, end_parameters
 from ...robot.loops import refuse_loops
 from ...robot.measures import Level
 from ...robot.robot import AnyRobot, Robot, as_robot

@@ -85,7 +85,7 @@ def read_measured(
 
     Raises
     ------
-    AuditError
+    RecordingError
         The file cannot be read.
     CalibrationError
         It has no poses, or no joint positions at their times.
@@ -235,7 +235,7 @@ def read_touches(file: Path, wanted: Selection, column: str) -> TouchRecording:
 
     Raises
     ------
-    AuditError
+    RecordingError
         The file cannot be read.
     CalibrationError
         It is no table, has no such column, or a named row has no number for some joint.

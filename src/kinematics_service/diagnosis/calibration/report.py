@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...rigid_motion import roll_pitch_yaw
-from ...robot.file.parameters import ENDS, TABLE_GROUPS, end_parameters
+from ...robot.file.parts.parameters import ENDS, TABLE_GROUPS, end_parameters
 from ..frame_check.errors import Errors, length_in_words
 from .calibration import BLOCKS, Calibration, FitErrors
 from .checking import in_words

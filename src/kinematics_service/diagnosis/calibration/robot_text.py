@@ -11,10 +11,10 @@ from ...errors import CalibrationError, KinematicsError, RobotFileWriteError
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import exact_rpy
-from ...robot.file.description import RobotDescription
-from ...robot.file.parameters import ENDS
+from ...robot.file.parts.description import RobotDescription
+from ...robot.file.parts.parameters import ENDS
 from ...robot.file.reader import parse_robot
-from ...robot.file.sections import (
+from ...robot.file.writing.sections import (
     constants_section,
     links_section,
     placement_section,

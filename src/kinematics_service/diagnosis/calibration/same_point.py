@@ -20,7 +20,7 @@ from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics, jacobian
 from ...kinematics.uncertainty.corrected_chain import CorrectedChain, CorrectingMotion, Part
 from ...kinematics.uncertainty.parameters import ArmParameters, structural_rank
-from ...robot.file.parameters import (
+from ...robot.file.parts.parameters import (
     GROUPS,
     LENGTH,
     SIX,

@@ -6,8 +6,8 @@ import numpy as np
 
 from ...kernel import Floats
 from ...kinematics.uncertainty.arm_errors import named_errors
-from ...robot.file.description import RobotDescription, Uncertainty
-from ...robot.file.parameters import GEARS, ArmParameter
+from ...robot.file.parts.description import RobotDescription, Uncertainty
+from ...robot.file.parts.parameters import GEARS, ArmParameter
 from ...robot.robot import Robot
 from .calibration import Calibration
 from .corrections import number_text, of_joints_alone

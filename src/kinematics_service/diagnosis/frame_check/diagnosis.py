@@ -80,7 +80,7 @@ def diagnose_frames(
     q: npt.ArrayLike,
     poses: npt.ArrayLike,
     stamps: npt.ArrayLike | None = None,
-    rates: npt.ArrayLike | None = None,
+    qdot: npt.ArrayLike | None = None,
     motion: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
     *,
     limit: PoseLimit = EXPLAINED,
@@ -99,7 +99,7 @@ def diagnose_frames(
         The tool's poses by the second source, at the same times.
     stamps : shape (N,), s
         Times of the poses; needed only to find a lag in seconds.
-    rates : shape (N, n), rad/s or m/s
+    qdot : shape (N, n), rad/s or m/s
         Joint velocities, to find a lag if q does not tell the motion between the poses.
     motion : shapes (K,), s, and (K, n), rad or m
         Rising times and joint positions around the stamps, to find a lag; default: those of the
@@ -120,7 +120,7 @@ def diagnose_frames(
         fewer than three poses.
     """
     robot = as_robot(robot)
-    given = _given(robot, q, poses, stamps, rates, motion)._replace(read=read)
+    given = _given(robot, q, poses, stamps, qdot, motion)._replace(read=read)
     A = evaluate(robot, given.q).pose
     as_given = errors_of(
         given.poses[:, :3, 3] - A[:, :3, 3],
@@ -154,7 +154,7 @@ def _given(
     q: npt.ArrayLike,
     poses: npt.ArrayLike,
     stamps: npt.ArrayLike | None,
-    rates: npt.ArrayLike | None,
+    qdot: npt.ArrayLike | None,
     motion: tuple[npt.ArrayLike, npt.ArrayLike] | None,
 ) -> ComparedData:
     q, B = np.array(q, dtype=np.float64), np.array(poses, dtype=np.float64)
@@ -168,7 +168,7 @@ def _given(
     if len(q) < LEAST:
         raise FramesError(f'{len(q)} poses are too few: at least {LEAST} are needed')
     check_rotations(B[:, :3, :3])
-    return ComparedData(robot, q, B, _later(robot, q, stamps, rates, motion))
+    return ComparedData(robot, q, B, _later(robot, q, stamps, qdot, motion))
 
 
 def check_rotations(R: Floats) -> None:
@@ -198,7 +198,7 @@ def _later(
     robot: Robot,
     q: Floats,
     stamps: npt.ArrayLike | None,
-    rates: npt.ArrayLike | None,
+    qdot: npt.ArrayLike | None,
     motion: tuple[npt.ArrayLike, npt.ArrayLike] | None,
 ) -> Later | None:
     # Returns how to look the joints up at another time, by the best knowledge of their motion.
@@ -217,10 +217,10 @@ def _later(
         if len(times) < 2 or not (np.all(np.diff(times) > 0.0) and np.all(np.isfinite(positions))):
             raise FramesError('the motion must have rising times and finite joint positions')
         return LookedUp(SampledMotion(times, positions, robot.continuous), t)
-    if rates is not None:
-        speeds = np.nan_to_num(np.array(rates, dtype=np.float64))
+    if qdot is not None:
+        speeds = np.nan_to_num(np.array(qdot, dtype=np.float64))
         if speeds.shape != q.shape:
-            raise FramesError(f'rates must have the shape {q.shape}, not {speeds.shape}')
+            raise FramesError(f'qdot must have the shape {q.shape}, not {speeds.shape}')
         return Extrapolated(q, speeds)
     if t is None:
         samples = np.arange(len(q), dtype=np.float64)

@@ -13,8 +13,8 @@ from ...kinematics.tool_state import evaluate
 from ...rigid_motion import rotation_of_quaternion
 from ...robot.chain import fold
 from ...robot.conventions import fixed_lengths, row_of, table_rows
-from ...robot.file.convention_table import CONVENTIONS
-from ...robot.file.description import DhRow, ElementaryMotion
+from ...robot.file.parts.convention_table import CONVENTIONS
+from ...robot.file.parts.description import DhRow, ElementaryMotion
 from ...robot.robot import Robot
 from .lag import Later
 from .offsets import PoseDerivative

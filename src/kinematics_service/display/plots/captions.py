@@ -8,7 +8,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...kinematics.singularity import Singularity, flat_loop
-from ...robot.file.loop_groups import group_in_words
+from ...robot.file.parts.loop_groups import group_in_words
 from ...robot.measures import MEASURES, Level
 from ...robot.robot import Robot
 from .picture import with_unit, words

@@ -9,7 +9,7 @@ from ...errors import PlotError
 from ...kernel import Floats
 from ...kinematics.singularity import singularity
 from ...kinematics.sweep import map_batches
-from ...robot.file.loop_groups import all_in_words
+from ...robot.file.parts.loop_groups import all_in_words
 from ...robot.loops import closed_poses, closes_at
 from ...robot.robot import Robot
 from ...robot.task import SEED

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...kernel import Floats
-from ...robot.file.loop_groups import not_all_closed
+from ...robot.file.parts.loop_groups import not_all_closed
 from ...robot.robot import Robot
 from .captions import joint_label, positions
 from .distance_colours import ColourScale, draw_distances

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import PlotError
-from ...formats.recordings.joint_csv import read_recording
+from ...formats.recordings.recording import read_recording
 from ...kernel import Floats, Integers
 from ...kinematics.trajectory import TRAJECTORIES
 from ...robot.loops import closes_at

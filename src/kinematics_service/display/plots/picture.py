@@ -52,9 +52,9 @@ INSTALL = "pip install '.[plot]' in its checkout, or pip install matplotlib"
 Draw = Callable[[Any], None]
 
 
-def suffix_of(file: Path) -> str:
+def suffix_of(file: Path, other: str = '') -> str:
     """
-    Return the kind of file that a name asks for.
+    Return the kind of file that a name asks for; where that is none of ours the other, if given.
 
     Raises
     ------
@@ -62,6 +62,8 @@ def suffix_of(file: Path) -> str:
         None of `.png`, `.svg` and `.pdf`.
     """
     suffix = file.suffix.lower()
+    if suffix not in METADATA and other:
+        return other
     if suffix not in METADATA:
         given = f'the suffix {suffix!r}' if suffix else 'no suffix'
         raise PlotError(f'{file}: {given}; pictures are {", ".join(METADATA)}')
@@ -107,7 +109,7 @@ def drawn(draw: Draw) -> Any:
     return figure
 
 
-def save_picture(draw: Draw, file: Path) -> None:
+def save_picture(draw: Draw, file: Path, other: str = '') -> None:
     """
     Write a picture as a PNG, SVG or PDF by the file's suffix, all or nothing.
 
@@ -117,13 +119,15 @@ def save_picture(draw: Draw, file: Path) -> None:
         Draws into the figure it is given, and sets its size.
     file
         The file to write; an old one is replaced when the new one is complete.
+    other
+        The kind of a file whose suffix says none, such as a pipe.
 
     Raises
     ------
     PlotError
         No matplotlib, an unknown suffix, or the file cannot be written.
     """
-    suffix = suffix_of(file)
+    suffix = suffix_of(file, other)
     refuse_without_matplotlib()
     figure = drawn(draw)
     content = io.BytesIO()

@@ -1,5 +1,6 @@
 """The picture of the tool's velocity along a path: components and norm over time."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,17 @@ from .picture import AXIS_COLORS, BLACK, Draw, with_unit, words
 from .ranges import sliding
 
 
-def velocity_picture(robot: Robot, motion: PlottedMotion) -> Draw:
-    """Return the picture of J qdot along a motion, in base axes, above the joints' velocities."""
+def velocity_picture(robot: Robot, motion: PlottedMotion, marked: Sequence[float] = ()) -> Draw:
+    """
+    Return the picture of J qdot along a motion, in base axes, above the joints' velocities.
+
+    Parameters
+    ----------
+    robot, motion
+        What moves, and how.
+    marked
+        Times at which a vertical line stands, s.
+    """
     tool = twist(robot, motion.q, motion.qdot)
     levels = singularity(robot, motion.q).level
     slides = np.array(sliding(robot))
@@ -47,6 +57,8 @@ def velocity_picture(robot: Robot, motion: PlottedMotion) -> Draw:
             axes.set_ylabel(with_unit('joint velocity', unit))
         entries = shade(rows, motion, levels)
         for axes in rows:
+            for time in marked:
+                axes.axvline(time, color='0.5', linewidth=0.8, linestyle='--')
             draw_legend(axes)
             axes.margins(x=0.0)
         if entries:

@@ -14,7 +14,7 @@ from ...kernel import Floats, Integers
 from ...kinematics.singularity import singularity_of
 from ...kinematics.sweep import map_batches
 from ...kinematics.tool_state import evaluate
-from ...robot.file.loop_groups import not_all_closed
+from ...robot.file.parts.loop_groups import not_all_closed
 from ...robot.loops import closes_at
 from ...robot.robot import Robot
 from ...robot.task import SEED

@@ -18,7 +18,8 @@ import numpy as np
 from ...errors import CalibrationError
 from ...kernel import Floats
 from ...rigid_motion import pose_of
-from ..recordings.plan_yaml import PlanYamlError, read_documents
+from ...robot.file.text.yaml_reader import YamlError
+from ..recordings.plan_yaml import read_documents
 
 JOINTS = 6
 # Keys of the controller's file, by the number of the table that each is added to.
@@ -109,7 +110,7 @@ def _six(path: Path, key: str, text: str) -> Floats:
 def _origins(path: Path, text: str) -> tuple[Floats, ...]:
     try:
         documents = read_documents(text)
-    except PlanYamlError as error:
+    except YamlError as error:
         raise CalibrationError(f'{path}:{error}') from None
     document = documents[0] if documents else None
     kinematics = document.get('kinematics') if isinstance(document, dict) else None

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import AuditError, KinematicsError
+from ...errors import KinematicsError, RecordingError
 from ...estimation.joint_sample import JointSample
 from .bag_checks import checked, missing
 from .bag_poses import POSES, track_of_messages
@@ -38,14 +38,14 @@ def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
 
     Raises
     ------
-    AuditError
+    RecordingError
         It cannot be read, or has no such topic.
     """
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
-        raise AuditError(INSTALL) from None
+        raise RecordingError(INSTALL) from None
     with _one_sentence(path):
         _check(path)
         # Bags older than ROS 2 Iron do not hold the definitions of their messages.
@@ -73,7 +73,7 @@ def _one_sentence(path: Path) -> Iterator[None]:
         if not _from_the_reader(error):
             raise
         reason = ' '.join(str(error).split()) or type(error).__name__
-        raise AuditError(f'{path}: cannot be read as a bag: {reason}{_advice(path)}') from None
+        raise RecordingError(f'{path}: cannot be read as a bag: {reason}{_advice(path)}') from None
 
 
 def _from_the_reader(error: BaseException) -> bool:
@@ -97,20 +97,20 @@ def _advice(path: Path) -> str:
 def _check(path: Path) -> None:
     if path.is_dir():
         if not (path / 'metadata.yaml').exists():
-            raise AuditError(
+            raise RecordingError(
                 f'{path}: is a directory without metadata.yaml, so it is not a rosbag2 bag'
             )
         return
     with path.open('rb') as stream:
         head = stream.read(16)
     if not head:
-        raise AuditError(f'{path}: is empty')
+        raise RecordingError(f'{path}: is empty')
     magic, what = MAGIC.get(path.suffix.lower(), (b'', ''))
     if not head.startswith(magic):
-        raise AuditError(f'{path}: is not {what}, whatever its name says')
+        raise RecordingError(f'{path}: is not {what}, whatever its name says')
     for suffix, (start, what) in MAGIC.items():
         if head.startswith(start) and path.suffix.lower() != suffix:
-            raise AuditError(f'{path}: looks like {what}: rename it to *{suffix}')
+            raise RecordingError(f'{path}: looks like {what}: rename it to *{suffix}')
 
 
 def _types_of(fields: Any) -> Iterator[str]:
@@ -136,7 +136,7 @@ class _Bag:
         connections = self._connections(topic)
         total = sum(connection.msgcount for connection in connections)
         if not total:
-            raise AuditError(f'{self.path}: there is no message on {topic}')
+            raise RecordingError(f'{self.path}: there is no message on {topic}')
         poses = self._poses()
         what = 'ROS 1 bag' if self.path.suffix == '.bag' else 'rosbag2 bag'
         if self.path.suffix == '.mcap':
@@ -186,18 +186,20 @@ class _Bag:
             if kind in kinds:
                 return (wanted if wanted in self.types else f'/{wanted}'), kind
             known = f'is {kind}' if kind else 'does not exist'
-            raise AuditError(f'{self.path}: topic {wanted} {known}; {self._listed()}')
+            raise RecordingError(f'{self.path}: topic {wanted} {known}; {self._listed()}')
         for kind in kinds:
             topics = [topic for topic, own in self.types.items() if own == kind]
             if len(topics) > 1:
                 name = kind.rpartition('/')[2]
-                raise AuditError(
+                raise RecordingError(
                     f'{self.path}: several topics have {name}: choose one with --topic '
                     f'({", ".join(sorted(topics))})'
                 )
             if topics:
                 return topics[0], kind
-        raise AuditError(f'{self.path}: no topic has JointState or JointTrajectory; {self._all()}')
+        raise RecordingError(
+            f'{self.path}: no topic has JointState or JointTrajectory; {self._all()}'
+        )
 
     def _refuse_other_fields(self, topic: str, kind: str) -> None:
         # The bytes are read as the type of this name is everywhere, whatever the file calls so.
@@ -209,7 +211,7 @@ class _Bag:
             fields = usual.fielddefs[name][1]
             if name in own and own[name][1] != fields:
                 listed = ', '.join(field for field, _ in own[name][1]) or 'nothing'
-                raise AuditError(
+                raise RecordingError(
                     f'{self.path}: {topic} is another {name} than that of ROS, with {listed[:200]}'
                 )
             names += [part for part in _types_of(fields) if part not in names]
@@ -318,12 +320,12 @@ class _Bag:
             known = f'is {kind}' if kind else 'does not exist'
             with_pose = sorted(name for name, own in self.types.items() if own in POSES)
             listed = ', '.join(with_pose) or 'no topic'
-            raise AuditError(f'{self.path}: pose topic {topic} {known}; PoseStamped: {listed}')
+            raise RecordingError(f'{self.path}: pose topic {topic} {known}; PoseStamped: {listed}')
         self._refuse_other_fields(topic, kind)
         messages = self._raw(self._connections(topic))
         track = track_of_messages(
             topic, kind, messages, lambda raw: self.reader.deserialize(raw, kind)
         )
         if track is None:
-            raise AuditError(f'{self.path}: there is no message on {topic}')
+            raise RecordingError(f'{self.path}: there is no message on {topic}')
         return track

@@ -11,7 +11,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import AuditError
+from ...errors import RecordingError
 from ...kernel import Floats
 
 # A column keeps this number of numbers in memory; then they go to a file without a name, which
@@ -53,7 +53,7 @@ class Column:
                 self._file.write(numbers.data)
             self._file.flush()
         except OSError as error:
-            raise AuditError(
+            raise RecordingError(
                 f'{tempfile.gettempdir()}: no room for working files: {error.strerror} (some 250 '
                 'bytes a message; TMPDIR names another folder)'
             ) from None

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ...errors import AuditError
+from ...errors import RecordingError
 from .bag_reader import open_bag
 from .plan_reader import open_planned
 from .pose_format import PoseFormat
@@ -29,31 +29,31 @@ def open_source(file: Path, wanted: Selection) -> Iterator[RecordingSource]:
 
     Raises
     ------
-    AuditError
+    RecordingError
         It cannot be read; the message is one sentence.
     """
     if not file.exists():
-        raise AuditError(f'{file}: there is no such file')
+        raise RecordingError(f'{file}: there is no such file')
     if not (file.is_file() or file.is_dir()):
         # What is read more than once, and to its end, is not read from these.
-        raise AuditError(f'{file}: is a device or a named pipe: give a file')
+        raise RecordingError(f'{file}: is a device or a named pipe: give a file')
     suffix = file.suffix.lower()
     if file.is_dir() or suffix in BAGS or _looks_like_a_bag(file):
         if wanted.columns is not None:
-            raise AuditError(f'{file}: --columns is for tables; this is a bag')
+            raise RecordingError(f'{file}: --columns is for tables; this is a bag')
         if wanted.pose_format != PoseFormat():
-            raise AuditError(f'{file}: --pose-format is for tables; this is a bag')
+            raise RecordingError(f'{file}: --pose-format is for tables; this is a bag')
         with open_bag(file, wanted) as source:
             yield source
         return
     if wanted.topic is not None or wanted.pose_topic is not None:
-        raise AuditError(f'{file}: topics are for bags; {ACCEPTED}')
+        raise RecordingError(f'{file}: topics are for bags; {ACCEPTED}')
     if suffix in TEXTS:
         yield open_planned(file, wanted)
     elif suffix in TABLES:
         yield open_table(file, wanted)
     else:
-        raise AuditError(f'{file}: {suffix or "no suffix"} is not a kind of file; {ACCEPTED}')
+        raise RecordingError(f'{file}: {suffix or "no suffix"} is not a kind of file; {ACCEPTED}')
 
 
 def _looks_like_a_bag(file: Path) -> bool:
@@ -61,5 +61,5 @@ def _looks_like_a_bag(file: Path) -> bool:
         with file.open('rb') as stream:
             head = stream.read(16)
     except OSError as error:
-        raise AuditError(f'{file}: cannot be read: {error.strerror}') from None
+        raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
     return head.startswith((b'\x89MCAP', b'#ROSBAG V2', b'SQLite format 3'))

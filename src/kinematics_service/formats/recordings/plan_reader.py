@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import AuditError
+from ...errors import RecordingError
 from ...kernel import Floats
-from ...robot.file.entries import choice, did_you_mean, meant_by
+from ...robot.file.text.entries import choice, did_you_mean, meant_by
 from ...robot.measures import Level
 from .between_points import FINEST, PlannedTrajectory, sampled
 from .block import LARGEST_BLOCK, Block, Times
@@ -41,26 +41,26 @@ def open_planned(file: Path, wanted: Selection) -> RecordingSource:
 
     Raises
     ------
-    AuditError
+    RecordingError
         It is no trajectory; the message is one sentence.
     """
     try:
         with file.open('rb') as stream:
             data = stream.read(LARGEST + 1)
     except OSError as error:
-        raise AuditError(f'{file}: cannot be read: {error.strerror}') from None
+        raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
     if len(data) > LARGEST:
-        raise AuditError(f'{file}: is larger than {LARGEST >> 20} MiB; write it as a bag')
+        raise RecordingError(f'{file}: is larger than {LARGEST >> 20} MiB; write it as a bag')
     try:
         text = data.decode('utf-8-sig')
     except UnicodeDecodeError:
-        raise AuditError(f'{file}: is not UTF-8 text') from None
+        raise RecordingError(f'{file}: is not UTF-8 text') from None
     if not text.strip():
-        raise AuditError(f'{file}: is empty')
+        raise RecordingError(f'{file}: is empty')
     documents = _documents(file, text)
     found = [found for document in documents for found in _trajectories(document)]
     if not found:
-        raise AuditError(
+        raise RecordingError(
             f'{file}: holds no JointTrajectory (accepted: joint_names, and points with positions, '
             'time_from_start, and perhaps velocities and accelerations)'
         )
@@ -84,13 +84,14 @@ def _documents(file: Path, text: str) -> list[Any]:
             return [json.loads(text, object_pairs_hook=_mapping)]
         except (ValueError, RecursionError) as error:
             reason = str(error) or 'nested too deeply'
-            raise AuditError(f'{file}: is not valid JSON: {reason}') from None
-    from .plan_yaml import PlanYamlError, read_documents
+            raise RecordingError(f'{file}: is not valid JSON: {reason}') from None
+    from ...robot.file.text.yaml_reader import YamlError
+    from .plan_yaml import read_documents
 
     try:
         return read_documents(text)
-    except PlanYamlError as error:
-        raise AuditError(f'{file}:{error}') from None
+    except YamlError as error:
+        raise RecordingError(f'{file}:{error}') from None
 
 
 def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -122,9 +123,9 @@ def _planned(data: Mapping[str, Any], where: str) -> PlannedTrajectory:
     points = data['points'] or []
     names = data['joint_names'] or []
     if not isinstance(points, list) or not all(isinstance(point, Mapping) for point in points):
-        raise AuditError(f'{where}: points must be a list of points')
+        raise RecordingError(f'{where}: points must be a list of points')
     if not isinstance(names, list):
-        raise AuditError(f'{where}: joint_names must be a list of names')
+        raise RecordingError(f'{where}: joint_names must be a list of names')
 
     for k, point in enumerate(points):
         _check_keys(point, f'{where}: points[{k}]')
@@ -152,7 +153,7 @@ def _check_keys(point: Mapping[str, Any], where: str) -> None:
     for key in map(str, point):
         if key not in OF_POINT:
             hint = did_you_mean(meant_by(key, OF_POINT))
-            raise AuditError(f'{where}: unknown key {key[:60]!r}{hint}{choice(OF_POINT)}')
+            raise RecordingError(f'{where}: unknown key {key[:60]!r}{hint}{choice(OF_POINT)}')
 
 
 def trajectory_of_message(message: Any) -> PlannedTrajectory:
@@ -188,17 +189,17 @@ def _table(rows: Sequence[Any], names: tuple[str, ...], key: str, where: str) ->
         count = len(row) if isinstance(row, (list, np.ndarray)) else 0
         if count != len(names):
             # Left out, they would be those of another motion, of which all would be proved.
-            raise AuditError(
+            raise RecordingError(
                 f'{where}: points[{k}] must have one {SINGULAR[key]} for each joint: {count} '
                 f'of {len(names)}{"" if key == "positions" else ", and other points have some"}'
             )
         # These are truth values and texts, which numpy would take for numbers.
         if isinstance(row, list) and not {type(value) for value in row} <= {int, float}:
-            raise AuditError(f'{where}: points[{k}]: {key} must be numbers')
+            raise RecordingError(f'{where}: points[{k}]: {key} must be numbers')
     try:
         return np.array(rows, dtype=np.float64)
     except OverflowError:
-        raise AuditError(f'{where}: {key} holds a number that is not finite') from None
+        raise RecordingError(f'{where}: {key} holds a number that is not finite') from None
 
 
 def _seconds(time: Any, k: int, where: str) -> float:
@@ -208,12 +209,14 @@ def _seconds(time: Any, k: int, where: str) -> float:
         parts = (time, 0)
     if {type(part) for part in parts} <= {int, float} and all(abs(p) < 1e18 for p in parts):
         return float(parts[0]) + float(parts[1]) * 1e-9
-    raise AuditError(f'{where}: points[{k}]: time_from_start must be sec and nanosec, or seconds')
+    raise RecordingError(
+        f'{where}: points[{k}]: time_from_start must be sec and nanosec, or seconds'
+    )
 
 
 def _checked(planned: PlannedTrajectory, where: str) -> PlannedTrajectory:
     if not len(planned.times):
-        raise AuditError(f'{where}: the trajectory has no points')
+        raise RecordingError(f'{where}: the trajectory has no points')
     for name, table in (
         ('time_from_start', planned.times),
         ('positions', planned.positions),
@@ -221,14 +224,16 @@ def _checked(planned: PlannedTrajectory, where: str) -> PlannedTrajectory:
         ('accelerations', planned.accelerations),
     ):
         if table is not None and not np.all(np.isfinite(table)):
-            raise AuditError(f'{where}: {name} holds a number that is not finite')
+            raise RecordingError(f'{where}: {name} holds a number that is not finite')
     if planned.positions.shape[1:] != (len(planned.names),):
-        raise AuditError(f'{where}: the points have no positions')
+        raise RecordingError(f'{where}: the points have no positions')
     late = np.flatnonzero(np.diff(planned.times) <= 0.0)
     if len(late):
-        raise AuditError(f'{where}: points[{late[0] + 1}] is not later than the point before it')
+        raise RecordingError(
+            f'{where}: points[{late[0] + 1}] is not later than the point before it'
+        )
     if planned.times[0] < 0.0 or planned.times[-1] > 1e6:
-        raise AuditError(f'{where}: time_from_start must be within 0 and 1e6 s')
+        raise RecordingError(f'{where}: time_from_start must be within 0 and 1e6 s')
     return planned
 
 
@@ -245,7 +250,7 @@ def blocks_of_trajectories(
 
     Raises
     ------
-    AuditError
+    RecordingError
         A joint of the arm is not among those of a trajectory.
     """
     begin, left = BEGIN, MOST_SAMPLES
@@ -254,7 +259,7 @@ def blocks_of_trajectories(
     for planned in trajectories:
         missing = [name for name in ours if name not in planned.names]
         if missing:
-            raise AuditError(
+            raise RecordingError(
                 f'{where}: the trajectory does not move {", ".join(missing)} of '
                 f'{wanted.robot.name}; its joints are {", ".join(planned.names) or "none"}'
             )

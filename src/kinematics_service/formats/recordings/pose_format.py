@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ...errors import AuditError
+from ...errors import RecordingError
 from ...rigid_motion import EULER_ORDERS
 
 # Three angles of an orientation; rpy is xyz.
@@ -67,7 +67,7 @@ def pose_format(text: str) -> PoseFormat:
 
     Raises
     ------
-    AuditError
+    RecordingError
         A word is unknown, or there are two of one kind.
     """
     fields = {'kind': KINDS, 'length': LENGTHS, 'angle': ANGLES}
@@ -76,12 +76,12 @@ def pose_format(text: str) -> PoseFormat:
         field = next((name for name, words in fields.items() if word in words), None)
         if field is None:
             named = (*(one for one in KINDS if one not in EULER_ORDERS), *LENGTHS, *ANGLES)
-            raise AuditError(
+            raise RecordingError(
                 f'{word!r} is not one of {", ".join(named)}, nor three angles by their axes such '
                 'as xyz (axes that stand still) or ZYX (axes that move along)'
             )
         if found.get(field, word) != word:
-            raise AuditError(f'{found[field]} and {word} exclude each other')
+            raise RecordingError(f'{found[field]} and {word} exclude each other')
         found[field] = word
     return PoseFormat(**found)
 

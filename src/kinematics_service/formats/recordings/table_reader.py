@@ -1,19 +1,20 @@
 """Joint states in a table: a CSV file with a header, of any of the known layouts."""
 
 import csv
+import io
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TextIO
 
 import numpy as np
 
-from ...errors import AuditError
+from ...errors import RecordingError
 from .block import Block
-from .joint_csv import POSITION, STAMP, VELOCITY, lines_of
 from .pose_format import ACCEPTED_POSES, PoseFormat, pose_columns
 from .source import MOST_POSES, PoseTrack, RecordingSource, Selection
-from .table_rows import NO_TEXT, RowReader
+from .table_rows import NO_TEXT, RowReader, TableFile, lines_of
 from .tool_poses import PoseRows
 
 # Most columns in an error message, and most letters of each.
@@ -32,8 +33,9 @@ class ColumnNames(NamedTuple):
     pose: str
 
 
+STAMP = 'stamp'
 LAYOUTS = (
-    ColumnNames(STAMP, POSITION, VELOCITY, 'pose.'),
+    ColumnNames(STAMP, 'position.', 'velocity.', 'pose.'),
     # The columns that the recorder of Universal Robots' RTDE client writes.
     ColumnNames('timestamp', 'actual_q_', 'actual_qd_', 'actual_TCP_pose_'),
 )
@@ -45,48 +47,59 @@ def open_table(file: Path, wanted: Selection) -> RecordingSource:
 
     Raises
     ------
-    AuditError
+    RecordingError
         It cannot be read, or columns are missing; the message names line and column.
     """
-    table = _CsvTable(file, wanted)
-    return table.source()
+    return TableReader(file, wanted, HOW).source()
 
 
-class _CsvTable:
-    def __init__(self, file: Path, wanted: Selection) -> None:
-        self.file, self.wanted = file, wanted
-        robot = wanted.robot
-        self.joints = [wanted.joint_prefix + name for name in robot.joint_names]
-        try:
-            with file.open(encoding='utf-8-sig', newline='') as stream:
-                first = next((line for line in lines_of(stream) if line.strip()), '')
-            self.delimiter = next((c for c in ',;\t' if c in first), ' ')
-            cells = next(csv.reader([first], delimiter=self.delimiter))
-        except UnicodeDecodeError:
-            raise AuditError(f'{file}: {NO_TEXT}') from None
-        except OSError as error:
-            raise AuditError(f'{file}: cannot be read: {error.strerror}') from None
-        except csv.Error as error:
-            raise AuditError(f'{file}: cannot be read as a table: {error}') from None
-        if not first:
-            raise AuditError(f'{file}: is empty')
-        self.header = [cell.strip() for cell in cells]
+class TableReader:
+    """
+    The columns of an arm in a table, and its rows.
+
+    Parameters
+    ----------
+    accepted
+        What is accepted, for the message on a missing column.
+
+    Attributes
+    ----------
+    header
+        The names of all columns.
+    names
+        The beginnings of those that are wanted.
+    positions, velocities
+        Names of the columns of the joints; no velocities unless all joints have one.
+
+    Raises
+    ------
+    RecordingError
+        The table cannot be read, or columns are missing.
+    """
+
+    def __init__(self, file: Path, wanted: Selection, accepted: str) -> None:
+        self.file, self.wanted, self._accepted = file, wanted, accepted
+        self.joints = [wanted.joint_prefix + name for name in wanted.robot.joint_names]
+        self._table = _opened(file, accepted)
+        self.header = self._table.header
         name, times = Counter(self.header).most_common(1)[0]
         if times > 1:
-            raise AuditError(f'{file}: column {_cut(name)} occurs twice')
+            raise RecordingError(f'{file}: column {_cut(name)} occurs twice')
         self.names = self._layout()
+        self.positions, self.velocities = map(
+            self._family, (self.names.position, self.names.velocity)
+        )
+
+    def rows(self, columns: list[str], whole: bool = False) -> RowReader:
+        """Return the reader of some columns of numbers; `whole` as there."""
+        return RowReader(self._table, self.names.stamp, columns, whole)
 
     def source(self) -> RecordingSource:
-        positions, velocities = self._family(self.names.position), self._velocity_columns()
+        """Return the table as a recording, with poses of the tool if it has such columns."""
+        positions, velocities = self.positions, self.velocities
         found = self._pose_columns()
         columns, form = found or ([], PoseFormat())
-        reader = RowReader(
-            self.file,
-            self.delimiter,
-            self.header,
-            self.names.stamp,
-            [*positions, *velocities, *columns],
-        )
+        reader = self.rows([*positions, *velocities, *columns])
         n, m = len(positions), len(positions) + len(velocities)
         poses = PoseRows(form, len(columns), n)
 
@@ -124,10 +137,10 @@ class _CsvTable:
                 return names
         names = LAYOUTS[0]
         self._positions(names, required=True)
-        raise AuditError(
+        raise RecordingError(
             f'{self.file}: there is no column {names.stamp!r} (seconds); the header has '
             f'{self._shown()}; '
-            f'{HOW}'
+            f'{self._accepted}'
         )
 
     def _given(self, text: str) -> dict[str, str]:
@@ -135,13 +148,13 @@ class _CsvTable:
         for item in text.split(','):
             key, equals, value = (part.strip() for part in item.partition('='))
             if not equals or key not in ColumnNames._fields:
-                raise AuditError(
+                raise RecordingError(
                     f'--columns: {item!r} is not accepted; write for instance '
                     'stamp=time,position=q_,velocity=qd_,pose=tcp_'
                 )
             given[key] = value.rstrip('*')
         if given.get('stamp', STAMP) not in self.header:
-            raise AuditError(
+            raise RecordingError(
                 f'{self.file}: there is no column {given.get("stamp", STAMP)!r}; '
                 f'the header has {self._shown()}'
             )
@@ -151,10 +164,10 @@ class _CsvTable:
         found = self._family(names.position)
         if not found and required:
             missing = [j for j in self.joints if names.position + j not in self.header]
-            raise AuditError(
+            raise RecordingError(
                 f'{self.file}: there is no column {names.position + missing[0]!r} for joint '
                 f'{missing[0]!r} of {self.wanted.robot.name}; the header has {self._shown()}; '
-                f'{HOW}'
+                f'{self._accepted}'
             )
         return found
 
@@ -170,20 +183,43 @@ class _CsvTable:
                 return columns
         return []
 
-    def _velocity_columns(self) -> list[str]:
-        return self._family(self.names.velocity)
-
     def _pose_columns(self) -> tuple[list[str], PoseFormat] | None:
         found = pose_columns(self.header, self.names.pose, self.wanted.pose_format)
         asked = self.wanted.columns is not None and 'pose=' in self.wanted.columns
         if found is None and (asked or self.wanted.pose_format != PoseFormat()):
-            raise AuditError(f'{self.file}: {self.names.pose}* are no pose: {ACCEPTED_POSES}')
+            raise RecordingError(f'{self.file}: {self.names.pose}* are no pose: {ACCEPTED_POSES}')
         return found
 
     def _shown(self) -> str:
-        more = len(self.header) - SHOWN
-        listed = ', '.join(_cut(name) for name in self.header[:SHOWN])
-        return listed + (f' and {more} more' if more > 0 else '')
+        return listed([_cut(name) for name in self.header], SHOWN)
+
+
+def listed(names: Sequence[str], most: int) -> str:
+    """Return names one after another, at most so many, and how many there are more."""
+    more = len(names) - most
+    return ', '.join(names[:most]) + (f' and {more} more' if more > 0 else '')
+
+
+def _opened(file: Path, accepted: str) -> TableFile:
+    try:
+        opened: Callable[[], TextIO] = partial(file.open, encoding='utf-8-sig', newline='')
+        with opened() as stream:
+            if not file.is_file():
+                # What a pipe gives is there once.
+                opened = partial(io.StringIO, ''.join(lines_of(stream)))
+        with opened() as stream:
+            first = next((line for line in lines_of(stream) if line.strip()), '')
+        delimiter = next((c for c in ',;\t' if c in first), ' ')
+        cells = next(csv.reader([first], delimiter=delimiter))
+    except UnicodeDecodeError:
+        raise RecordingError(f'{file}: {NO_TEXT}') from None
+    except OSError as error:
+        raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
+    except csv.Error as error:
+        raise RecordingError(f'{file}: cannot be read as a table: {error}') from None
+    if not first:
+        raise RecordingError(f'{file}: is empty; {accepted}')
+    return TableFile(file, opened, delimiter, [cell.strip() for cell in cells])
 
 
 def _cut(name: str) -> str:

@@ -1,23 +1,31 @@
 """Rows of a table, read in pieces: quickly while nothing is wrong, else line by line."""
 
 import csv
+import math
+import re
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from decimal import Decimal
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TextIO
 
 import numpy as np
 
-from ...errors import AuditError
+from ...errors import RecordingError
 from ...kernel import Floats
 from ...robot.measures import Level
 from .block import LARGEST_BLOCK, Times
-from .joint_csv import lines_of, nanoseconds_of, number_of
 from .source import Remark
 
+LONGEST_LINE = 2**20
 # Most lines of one piece, empty ones included. More would be a quote that is never closed.
 MOST_LINES = 8 * LARGEST_BLOCK
 NO_TEXT = 'is not UTF-8 text, so not a table'
+# Largest seconds of a header's stamp.
+LATEST = Decimal(2**31)
+# Only numbers that other programs read, too: `1_0` and digits of other scripts are numbers in
+# Python alone.
+NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf(inity)?)', re.A | re.I)
 
 
 class TableRows(NamedTuple):
@@ -27,14 +35,39 @@ class TableRows(NamedTuple):
     numbers: Floats
 
 
+class TableFile(NamedTuple):
+    """
+    A table whose header is known.
+
+    Attributes
+    ----------
+    file
+        Its path, for messages.
+    opened
+        Opens its text, as often as asked.
+    delimiter
+        Between cells; a space stands for any white space.
+    header
+        Names of the columns, each once.
+    """
+
+    file: Path
+    opened: Callable[[], TextIO]
+    delimiter: str
+    header: list[str]
+
+
 class RowReader:
     """
-    The rows of a table whose header is known.
+    The rows of a table.
 
     Parameters
     ----------
     stamp, columns
         Names of the column of stamps, and of the wanted columns.
+    whole
+        Whether each row must have as many cells as the header and finite numbers; otherwise empty
+        cells and a last line that is cut off are accepted.
 
     Attributes
     ----------
@@ -43,12 +76,13 @@ class RowReader:
     """
 
     def __init__(
-        self, file: Path, delimiter: str, header: list[str], stamp: str, columns: Sequence[str]
+        self, table: TableFile, stamp: str, columns: Sequence[str], whole: bool = False
     ) -> None:
         self.remarks: list[Remark] = []
-        self._file, self._delimiter, self._header = file, delimiter, header
-        self._stamp_at = header.index(stamp)
-        self._at = [header.index(column) for column in columns]
+        self._file, self._opened, self._delimiter, self._header = table
+        self._whole = whole
+        self._stamp_at = table.header.index(stamp)
+        self._at = [table.header.index(column) for column in columns]
 
     def pieces(self) -> Iterator[TableRows]:
         """
@@ -56,12 +90,13 @@ class RowReader:
 
         Raises
         ------
-        AuditError
+        RecordingError
             A line is no row of the table; the message names line and column.
         """
         count = 0
         try:
-            for rows in self._quickly():
+            # The quick way overlooks superfluous cells.
+            for rows in () if self._whole else self._quickly():
                 count += len(rows.stamps)
                 yield rows
         except (ValueError, csv.Error):
@@ -72,12 +107,12 @@ class RowReader:
         try:
             yield from self._line_by_line(count)
         except UnicodeDecodeError:
-            raise AuditError(f'{self._file}: {NO_TEXT}') from None
+            raise RecordingError(f'{self._file}: {NO_TEXT}') from None
         except csv.Error as error:
-            raise AuditError(f'{self._file}: cannot be read as a table: {error}') from None
+            raise RecordingError(f'{self._file}: cannot be read as a table: {error}') from None
 
     def _quickly(self) -> Iterator[TableRows]:
-        with self._file.open(encoding='utf-8-sig') as stream:
+        with self._opened() as stream:
             lines = lines_of(stream)
             next((line for line in lines if line.strip()), '')
             length = LARGEST_BLOCK
@@ -119,13 +154,13 @@ class RowReader:
                 yield TableRows(np.array(stamps, dtype=np.int64), np.array(numbers))
                 stamps, numbers = [], []
         if not count:
-            raise AuditError(f'{self._file}: has a header but no rows')
+            raise RecordingError(f'{self._file}: has a header but no rows')
         if stamps:
             yield TableRows(np.array(stamps, dtype=np.int64), np.array(numbers))
 
     def _lines(self) -> Iterator[tuple[int, list[str]]]:
         # Yields rows with their line; the last one may be cut off.
-        with self._file.open(encoding='utf-8-sig', newline='') as stream:
+        with self._opened() as stream:
             rows = csv.reader(lines_of(stream), delimiter=self._delimiter)
             filled = (
                 (rows.line_num, cells) for cells in rows if any(cell.strip() for cell in cells)
@@ -137,11 +172,11 @@ class RowReader:
                 if len(cells) == len(self._header):
                     yield line, cells
                     continue
-                if count > 1 and next(filled, None) is None:
+                if count > 1 and not self._whole and next(filled, None) is None:
                     text = f'line {line}, the last one, is cut off and left out'
                     self.remarks.append(Remark(Level.OK, text))
                     return
-                raise AuditError(
+                raise RecordingError(
                     f'{self._file}:{line}: {len(cells)} cells, but the header has '
                     f'{len(self._header)} columns'
                 )
@@ -150,20 +185,60 @@ class RowReader:
         try:
             return nanoseconds_of(cell)
         except ValueError:
-            raise AuditError(
+            raise RecordingError(
                 f'{self._file}:{line}: column {self._header[self._stamp_at]!r}: '
-                f'{cell[:40]!a} is not a time in seconds'
+                f'{cell[:40]!a} is not a time in seconds (0 to {LATEST})'
             ) from None
 
     def _number(self, line: int, column: int, cell: str) -> float:
         text = cell.strip()
         try:
-            return number_of(text) if text else float('nan')
+            value = number_of(text) if text else math.nan
         except ValueError:
-            raise AuditError(
-                f'{self._file}:{line}: column {self._header[column]!r}: {text[:40]!a} is not a '
-                'number'
-            ) from None
+            value = None
+        if value is None or (self._whole and not math.isfinite(value)):
+            raise RecordingError(
+                f'{self._file}:{line}: column {self._header[column]!r}: '
+                f'{ascii(text[:40]) if text else "an empty cell"} is not a '
+                f'{"finite " if self._whole else ""}number'
+            )
+        return value
+
+
+def lines_of(stream: TextIO) -> Iterator[str]:
+    """
+    Yield the lines of a table.
+
+    Raises
+    ------
+    csv.Error
+        One is so long that it is none: files without an end of line may be larger than memory.
+    """
+    while line := stream.readline(LONGEST_LINE + 1):
+        if len(line) > LONGEST_LINE:
+            raise csv.Error(f'a line has more than {LONGEST_LINE >> 20} MiB')
+        yield line
+
+
+def number_of(text: str) -> float:
+    """Return the number in a cell; ValueError if it holds none."""
+    if not NUMBER.fullmatch(text.strip()):
+        raise ValueError(text)
+    return float(text)
+
+
+def nanoseconds_of(text: str) -> int:
+    """Return the nanoseconds of a time in seconds, 0 to 2^31; ValueError if it is none."""
+    # No double in between: it cannot hold the nanoseconds of a present time.
+    text = text.strip()
+    whole, _, fraction = text.partition('.')
+    digits = whole + fraction
+    if digits.isascii() and digits.isdecimal() and 0 < len(whole) < 11 and int(whole) < LATEST:
+        return int(whole) * 1_000_000_000 + int((fraction + '000000000')[:9])
+    seconds = Decimal(text) if NUMBER.fullmatch(text) else Decimal('nan')
+    if not (seconds.is_finite() and 0 <= seconds < LATEST):
+        raise ValueError(text)
+    return int(seconds.scaleb(9).to_integral_value())
 
 
 def _few(lines: Iterable[str]) -> Iterator[str]:

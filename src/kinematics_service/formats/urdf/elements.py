@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from ...kernel import Floats
-from ...robot.file.quantities import LARGEST
+from ...robot.file.parts.quantities import LARGEST
 
 # URDF requires numbers that a robot file may lack: the largest that a robot file accepts.
 UNLIMITED = LARGEST

@@ -10,9 +10,9 @@ from typing import Literal
 import numpy as np
 
 from ...errors import RobotFileError, UrdfError
-from ...robot.file.joints import MAX_JOINTS
-from ...robot.file.links import MAX_ROWS
-from ...robot.file.yaml_reader import MAX_BYTES
+from ...robot.file.parts.joints import MAX_JOINTS
+from ...robot.file.parts.links import MAX_ROWS
+from ...robot.file.text.robot_document import MAX_BYTES
 from ...robot.robot import Robot, robot_from_text
 from ...version import __version__
 from .certificate import Certificate, certify, configurations
@@ -53,7 +53,7 @@ TableConvention = Literal['standard', 'modified']
 
 
 def import_urdf(
-    urdf: str,
+    urdf: str | os.PathLike[str],
     base: str,
     tip: str,
     name: str = '',
@@ -62,12 +62,13 @@ def import_urdf(
     points: Sequence[str] = (),
 ) -> UrdfImport:
     """
-    Return the robot file of a chain of a URDF given as text.
+    Return the robot file of a chain of a URDF.
 
     Parameters
     ----------
     urdf
-        The XML, such as the parameter `robot_description` of robot_state_publisher.
+        Path of the file; or its text, such as the parameter `robot_description` of
+        robot_state_publisher. A str with a `<` is a text.
     base, tip
         Links: they become the base frame and the tool frame.
     name
@@ -83,44 +84,14 @@ def import_urdf(
     Raises
     ------
     UrdfError
-        The text is no URDF, has no such chain, or holds a joint that no robot file can express.
+        The file cannot be read, is no URDF, has no such chain, or holds a joint that no robot file
+        can express.
     """
-    root = parse_urdf(urdf.encode('utf-8'), '<text>')
-    return _imported(root, 'URDF', base, tip, name, convention, round_angles, points)
-
-
-def import_file(
-    path: str | os.PathLike[str],
-    base: str,
-    tip: str,
-    name: str = '',
-    convention: TableConvention = 'standard',
-    round_angles: bool = False,
-    points: Sequence[str] = (),
-) -> UrdfImport:
-    """
-    Return the robot file of a chain of a URDF file; see `import_urdf`.
-
-    Raises
-    ------
-    UrdfError
-        The file cannot be read, or as `import_urdf`.
-    """
-    path = Path(path)
-    source = f'URDF {path.name}'
-    return _imported(read_urdf(path), source, base, tip, name, convention, round_angles, points)
-
-
-def _imported(
-    root: XmlElement,
-    origin: str,
-    base: str,
-    tip: str,
-    name: str,
-    convention: str,
-    round_angles: bool,
-    points: Sequence[str],
-) -> UrdfImport:
+    if isinstance(urdf, str) and ('<' in urdf or not urdf.strip()):
+        root, origin = parse_urdf(urdf.encode('utf-8'), '<text>'), 'URDF'
+    else:
+        path = Path(urdf)
+        root, origin = read_urdf(path), f'URDF {path.name}'
     tree = read_tree(root)
     chain = read_chain(tree, base, tip)
     for count, most, what in (

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from ...errors import UrdfError
 from ...kernel import Floats
 from ...rigid_motion import exact_rpy
-from ...robot.file.expression_syntax import why_no_name
+from ...robot.file.text.expression_syntax import why_no_name
 from .chain import UrdfChain, Variable
 from .document import shown
 from .quantity import WrittenNumber

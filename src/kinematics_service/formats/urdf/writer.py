@@ -25,7 +25,7 @@ COLOURS = {
 SIZES = {'cylinder': ('radius', 'length'), 'sphere': ('radius',)}
 
 
-def urdf_text(robot: AnyRobot, names: FrameNames = AS_IN_THE_FILE) -> str:
+def export_urdf(robot: AnyRobot, names: FrameNames = AS_IN_THE_FILE) -> str:
     """
     Return the URDF of a robot.
 

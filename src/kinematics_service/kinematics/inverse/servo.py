@@ -164,7 +164,7 @@ def joint_velocity(
     state: ToolState | npt.ArrayLike,
     twist: npt.ArrayLike,
     settings: ServoSettings = DEFAULTS,
-    frame: Literal['base', 'tool'] = 'base',
+    axes: Literal['base', 'tool'] = 'base',
 ) -> ServoStep:
     """
     Return the joint velocities for a twist of the tool.
@@ -179,13 +179,13 @@ def joint_velocity(
         Wanted: vx vy vz wx wy wz at the tool's origin. Rows outside the task are free.
     settings
         Damping, limits, rows.
-    frame
+    axes
         The axes `twist` is in: `base` or `tool`.
 
     Raises
     ------
     TwistError
-        `twist` is not six finite numbers, or `frame` neither `base` nor `tool`.
+        `twist` is not six finite numbers, or `axes` neither `base` nor `tool`.
     JointVectorError
         The positions are not n finite numbers.
     """
@@ -201,12 +201,12 @@ def joint_velocity(
             state.q.shape,
         )
     wanted = _twist(twist)
-    if frame == 'tool':
+    if axes == 'tool':
         turn = state.pose[:3, :3]
         wanted = np.concatenate([turn @ wanted[:3], turn @ wanted[3:]])
-    elif frame != 'base':
+    elif axes != 'base':
         raise TwistError(
-            f"frame must be 'base' or 'tool', not {frame!r}", 'frame', ('base', 'tool'), frame
+            f"axes must be 'base' or 'tool', not {axes!r}", 'axes', ('base', 'tool'), axes
         )
     qdot = np.empty(robot.chain.dof)
     step = kernel.ServoOutput(servo, qdot)

@@ -34,9 +34,9 @@ def threshold_of_distance(robot: Robot, which: Literal['warn', 'stop'] = 'stop')
 def check_plan(
     robot: AnyRobot,
     times: npt.ArrayLike,
-    positions: npt.ArrayLike,
-    velocities: npt.ArrayLike | None = None,
-    accelerations: npt.ArrayLike | None = None,
+    q: npt.ArrayLike,
+    qdot: npt.ArrayLike | None = None,
+    qddot: npt.ArrayLike | None = None,
     distance: float | None = None,
     speed_limit: float | None = None,
     speed_of: Sequence[str] = (),
@@ -55,10 +55,11 @@ def check_plan(
         The arm.
     times : shape (N,), s
         Rising.
-    positions : shape (N, n), rad or m
+    q : shape (N, n), rad or m
         Joint positions at the points, in the order of the arm.
-    velocities, accelerations : shape (N, n)
-        rad/s or m/s, rad/s^2 or m/s^2; accelerations count only with velocities.
+    qdot, qddot : shape (N, n)
+        Joint velocities, rad/s or m/s, and accelerations, rad/s^2 or m/s^2, which count only with
+        velocities.
     distance
         How near a singular pose the plan may not come, at most 1 rad; the default is the threshold
         `stop` of the distance.
@@ -90,11 +91,7 @@ def check_plan(
     at = _times(times)
     given = [
         _table(robot, table, name, len(at))
-        for name, table in (
-            ('positions', positions),
-            ('velocities', velocities),
-            ('accelerations', accelerations),
-        )
+        for name, table in (('q', q), ('qdot', qdot), ('qddot', qddot))
     ]
     assert given[0] is not None
     asked = threshold_of_distance(robot) if distance is None else _threshold(distance)
@@ -187,7 +184,7 @@ def _joint(robot: Robot, motion: PolynomialMotion, j: int) -> PlanJoint:
             raise PlanError(
                 f'between its points {robot.joint_names[j]} moves too far or too fast to be '
                 'judged',
-                'positions',
+                'q',
                 [f'at most {kernel.LARGEST:g}'],
                 extreme.value,
             )

@@ -9,8 +9,8 @@ import numpy as np
 from ...errors import CalibrationError
 from ...kernel import Floats, Integers, PoseErrors, PoseErrorTable
 from ...rigid_motion import inverse
-from ...robot.file.description import Uncertainty
-from ...robot.file.parameters import (
+from ...robot.file.parts.description import Uncertainty
+from ...robot.file.parts.parameters import (
     ENDS,
     GROUPS,
     SIX,

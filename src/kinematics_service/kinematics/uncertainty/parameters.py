@@ -13,10 +13,9 @@ import numpy as np
 from ...kernel import Floats
 from ...rigid_motion import screw_z
 from ...robot.conventions import Row, table_rows
-from ...robot.file.convention_table import CONVENTIONS, NamedMotion
-from ...robot.file.description import DhRow, Link, RobotDescription, ShapeRow
-from ...robot.file.expressions import Affine
-from ...robot.file.parameters import (
+from ...robot.file.parts.convention_table import CONVENTIONS, NamedMotion
+from ...robot.file.parts.description import DhRow, Link, RobotDescription, ShapeRow
+from ...robot.file.parts.parameters import (
     AXES,
     ENDS,
     LENGTH,
@@ -26,6 +25,7 @@ from ...robot.file.parameters import (
     gear_parameters,
     placed_rows,
 )
+from ...robot.file.text.expressions import Affine
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from .corrected_chain import (

@@ -9,25 +9,31 @@ from dataclasses import replace
 from typing import Any, NoReturn
 
 from ...errors import Fault, RobotFileError
-from .constants import Constants, read_constants
-from .convention_table import CONVENTIONS
-from .description import Constant, ElementaryMotion, JointType, Link, RobotDescription
-from .entries import checked
-from .expression_syntax import names_in
-from .fault_report import FaultReport, quoted, shown
-from .joints import joint_type_of, names_given, read_joint, read_joint_entries, read_variables
-from .known_poses import read_known_poses
-from .links import check_helical, likely_convention, read_links, variables_of, warn_of_size
-from .loops import moving_loops, read_loops, read_passive
-from .motions import read_placement
-from .points import read_points
-from .quantities import Quantities, Units
-from .schema import JointEntry, RobotEntry, UnitsEntry
-from .singularity import read_singularity
-from .tolerances import read_tolerances
-from .uncertainty import read_uncertainty
-from .yaml_document import texts_in
-from .yaml_reader import MAX_BYTES, read_document
+from .parts.constants import Constants, read_constants
+from .parts.convention_table import CONVENTIONS
+from .parts.description import Constant, ElementaryMotion, JointType, Link, RobotDescription
+from .parts.joints import (
+    joint_type_of,
+    names_given,
+    read_joint,
+    read_joint_entries,
+    read_variables,
+)
+from .parts.known_poses import read_known_poses
+from .parts.links import check_helical, likely_convention, read_links, variables_of, warn_of_size
+from .parts.loops import moving_loops, read_loops, read_passive
+from .parts.motions import read_placement
+from .parts.points import read_points
+from .parts.quantities import Quantities, Units
+from .parts.schema import JointEntry, RobotEntry, UnitsEntry
+from .parts.singularity import read_singularity
+from .parts.tolerances import read_tolerances
+from .parts.uncertainty import read_uncertainty
+from .text.entries import checked
+from .text.expression_syntax import names_in
+from .text.fault_report import FaultReport, quoted, shown
+from .text.robot_document import MAX_BYTES, read_document
+from .text.yaml_document import texts_in
 
 # What a path may lead to besides files and folders; reading it might wait for ever.
 KINDS: Sequence[tuple[Callable[[int], bool], str]] = (

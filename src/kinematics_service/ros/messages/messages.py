@@ -5,7 +5,7 @@ A scalar field of a message silently accepts any value, so every number passes t
 int().
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -41,8 +41,8 @@ class StateReport(NamedTuple):
         return singularity_of(self.answer.state)
 
 
-def stamp_of(message: JointState) -> int:
-    """Return the stamp of a message in ns; 0 if it has none."""
+def stamp_of(message: Any) -> int:
+    """Return the stamp of a message with a header in ns; 0 if it has none."""
     stamp = message.header.stamp
     return int(stamp.sec) * SECOND + int(stamp.nanosec)
 

@@ -21,7 +21,7 @@ from ...rigid_motion import roll_pitch_yaw
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from ..messages.message_check import read_message
-from ..messages.messages import SECOND
+from ..messages.messages import stamp_of
 from ..messages.target_messages import pose_of
 from ..messages.topics import REFERENCE_POSE, TARGET_POSE_QOS
 from ..parameters.settings import ReferenceLimits
@@ -111,8 +111,7 @@ class Reference:
     def _on_pose(self, data: bytes) -> None:
         try:
             message = read_message(data, PoseStamped)
-            stamp = message.header.stamp
-            self._pending = int(stamp.sec) * SECOND + int(stamp.nanosec), pose_of(message)
+            self._pending = stamp_of(message), pose_of(message)
             self.is_there = True
         except (RefusedTargetError, WireError) as error:
             self._refused = str(error)

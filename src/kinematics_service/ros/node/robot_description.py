@@ -27,7 +27,7 @@ class DescriptionPublisher:
             self._withdraw()
             return
         from ...formats.urdf.elements import FrameNames
-        from ...formats.urdf.writer import urdf_text  # imported only if it is asked for
+        from ...formats.urdf.writer import export_urdf  # imported only if it is asked for
 
         robot, prefix = settings.robot, settings.frame_prefix
         names = FrameNames(
@@ -37,7 +37,7 @@ class DescriptionPublisher:
             joint_prefix=settings.estimator.joint_prefix,
         )
         try:
-            text = urdf_text(robot, names)
+            text = export_urdf(robot, names)
         except KinematicsError as error:
             self._node.get_logger().warning(f'robot_description is not published: {error}')
             self._withdraw()  # that of another arm

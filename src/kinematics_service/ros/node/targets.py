@@ -24,7 +24,7 @@ from ...kinematics.inverse.solve import inverse_kinematics
 from ...kinematics.inverse.way_out import way_out_for
 from ...robot.measures import Level
 from ..messages.message_check import read_message
-from ..messages.messages import SECOND, full_name, status_message
+from ..messages.messages import full_name, stamp_of, status_message
 from ..messages.target_messages import (
     choice_of,
     joint_positions_message,
@@ -172,7 +172,7 @@ class Targets:
         if self._solutions.get_subscription_count() > 0:
             self._solutions.publish(solutions_message(choice, settings))
         if choice.q is not None:
-            stamp = _stamp(message)
+            stamp = stamp_of(message)
             self._joint_states.publish(joint_positions_message(choice.q, stamp, settings))
         return pose_status(result, choice, present.q)
 
@@ -182,7 +182,7 @@ class Targets:
         stamp = None
         try:
             message = read_message(data, TwistStamped)
-            stamp = _stamp(message)
+            stamp = stamp_of(message)
             status_text = self._answer_twist(message)
         except Exception as error:  # no message may stop the node
             self._stop(stamp)
@@ -196,7 +196,7 @@ class Targets:
         twist = twist_in_base(given, message.header.frame_id, present.pose[:3, :3], settings)
         step = joint_velocity(settings.robot, present, twist, settings.servo)
         self._joint_velocity.publish(
-            joint_velocities_message(step.qdot, _stamp(message), settings)
+            joint_velocities_message(step.qdot, stamp_of(message), settings)
         )
         moving = bool(np.any(step.qdot))
         if moving and self._moving_since is None:
@@ -254,8 +254,3 @@ def _planned(settings: NodeSettings) -> NodeSettings:
     # The arm's plan is made now, in some milliseconds, so that no joint state waits for it later.
     plan_for(settings.robot, settings.target_rows, settings.target_axis or '')
     return settings
-
-
-def _stamp(message: PoseStamped | TwistStamped) -> int:
-    stamp = message.header.stamp
-    return int(stamp.sec) * SECOND + int(stamp.nanosec)

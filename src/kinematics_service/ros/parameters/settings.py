@@ -11,7 +11,7 @@ from ...errors import KinematicsError, RobotFileError, SettingsError
 from ...estimation.estimator import EstimatorSettings
 from ...kinematics.inverse.servo import ServoSettings
 from ...kinematics.inverse.target import TOOL_AXES
-from ...robot.file.quantities import LARGEST
+from ...robot.file.parts.quantities import LARGEST
 from ...robot.measures import Thresholds, thresholds_for
 from ...robot.robot import Robot, with_singularity, with_tool
 from ...robot.task import ROW_NAMES

@@ -17,6 +17,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 
+from ...stop_signals import StopSignal
 from .passed_over import PassedOver
 
 # Period of the check for the end while no event comes, where nothing interrupts the wait (s).
@@ -121,6 +122,10 @@ class Spinner:
         """End the present turn after the callback that is running; from any thread."""
         if not self._over.done():
             self._over.set_result(None)
+
+    def obey(self, stop: StopSignal) -> None:
+        """Let a signal end the present turn, and the queue be watched until one comes."""
+        stop.then, stop.meanwhile = self.interrupt, self.watch
 
     def watch(self) -> None:
         """Have the messages given up that wait for too long; from another thread."""

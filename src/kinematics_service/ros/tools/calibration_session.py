@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from geometry_msgs.msg import PoseStamped
 from rclpy.clock import Clock, ClockType
+from rclpy.context import Context
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -17,12 +18,12 @@ from ...diagnosis.calibration.collecting import CollectedPoses, PoseCollector
 from ...errors import KinematicsError, RefusedTargetError, WireError
 from ...estimation.estimator import AcceptedMessage, Estimator, EstimatorSettings
 from ...robot.robot import Robot
-from ...stop_signals import StopSignal, stop_signals
+from ...stop_signals import StopSignal
 from ..messages.message_check import read_message
-from ..messages.messages import SECOND, sample_of, stamp_of
+from ..messages.messages import sample_of, stamp_of
 from ..messages.target_messages import pose_of
 from ..process.no_messages import why_no_messages
-from ..process.runner import FAULT, WRONG_USAGE, open_context, start_refusal, tell
+from ..process.session import WRONG_USAGE, helper_node, run_session, tell
 from ..process.spin import Spinner
 
 # Hears every publisher, reliable or not.
@@ -71,40 +72,24 @@ def collect_poses(
     ros_args
         ROS arguments, `--ros-args` included.
     """
-    refusal = start_refusal(False, False)
-    if refusal is not None:
-        tell(refusal)
-        return FAULT
-    with stop_signals() as stop:
-        context = open_context(ros_args)
-        if context is None:
-            return WRONG_USAGE
+
+    def work(context: Context, stop: StopSignal) -> CollectedPoses | int:
+        node = helper_node(f'kinematics_calibrate_{os.getpid()}', context)
         try:
-            node = Node(
-                f'kinematics_calibrate_{os.getpid()}',
-                context=context,
-                start_parameter_services=False,
-                enable_rosout=False,
-            )
-            try:
-                session = _Session(node, robot, topics, joint_prefix, fit, say)
-            except InvalidTopicNameException as error:
-                tell(str(error).replace('\n', ' '))
-                return WRONG_USAGE
-            spinner = Spinner(context, [node])
-            end = time.monotonic() + seconds
-            stop.then, stop.meanwhile = spinner.interrupt, spinner.watch
-            spinner.spin(lambda: _is_over(stop, end) or not context.ok())
-            spinner.close()
-            session.finish()
-            node.destroy_node()
-        finally:
-            context.try_shutdown()
-    return session.collector.collected()
+            session = _Session(node, robot, topics, joint_prefix, fit, say)
+        except InvalidTopicNameException as error:
+            tell(str(error).replace('\n', ' '))
+            return WRONG_USAGE
+        spinner = Spinner(context, [node])
+        end = time.monotonic() + seconds
+        spinner.obey(stop)
+        spinner.spin(lambda: stop.came or time.monotonic() >= end or not context.ok())
+        spinner.close()
+        session.finish()
+        node.destroy_node()
+        return session.collector.collected()
 
-
-def _is_over(stop: StopSignal, end: float) -> bool:
-    return stop.came or time.monotonic() >= end
+    return run_session(ros_args, work)
 
 
 class _Session:
@@ -157,10 +142,7 @@ class _Session:
         self._poses += 1
         try:
             message = read_message(data, PoseStamped)
-            stamp = message.header.stamp
-            self.collector.note_pose(
-                int(stamp.sec) * SECOND + int(stamp.nanosec), pose_of(message)
-            )
+            self.collector.note_pose(stamp_of(message), pose_of(message))
         except (RefusedTargetError, WireError) as error:
             if not self._refused:
                 self._refused = str(error)

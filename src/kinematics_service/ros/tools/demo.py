@@ -7,17 +7,17 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from rclpy.clock import Clock, ClockType
+from rclpy.context import Context
 from rclpy.node import Node
 from rich.console import Console, RenderableType
 from rich.live import Live
 
-from ...errors import KinematicsError, RobotConflictError
-from ...formats.recordings.joint_csv import read_recording
+from ...formats.recordings.recording import read_recording
 from ...kinematics.trajectory import TRAJECTORIES
 from ...robot.measure_units import measure_units
-from ...stop_signals import StopSignal, stop_signals
+from ...stop_signals import StopSignal
 from ..node.node import KinematicsNode
-from ..process.runner import FAULT, FINE, WRONG_USAGE, leave, open_context, start_refusal, tell
+from ..process.session import FAULT, FINE, helper_node, run_session
 from ..process.spin import Spinner
 from ..process.standard_output import StandardOutput
 from .demo_listener import DemoListener
@@ -82,32 +82,18 @@ def run_demo(
     0 after the duration or a signal, 1 for a bad robot file, recording or parameter, 2 for wrong
     usage.
     """
-    refusal = start_refusal(False, False)
-    if refusal is not None:
-        tell(refusal)
-        return FAULT
     set_aside = stay_on_this_host()
-    with stop_signals() as stop:
-        context = open_context([*QUIET, *ros_args])
-        if context is None:
-            return WRONG_USAGE
-        try:
-            rules = [word for rule in RULES for word in ('-r', rule)]
-            node = KinematicsNode(robot, context=context, cli_args=['--ros-args', *rules])
-            arm, motion = _arm(node, trajectory, replay)
-            lines = invitation(
-                motion, node.get_fully_qualified_name(), f'{RANGE}={os.environ[RANGE]}', set_aside
-            )
-            code = _play(node, arm, lines, duration, stop)
-        except RobotConflictError as error:
-            tell(str(error))
-            return WRONG_USAGE
-        except KinematicsError as error:
-            tell(str(error))
-            return FAULT
-        finally:
-            context.try_shutdown()
-        return leave(code, stop)
+
+    def work(context: Context, stop: StopSignal) -> int:
+        rules = [word for rule in RULES for word in ('-r', rule)]
+        node = KinematicsNode(robot, context=context, cli_args=['--ros-args', *rules])
+        arm, motion = _arm(node, trajectory, replay)
+        lines = invitation(
+            motion, node.get_fully_qualified_name(), f'{RANGE}={os.environ[RANGE]}', set_aside
+        )
+        return _play(node, arm, lines, duration, stop)
+
+    return run_session([*QUIET, *ros_args], work)
 
 
 def stay_on_this_host() -> tuple[str, ...]:
@@ -146,8 +132,7 @@ def _play(
     listener = DemoListener(display, node.get_fully_qualified_name())
     output = StandardOutput()
     spinner = Spinner(node.context, [node, arm.node, display], node.events_were_left_out)
-    stop.then = spinner.interrupt
-    stop.meanwhile = spinner.watch
+    spinner.obey(stop)
     output.line(*lines)
 
     def over() -> bool:
@@ -179,14 +164,7 @@ def _play(
 
 
 def _helper(node: KinematicsNode, name: str) -> Node:
-    return Node(
-        name,
-        context=node.context,
-        namespace=NAMESPACE,
-        use_global_arguments=False,
-        start_parameter_services=False,
-        enable_rosout=False,
-    )
+    return helper_node(name, node.context, namespace=NAMESPACE, use_global_arguments=False)
 
 
 @contextmanager

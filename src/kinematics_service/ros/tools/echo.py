@@ -6,20 +6,27 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from rclpy.clock import Clock, ClockType
-from rclpy.exceptions import InvalidTopicNameException
+from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
-from rclpy.validate_full_topic_name import validate_full_topic_name
 from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
 from ...errors import LayoutError
 from ...printing import json_text
-from ...stop_signals import stop_signals
+from ...stop_signals import StopSignal
 from ..process.latest_message import LatestMessage
 from ..process.no_messages import why_no_messages
-from ..process.runner import FAULT, FINE, WRONG_USAGE, leave, open_context, start_refusal, tell
+from ..process.session import (
+    FAULT,
+    FINE,
+    WRONG_USAGE,
+    helper_node,
+    is_node_name,
+    run_session,
+    tell,
+)
 from ..process.spin import Spinner
 from ..process.standard_output import StandardOutput
 from .echo_topics import ECHO_TOPICS, EchoTopic
@@ -61,40 +68,23 @@ def run_echo(
     Returns ------- 0 after a signal, the one message, or when the reader has gone; 1 if no message
     came in time; 2 for wrong usage.
     """
-    refusal = start_refusal(False, False)
-    if refusal is not None:
-        tell(refusal)
-        return FAULT
+    if not is_node_name(node):
+        return WRONG_USAGE
     echoed = ECHO_TOPICS[what]
     topic = echoed.name.replace('~', '/' + node.strip('/'))
-    try:
-        validate_full_topic_name(topic)
-    except InvalidTopicNameException:
-        tell(f'--node {node}: not the name of a node, such as /kinematics or /arm/kinematics')
-        return WRONG_USAGE
-    with stop_signals() as stop:
-        context = open_context(ros_args)
-        if context is None:
-            return WRONG_USAGE
-        try:
-            listener = Node(
-                f'kinematics_echo_{os.getpid()}',
-                context=context,
-                start_parameter_services=False,
-                enable_rosout=False,
-            )
-            echo = _Echo(listener, echoed, topic, once, as_json, timeout)
-            spinner = Spinner(context, [listener])
-            stop.then = spinner.interrupt
-            stop.meanwhile = spinner.watch
-            with echo.shown():
-                fine = spinner.spin(lambda: stop.came or not context.ok() or echo.over)
-            spinner.close()
-            listener.destroy_node()
-            code = FINE if fine and not echo.in_vain else FAULT
-        finally:
-            context.try_shutdown()
-        return leave(code, stop)
+
+    def work(context: Context, stop: StopSignal) -> int:
+        listener = helper_node(f'kinematics_echo_{os.getpid()}', context)
+        echo = _Echo(listener, echoed, topic, once, as_json, timeout)
+        spinner = Spinner(context, [listener])
+        spinner.obey(stop)
+        with echo.shown():
+            fine = spinner.spin(lambda: stop.came or not context.ok() or echo.over)
+        spinner.close()
+        listener.destroy_node()
+        return FINE if fine and not echo.in_vain else FAULT
+
+    return run_session(ros_args, work)
 
 
 class _Echo:

@@ -12,7 +12,6 @@ import time
 from typing import Any
 
 from rclpy.context import Context
-from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
@@ -23,7 +22,9 @@ from ...kinematics.singularity import singularity_of
 from ...robot.robot import Robot
 from ..messages.messages import sample_of, stamp_of, time_message
 from ..messages.topics import DESCRIBE, JOINT_STATES, JOINT_STATES_QOS, OUTPUT_QOS, WARNING
+from ..process.no_messages import kinematics_nodes
 from ..process.node_facts import NodeFacts, ask_node
+from ..process.session import helper_node
 from ..process.spin import Spinner
 from .view_outputs import FRESH, ViewOutputs
 
@@ -47,12 +48,7 @@ class ViewListener:
 
     def __init__(self, context: Context, source: str) -> None:
         self.source = '/' + source.strip('/')
-        self._node = Node(
-            f'kinematics_view_{os.getpid()}',
-            context=context,
-            start_parameter_services=False,
-            enable_rosout=False,
-        )
+        self._node = helper_node(f'kinematics_view_{os.getpid()}', context)
         self._spinner = Spinner(context, [self._node])
         self._facts: NodeFacts | None = None
         self._known: frozenset[bytes] = frozenset()
@@ -134,14 +130,7 @@ class ViewListener:
 
     def sources(self) -> tuple[str, ...]:
         """Return the full names of the present kinematics nodes."""
-        end = WARNING.removeprefix('~')
-        return tuple(
-            sorted(
-                topic.removesuffix(end)
-                for topic, _ in self._node.get_topic_names_and_types()
-                if topic.endswith(end) and self._node.count_publishers(topic)
-            )
-        )
+        return tuple(kinematics_nodes(self._node))
 
     def show(self, robot: Robot) -> None:
         """Subscribe to the joint states of this arm from now on."""

@@ -1,10 +1,8 @@
 """The live view with ROS, from its options to an exit code."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from rclpy.context import Context
-from rclpy.exceptions import InvalidTopicNameException
-from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from ...display.view.address import Address
 from ...display.view.observation import Observation
@@ -12,8 +10,9 @@ from ...display.view.run import run_page
 from ...errors import KinematicsError
 from ...kernel import Floats
 from ...robot.robot import Robot, load_robot
+from ...stop_signals import StopSignal
 from ..process.node_facts import NodeFacts
-from ..process.runner import FAULT, FINE, WRONG_USAGE, open_context, start_refusal, tell
+from ..process.session import FINE, WRONG_USAGE, is_node_name, run_session, tell
 from .view_listener import ViewListener
 
 # A node that runs answers within this (s).
@@ -132,10 +131,9 @@ def run_view(
     address: Address,
     publishable: bool,
     ros_args: Sequence[str],
-    stopped: Callable[[], bool],
 ) -> int:
     """
-    Show the arm of a node until `stopped()`; return the exit code.
+    Show the arm of a node until SIGINT or SIGTERM; return the exit code.
 
     Parameters
     ----------
@@ -147,30 +145,16 @@ def run_view(
         As `run_page` takes them.
     ros_args
         ROS arguments, `--ros-args` included.
-
-    Raises
-    ------
-    KinematicsError
-        The page cannot be served there.
     """
-    refusal = start_refusal(False, False)
-    if refusal is not None:
-        tell(refusal)
-        return FAULT
-    try:
-        validate_full_topic_name('/' + (node or DEFAULT_NODE).strip('/') + '/pose')
-    except InvalidTopicNameException:
-        tell(f'--node {node}: not the name of a node, such as /kinematics or /arm/kinematics')
+    if not is_node_name(node or DEFAULT_NODE):
         return WRONG_USAGE
-    context = open_context(ros_args)
-    if context is None:
-        return WRONG_USAGE
-    try:
+
+    def work(context: Context, stop: StopSignal) -> int:
         session = ViewSession(context, robot, otherwise, node)
         try:
-            run_page(session, address, publishable, stopped)
+            run_page(session, address, publishable, lambda: stop.came)
         finally:
             session.close()
-    finally:
-        context.try_shutdown()
-    return FINE
+        return FINE
+
+    return run_session(ros_args, work)

@@ -10,7 +10,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-from ...formats.recordings.joint_csv import Recording
+from ...formats.recordings.recording import Recording
 from ...kernel import Floats
 from ...kinematics.motion import Trajectory
 from ..messages.messages import time_message

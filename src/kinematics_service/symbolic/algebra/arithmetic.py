@@ -11,7 +11,7 @@ import sympy
 
 from ...errors import DerivationError
 from ...rigid_motion import Z_INTO
-from ...robot.file.description import Link, RobotDescription
+from ...robot.file.parts.description import Link, RobotDescription
 from .laurent import Laurent, Ring, from_terms
 from .matrices import Matrix, product
 from .names import Names

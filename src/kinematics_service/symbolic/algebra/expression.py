@@ -6,7 +6,7 @@ from typing import Any
 
 import sympy
 
-from ...robot.file.expression_syntax import operands_of, postorder, syntax_tree
+from ...robot.file.text.expression_syntax import operands_of, postorder, syntax_tree
 
 HALF_TURN = sympy.Integer(180)
 

@@ -1,23 +1,23 @@
 """
 The names of a robot file as sympy symbols, and what units its expressions are in.
 
-Lengths stay in the file's unit and joint angles are in rad, so that a Jacobian column of a `deg`
-file is per rad like every other.
+Joint angles are in rad, so that a Jacobian column of a `deg` file is per rad like every other.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import sympy
 
 from ...errors import DerivationError
-from ...robot.file.description import (
+from ...robot.file.parts.description import (
+    ElementaryMotion,
     RigidMotion,
     RobotDescription,
     ShapeRow,
 )
-from ...robot.file.expression_syntax import names_in
+from ...robot.file.text.expression_syntax import names_in
 from .expression import exact
 
 
@@ -29,16 +29,18 @@ class Names:
     Attributes
     ----------
     variables
-        A symbol a joint, in the order of the Jacobian's columns; rad, or the file's length unit.
+        A symbol a joint, in the order of the Jacobian's columns; rad, or the unit of lengths.
     lengths
         The constants that stay symbols.
     values
         The value of each of them, in the file's units.
     meanings
-        What stands for each name of the file: a symbol, or the expression of a constant that is
-        made of others or turns up in an angle.
+        What stands for each name of the file, in the file's units: a symbol, or the expression of
+        a constant that is made of others or turns up in an angle.
     angle_unit
-        'rad' or 'deg'.
+        'rad' or 'deg', the file's.
+    length_unit
+        The file's unit of length in that of the symbols.
     """
 
     variables: tuple[Any, ...]
@@ -46,28 +48,33 @@ class Names:
     values: Mapping[Any, float]
     meanings: Mapping[str, Any]
     angle_unit: str
+    length_unit: Any = sympy.Integer(1)
 
     def expression(self, text: str) -> Any:
         """Return what a text says, in the file's units."""
         return exact(text, self.meanings, self.angle_unit)
 
     def angle(self, text: str) -> Any:
-        """Return a constant angle, rad."""
-        return self._in_rad(self.expression(text))
+        """Return an angle, rad."""
+        return self.expression(text) * angle_in_rad(self.angle_unit)
+
+    def length(self, text: str) -> Any:
+        """Return a length, in the unit of the symbols."""
+        return self.expression(text) * self.length_unit
 
     def affine(self, text: str, is_angle: bool) -> tuple[Any, dict[Any, Any]]:
         """Return the constant part, and the factor of each joint variable."""
-        expression = sympy.expand(self.expression(text))
+        value = self.angle(text) if is_angle else self.length(text)
+        expanded = sympy.expand(value)
         factors = {
-            symbol: factor
-            for symbol in self.variables
-            if (factor := expression.coeff(symbol)) != 0
+            symbol: factor for symbol in self.variables if (factor := expanded.coeff(symbol)) != 0
         }
-        rest = expression.subs(dict.fromkeys(factors, 0))
-        return (self._in_rad(rest) if is_angle else rest), factors
+        return value.subs(dict.fromkeys(factors, 0)), factors
 
-    def _in_rad(self, angle: Any) -> Any:
-        return angle * sympy.pi / 180 if self.angle_unit == 'deg' else angle
+
+def angle_in_rad(unit: str) -> Any:
+    """Return the unit of angles, 'rad' or 'deg', in rad."""
+    return sympy.pi / 180 if unit == 'deg' else sympy.Integer(1)
 
 
 def names_of(description: RobotDescription, locked: Mapping[str, str] | None = None) -> Names:
@@ -88,7 +95,8 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
             raise DerivationError(
                 f'no joint variable {name!r} to lock (known: {", ".join(known)})'
             )
-    in_angles = _names_in_angles(description)
+    used = names_by_use(description)
+    in_angles = used['angle'] | used['number']
     meanings: dict[str, Any] = {}
     values: dict[Any, float] = {}
     for constant in description.constants:
@@ -100,41 +108,52 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
         meanings[constant.name] = symbol
         values[symbol] = constant.value
     variables = []
-    for name in known:
+    for joint in description.joints:
+        name = joint.variable
         if name in locked:
             meanings[name] = exact(locked[name], meanings, description.angle_unit)
-        else:
-            symbol = sympy.Symbol(name, real=True)
-            meanings[name] = symbol
-            variables.append(symbol)
+            continue
+        symbol = sympy.Symbol(name, real=True)
+        slides = joint.type == 'prismatic'
+        meanings[name] = symbol if slides else symbol / angle_in_rad(description.angle_unit)
+        variables.append(symbol)
     if not variables:
         raise DerivationError('every joint is locked')
     return Names(tuple(variables), tuple(values), values, meanings, description.angle_unit)
 
 
-def _names_in_angles(description: RobotDescription) -> set[str]:
-    # Constants used as an angle take their value: only lengths are kept as symbols.
-    texts: list[str] = []
+def names_by_use(description: RobotDescription) -> dict[str, set[str]]:
+    """
+    Return the names used in a 'length', an 'angle', or a 'number' of a rotation matrix.
 
-    def motion(given: RigidMotion) -> None:
-        texts.extend(_rotation_texts(given))
-
-    for link in description.links:
-        texts += [one.argument.text for one in link.motions if one.turns]
-        if isinstance(link, ShapeRow):
-            motion(link.inner)
-            motion(link.outer)
-    motion(description.base.motion)
-    motion(description.tool.motion)
-    found = set().union(*(names_in(text) for text in texts))
-    # The constants that a constant is made of are used as an angle, too.
+    The constants that a constant is made of are used as it is.
+    """
+    found: dict[str, set[str]] = {'length': set(), 'angle': set(), 'number': set()}
+    loops = description.loops
+    rows = (*description.links, *(link for loop in loops for link in loop.links))
+    motions = [description.base.motion, description.tool.motion]
+    motions += [end.motion for loop in loops for end in (loop.start, loop.meets)]
+    for row in rows:
+        for one in row.motions:
+            found[use_of(one)] |= names_in(one.argument.text)
+        motions += [row.inner, row.outer] if isinstance(row, ShapeRow) else []
+    for motion in motions:
+        for text, use in zip(motion.texts, uses_of(motion)):
+            found[use] |= names_in(text)
     for constant in reversed(description.constants):
-        if constant.name in found:
-            found |= names_in(constant.text)
+        for names in found.values():
+            if constant.name in names:
+                names |= names_in(constant.text)
     return found
 
 
-def _rotation_texts(motion: RigidMotion) -> tuple[str, ...]:
+def use_of(motion: ElementaryMotion) -> str:
+    """Return 'angle' or 'length'."""
+    return 'angle' if motion.turns else 'length'
+
+
+def uses_of(motion: RigidMotion) -> Sequence[str]:
+    """Return 'length', 'angle' or 'number' of each of its texts."""
     if len(motion.texts) == 6:
-        return motion.texts[3:]
-    return tuple(text for k, text in enumerate(motion.texts) if k % 4 != 3 and k < 12)
+        return ['length'] * 3 + ['angle'] * 3
+    return ['length' if k % 4 == 3 and k < 12 else 'number' for k in range(16)]

@@ -238,7 +238,7 @@ def _verdict(check: Check) -> Verdict:
 
 def _rounded(check: Check) -> tuple[str, ...]:
     # Printed numbers are compared to their last digit, and that is said.
-    if not check.statement.decimals and not check.statement.rounded:
+    if not check.statement.decimals and not check.statement.half_units:
         return ()
     worst = float(np.max(check.gap(check.person, check.right)))
     if worst <= ROUND_OFF:

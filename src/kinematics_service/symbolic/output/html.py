@@ -7,28 +7,10 @@ from typing import Any
 
 from sympy.printing.mathml import MathMLPresentationPrinter
 
+from ...page import document, resource
 from ..file_factors import decimal
 from .report import Block, Equation, Heading
 
-STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 70rem; margin: 2rem auto; padding: 0 1rem;
-       color: #1c1c1c; background: #fff; }
-h1 { font-size: 1.6rem; } h2 { font-size: 1.25rem; margin-top: 2.5rem;
-     border-bottom: 1px solid #ccc; }
-h3 { font-size: 1.05rem; margin-bottom: 0.3rem; }
-p { margin: 0.4rem 0; }
-.formula { overflow-x: auto; padding: 0.4rem 0; }
-mtable.matrix { border-left: 1.5px solid; border-right: 1.5px solid; border-radius: 0.5em;
-                padding: 0 0.35em; }
-mtd { padding: 0.2em 0.5em; }
-math { font-family: "Latin Modern Math", "STIX Two Math", "Cambria Math", "Libertinus Math", math,
-       "Times New Roman", "Liberation Serif", "DejaVu Serif", serif; }
-mi { text-transform: none; font-style: normal; }
-mi.letter { font-style: italic; }
-mi.word { margin-left: 0.15em; }
-msub > :nth-child(2), msup > :nth-child(2), msubsup > :nth-child(n + 2) { font-size: 0.72em; }
-@media (prefers-color-scheme: dark) { body { color: #e6e6e6; background: #181818; } }
-"""
 GREEK = {'alpha', 'beta', 'gamma', 'theta', 'phi', 'psi', 'omega'}
 MATHML = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>'
 
@@ -106,22 +88,20 @@ class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
 def html_of(blocks: Sequence[Block]) -> str:
     """Return a complete HTML page."""
     title = next(block.text for block in blocks if isinstance(block, Heading))
-    lines = ['<!DOCTYPE html>', '<html lang="en">', '<head>', '<meta charset="utf-8">']
-    lines += ['<meta name="viewport" content="width=device-width">']
-    lines += [f'<title>{escape(title)}</title>', f'<style>{STYLE}</style>', '</head>', '<body>']
-    for block in blocks:
-        if isinstance(block, Heading):
-            lines.append(f'<h{block.level}>{escape(block.text)}</h{block.level}>')
-        elif isinstance(block, Equation):
-            row = f'<mrow>{_as_written(_left(block.left))}<mo>=</mo>{mathml(block.right)}</mrow>'
-            lines.append(f'<div class="formula">{MATHML.format("block", row)}</div>')
-        else:
-            parts = (
-                escape(p) if isinstance(p, str) else MATHML.format('inline', mathml(p))
-                for p in block.parts
-            )
-            lines.append(f'<p>{"".join(parts)}</p>')
-    return '\n'.join([*lines, '</body>', '</html>', ''])
+    return document(title, map(_html, blocks), resource(__package__, 'formulas.css'))
+
+
+def _html(block: Block) -> str:
+    if isinstance(block, Heading):
+        return f'<h{block.level}>{escape(block.text)}</h{block.level}>\n'
+    if isinstance(block, Equation):
+        row = f'<mrow>{_as_written(_left(block.left))}<mo>=</mo>{mathml(block.right)}</mrow>'
+        return f'<div class="formula">{MATHML.format("block", row)}</div>\n'
+    parts = (
+        escape(p) if isinstance(p, str) else MATHML.format('inline', mathml(p))
+        for p in block.parts
+    )
+    return f'<p>{"".join(parts)}</p>\n'
 
 
 def mathml(expression: Any) -> str:

@@ -28,6 +28,16 @@ def json_of(
         'o': [_strings(o) for o in derivation.o],
         'jacobian': _strings(derivation.jacobian),
         'coupling': _strings(derivation.coupling),
+        'loops': [
+            {
+                'name': loop.name,
+                'passive': [str(psi) for psi in loop.passive],
+                'equations': [str(equation) for equation in loop.equations],
+                'coupling': _strings(loop.coupling),
+                'determinant': str(loop.determinant),
+            }
+            for loop in derivation.loops
+        ],
         'terms_of_difference': dict(derivation.methods),
         'task': list(determinant.rows),
         'square': determinant.square,

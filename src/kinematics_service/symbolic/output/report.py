@@ -8,6 +8,7 @@ from typing import Any
 
 import sympy
 
+from ..closed_loops import MOST_VARIABLES
 from ..derivation import Derivation
 from ..path import Path
 from ..singular_set import SingularFactor
@@ -71,8 +72,12 @@ def report_of(
     span : s
         Times between which the path's crossings are looked for.
     """
-    blocks = [*_frames(derivation), *_jacobian(derivation, frame or 'base')]
-    blocks += [*_determinant(derivation), *_singular(derivation)]
+    blocks = [*_frames(derivation), *_loops(derivation)]
+    blocks += _jacobian(derivation, frame or 'base')
+    if derivation.loops:
+        blocks += _closed_determinant(derivation)
+    else:
+        blocks += [*_determinant(derivation), *_singular(derivation)]
     if path is not None:
         blocks += _path(path, span)
     return tuple(blocks)
@@ -129,13 +134,35 @@ def _in_words(left: str) -> str:
     return left.replace('{', '').replace('}', '')
 
 
+def _loops(derivation: Derivation) -> Iterator[Block]:
+    q = _listed(derivation.variables)
+    for loop in derivation.loops:
+        psi = _listed(loop.passive)
+        yield Heading(f'Loop {loop.name}', 2)
+        yield say(f'The passive joints {psi} follow from')
+        for equation in loop.equations:
+            yield Equation('0', equation)
+        yield say(f'Coupling K = d({psi})/d({q}) = -(d Phi/d({psi}))^-1 d Phi/d({q}):')
+        yield Equation('K', loop.coupling)
+        yield say(f'Determinant det d Phi/d({psi}); the loop is flat where it is 0:')
+        yield Equation('D', loop.determinant)
+
+
+def _listed(symbols: Sequence[Any]) -> str:
+    return ', '.join(map(str, symbols))
+
+
 def _jacobian(derivation: Derivation, frame: str) -> Iterator[Block]:
     yield Heading('Jacobian', 2)
     axes = frame if frame in ('base', 'tool') else f'frame {frame}'
     yield say(f'Rows vx vy vz wx wy wz of the origin of the tool, axes of {axes}.')
-    J = derivation.jacobian if frame == 'base' else derivation.jacobian_in(frame)
-    yield Equation('J', derivation.in_angles(J))
-    if derivation.coupling is not None:
+    if derivation.loops:
+        every = _listed(derivation.names.variables)
+        yield say(f'By {every}, each by itself; J is this times [1; K], with the K of all loops.')
+        yield Equation('J_{open}', derivation.in_angles(derivation.jacobian_open))
+    else:
+        yield Equation('J', derivation.in_angles(derivation.jacobian_in(frame)))
+    if derivation.coupling is not None and not derivation.loops:
         yield say('Joints move several rows: J = J_open C, with the rows moved by C q.')
         yield Equation('C', derivation.coupling)
     same = [name for name, left in derivation.methods.items() if not left]
@@ -143,8 +170,26 @@ def _jacobian(derivation: Derivation, frame: str) -> Iterator[Block]:
     for name, left in derivation.methods.items():
         if left:
             yield say(f'{name} differs in {left} terms (a rounded matrix in the file?)')
+    if derivation.loops:
+        return
     worst = derivation.central_difference
     yield say(f'Central differences of T at a random pose differ by {worst:.1e}.')
+
+
+def _closed_determinant(derivation: Derivation) -> Iterator[Block]:
+    rows = ' '.join(derivation.robot.task.rows)
+    yield Heading('Determinant', 2)
+    if not derivation.singular_set.determinant.square:
+        yield say(f'The task {rows} is not square: there is no determinant of the arm.')
+    elif derivation.determinant is None:
+        yield say(
+            f'The determinant of the arm, rows {rows}, is that of these rows of J. It is not '
+            f'multiplied out: that is done of {MOST_VARIABLES} joints and passive ones at most. '
+            f'Here are {len(derivation.names.variables)}.'
+        )
+    else:
+        yield say(f'Of the arm, rows {rows}; it is singular where it is 0:')
+        yield Equation('det J', derivation.determinant)
 
 
 def _determinant(derivation: Derivation) -> Iterator[Block]:

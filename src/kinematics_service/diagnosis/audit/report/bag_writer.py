@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....errors import AuditError
+from ....errors import RecordingError
 from ....estimation.cdr import DOUBLE, STAMP_AT, WHOLE, CdrWriter
 from ....estimation.status_text import StatusText
 from ....formats.recordings.bag_checks import add_checksums
@@ -57,7 +57,7 @@ def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWri
 
     Raises
     ------
-    AuditError
+    RecordingError
         rosbags is missing.
     KinematicsError
         The file cannot be written.
@@ -65,7 +65,7 @@ def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWri
     try:
         from rosbags.rosbag2 import StoragePlugin, Writer
     except ImportError:
-        raise AuditError(
+        raise RecordingError(
             "--out needs rosbags: pip install '.[bag]' in its checkout, or pip install rosbags"
         ) from None
     with new_file(file) as made:

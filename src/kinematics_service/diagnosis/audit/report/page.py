@@ -1,18 +1,17 @@
 """
-An audit as one page that needs nothing else: light, dark and printed, at any width.
+An audit as one page that needs nothing else.
 
-Its style and its script are page.css and page.js. The colours are those of Okabe and Ito (2008),
-told apart by all kinds of colour vision, and lighter in the dark. The script shows the values at
-one time in all plots, which it reads back from their paths.
+Its script, page.js, shows the values at one time in all plots, which it reads back from their
+paths.
 """
 
 import math
 from collections.abc import Callable
 from functools import partial
 from html import escape
-from importlib import resources
 
 from ....estimation.estimator import ACCEPTED
+from ....page import MOST, Column, document, more_of, resource, table, table_of
 from ....robot.measures import MEASURES
 from ....version import __version__
 from ..auditing import Audit
@@ -25,7 +24,6 @@ from .page_charts import interval_chart, joint_charts, measure_charts, tool_char
 from .page_frames import frame_section
 from .page_header import Provenance, header
 from .page_plans import plan_section
-from .page_table import MOST, Column, more_of, table, table_of
 
 # In the place of a number that is not known.
 NOTHING = '&ndash;'
@@ -36,22 +34,14 @@ def page_of(audit: Audit, origin: Provenance | None = None) -> str:
     """Return the page as HTML, with files, sums and date at its head if an origin is given."""
     title = f'Audit of {audit.file.rpartition("/")[2]}'
     verdict = verdict_of(audit)
-    parts = [
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f'<title>{escape(title)}</title>\n<style>\n{_file("page.css")}</style>\n'
-        '</head>\n<body>\n',
+    body = [
         f'<h1>{escape(title)}</h1>\n{header(audit, origin)}{_introduction(audit)}',
         _verdict(verdict),
         *(section(audit) for section in SECTIONS),
         f'<p class="soft">kinematics_service {__version__}. Computed as the node computes, from '
-        f'{escape(audit.file)}.</p>\n<script>\n{_file("page.js")}</script>\n</body>\n</html>\n',
+        f'{escape(audit.file)}.</p>\n',
     ]
-    return ''.join(parts)
-
-
-def _file(name: str) -> str:
-    return resources.files(__package__).joinpath(name).read_text(encoding='utf-8')
+    return document(title, body, script=resource(__package__, 'page.js'))
 
 
 def _introduction(audit: Audit) -> str:

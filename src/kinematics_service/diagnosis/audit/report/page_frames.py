@@ -5,12 +5,12 @@ from html import escape
 import numpy as np
 
 from ....kernel import Floats
+from ....page import table
 from ....rigid_motion import roll_pitch_yaw
 from ...frame_check.errors import Errors
 from ..auditing import Audit
 from ..frames import FrameReport, NotCompared
 from .page_charts import frame_charts
-from .page_table import table
 
 
 def frame_section(audit: Audit) -> str:

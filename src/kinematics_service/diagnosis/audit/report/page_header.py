@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
+from ....page import facts
 from ....robot.bundled import find_robot_file
 from ....robot.measures import MEASURES
 from ....version import __version__
@@ -76,8 +77,7 @@ def header(audit: Audit, origin: Provenance | None) -> str:
     if origin is not None:
         rows.insert(2, ('robot file', _file(origin.robot_file, origin.robot_sha256)))
         rows.insert(3, ('date', escape(origin.date)))
-    cells = ''.join(f'<dt>{name}</dt><dd>{value}</dd>' for name, value in rows)
-    return f'<dl class="origin">{cells}</dl>\n'
+    return facts(rows)
 
 
 def _file(name: str, sha256: str) -> str:

@@ -4,10 +4,10 @@ import math
 from html import escape
 
 from ....kinematics.plans.verdicts import PlanCheck, PlanMoment, PlanVerdict
-from ....robot.file.loop_groups import closed_together, group_in_words
+from ....page import MOST, more_of, table
+from ....robot.file.parts.loop_groups import closed_together, group_in_words
 from ..auditing import Audit
 from ..plan_findings import point_in_words, rounded_down, rounded_up
-from .page_table import MOST, more_of, table
 
 TAGS: dict[PlanVerdict, str] = {
     'proved': '<span class="tag OK">&#10003; proved</span>',

@@ -1,22 +1,16 @@
-"""
-A calibration as one page that needs nothing else: light, dark and printed, at any width.
-
-Style and colours are those of an audit's page; its own are in page.css, and page.js turns the arm.
-"""
+"""A calibration as one page that needs nothing else; its script, page.js, turns the arm."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
-from importlib import resources
 
 import numpy as np
 
 from ....kernel import Floats
-from ....robot.file.parameters import TABLE_GROUPS
+from ....page import document, facts, resource, table
+from ....robot.file.parts.parameters import TABLE_GROUPS
 from ....version import __version__
-from ...audit.report import page as audit_page
-from ...audit.report.page_table import table
 from ...frame_check.errors import Errors
 from ..calibration import Calibration
 from ..identified_table import CalibratedParameter
@@ -44,11 +38,7 @@ class PageOrigin:
 def page_of(found: Calibration, origin: PageOrigin) -> str:
     """Return the page as HTML."""
     title = f'Calibration of {found.robot.name}'
-    style = _file(audit_page.__package__, 'page.css') + _file(__package__, 'page.css')
-    parts = [
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f'<title>{escape(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n',
+    body = [
         f'<h1>{escape(title)}</h1>\n{_header(found, origin)}',
         _verdict(found, origin),
         '<h2>Errors</h2>\n',
@@ -59,15 +49,10 @@ def page_of(found: Calibration, origin: PageOrigin) -> str:
         '<h2>What is known, and how well</h2>\n',
         _parameters(found),
         _directions(found),
-        f'<p class="soft">kinematics_service {__version__}.</p>\n'
-        f'<script>\n{_file(__package__, "page.js")}</script>\n</body>\n</html>\n',
+        f'<p class="soft">kinematics_service {__version__}.</p>\n',
     ]
-    return ''.join(parts)
-
-
-def _file(package: str | None, name: str) -> str:
-    assert package is not None  # modules of packages have one
-    return resources.files(package).joinpath(name).read_text(encoding='utf-8')
+    style, script = (resource(__package__, name) for name in ('page.css', 'page.js'))
+    return document(title, body, style, script)
 
 
 def _header(found: Calibration, origin: PageOrigin) -> str:
@@ -78,8 +63,7 @@ def _header(found: Calibration, origin: PageOrigin) -> str:
         ('date', escape(origin.date)),
         ('version', f'kinematics_service {__version__}'),
     ]
-    cells = ''.join(f'<dt>{name}</dt><dd>{value}</dd>' for name, value in rows)
-    return f'<dl class="origin">{cells}</dl>\n'
+    return facts(rows)
 
 
 def _verdict(found: Calibration, origin: PageOrigin) -> str:

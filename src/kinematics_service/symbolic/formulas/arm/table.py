@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
-from ....robot.file.convention_table import CONVENTIONS, MOVING, Convention
-from ....robot.file.description import (
+from ....robot.file.parts.convention_table import CONVENTIONS, MOVING, Convention
+from ....robot.file.parts.description import (
     DhRow,
     ElementaryMotion,
     Link,
@@ -22,10 +22,10 @@ from ....robot.file.description import (
     RobotDescription,
     ShapeRow,
 )
-from ....robot.file.expression_syntax import names_in
-from ....robot.file.expressions import Expression
+from ....robot.file.text.expression_syntax import names_in
 from ....robot.loops import opened
 from ...algebra.expression import exact
+from ...algebra.names import Names, angle_in_rad, names_by_use, uses_of
 
 ZERO = sp.Integer(0)
 EYE = sp.ImmutableDenseMatrix(sp.eye(4))
@@ -170,108 +170,40 @@ def row_derivative(row: TableRow, variable: Any) -> Any:
     return row_matrix(row).diff(variable)
 
 
-class _FileUnits:
-    # Texts of the file are in its units; symbols are SI.
-    def __init__(self, description: RobotDescription) -> None:
-        self.angle = sp.pi / 180 if description.angle_unit == 'deg' else sp.Integer(1)
-        self.length = sp.Rational(1, 1000) if description.length_unit == 'mm' else sp.Integer(1)
-        self.angle_unit = description.angle_unit
-        self.si = description.angle_unit == 'rad' and description.length_unit == 'm'
-        self.variables = {
-            joint.variable: sp.Symbol(joint.variable) for joint in opened(description).joints
-        }
-        self.constants = {c.name: sp.Symbol(c.name) for c in description.constants}
-        self.factors = self._factors(description)
-
-    def _factors(self, description: RobotDescription) -> dict[str, Any]:
-        # SI value = factor * file's value; what is used both as length and angle is a ratio.
-        used: dict[str, set[str]] = {'length': set(), 'angle': set()}
-        for kind, text in _texts(description):
-            used[kind] |= names_in(text)
-        for constant in reversed(description.constants):
-            for names in used.values():
-                if constant.name in names:
-                    names |= names_in(constant.text)
-        factors = {}
-        for name in self.constants:
-            is_length, is_angle = name in used['length'], name in used['angle']
-            factor = self.length if is_length else self.angle if is_angle else sp.Integer(1)
-            factors[name] = sp.Integer(1) if is_length and is_angle else factor
-        return factors
-
-    def meanings(self) -> dict[str, Any]:
-        return {name: symbol / self.factors[name] for name, symbol in self.constants.items()}
-
-    def fixed(self, text: str, kind: str) -> Any:
-        factor = {'length': self.length, 'angle': self.angle}.get(kind, sp.Integer(1))
-        return exact(text, self.meanings(), self.angle_unit) * factor
-
-    def moving(self, expression: Expression, kind: str) -> Any:
-        coefficients = expression.affine.coefficients
-        if self.si:
-            return exact(expression.text, {**self.meanings(), **self.variables}, 'rad')
-        # Coefficients are SI in the description already; the constant part keeps its names.
-        still = {**self.meanings(), **dict.fromkeys(self.variables, ZERO)}
-        factor = self.length if kind == 'length' else self.angle
-        total = exact(expression.text, still, self.angle_unit) * factor
-        for name, coefficient in coefficients:
-            total += sp.Rational(repr(coefficient)) * self.variables[name]
-        return total
-
-    def pose(self, rigid: RigidMotion) -> Any:
-        if len(rigid.texts) == 6:
-            x, y, z = (self.fixed(text, 'length') for text in rigid.texts[:3])
-            roll, pitch, yaw = (self.fixed(text, 'angle') for text in rigid.texts[3:])
-            turn = rotation('z', yaw) * rotation('y', pitch) * rotation('x', roll)
-            return sp.ImmutableDenseMatrix(translation(x, y, z) * turn)
-        kinds = ['length' if k % 4 == 3 and k < 12 else 'number' for k in range(16)]
-        entries = [self.fixed(text, kind) for text, kind in zip(rigid.texts, kinds)]
-        rotations = [k for k in range(11) if k % 4 < 3]
-        if any(not entries[k].is_number for k in rotations) or any(
-            abs(float(entries[k]) - rigid.matrix.flat[k]) > SAME for k in rotations
-        ):
-            # The reader took the nearest rotation of printed digits.
-            for k in rotations:
-                entries[k] = sp.Rational(repr(float(rigid.matrix.flat[k])))
-        return sp.ImmutableDenseMatrix(4, 4, entries)
+def _pose(rigid: RigidMotion, names: Names) -> Any:
+    if len(rigid.texts) == 6:
+        x, y, z = (names.length(text) for text in rigid.texts[:3])
+        roll, pitch, yaw = (names.angle(text) for text in rigid.texts[3:])
+        turn = rotation('z', yaw) * rotation('y', pitch) * rotation('x', roll)
+        return sp.ImmutableDenseMatrix(translation(x, y, z) * turn)
+    entries = [
+        names.length(text) if use == 'length' else names.expression(text)
+        for text, use in zip(rigid.texts, uses_of(rigid))
+    ]
+    rotations = [k for k in range(11) if k % 4 < 3]
+    if any(not entries[k].is_number for k in rotations) or any(
+        abs(float(entries[k]) - rigid.matrix.flat[k]) > SAME for k in rotations
+    ):
+        # The reader took the nearest rotation of printed digits.
+        for k in rotations:
+            entries[k] = sp.Rational(repr(float(rigid.matrix.flat[k])))
+    return sp.ImmutableDenseMatrix(4, 4, entries)
 
 
-def _texts(description: RobotDescription) -> list[tuple[str, str]]:
-    texts = []
-    loops = description.loops
-    for row in (*description.links, *(link for loop in loops for link in loop.links)):
-        if isinstance(row, ShapeRow):
-            for rigid in (row.inner, row.outer):
-                lengths = rigid.texts[:3] if len(rigid.texts) == 6 else rigid.texts[3:12:4]
-                texts += [('length', text) for text in lengths]
-        else:
-            texts += [(_kind(one), one.argument.text) for one in row.motions]
-    ends = [end.motion for loop in loops for end in (loop.start, loop.meets)]
-    for rigid in (description.base.motion, description.tool.motion, *ends):
-        texts += [('length', text) for text in rigid.texts[:3]]
-    return texts
+def _argument(motion: ElementaryMotion, names: Names) -> Any:
+    constant, factors = names.affine(motion.argument.text, motion.turns)
+    return constant + sum(factor * variable for variable, factor in factors.items())
 
 
-def _kind(motion: ElementaryMotion) -> str:
-    return 'angle' if motion.turns else 'length'
-
-
-def _row(row: Link, convention: str, units: _FileUnits) -> TableRow:
+def _row(row: Link, convention: str, names: Names) -> TableRow:
     if isinstance(row, DhRow):
-        quantities = []
-        for name, one in zip(row.names, row.motions):
-            if name in MOVING:
-                value = units.moving(one.argument, _kind(one))
-            else:
-                value = units.fixed(one.argument.text, _kind(one))
-            quantities.append((name, value))
-        return TableRow(convention, tuple(quantities))
+        pairs = ((name, _argument(one, names)) for name, one in zip(row.names, row.motions))
+        return TableRow(convention, tuple(pairs))
     result = TableRow(convention)
     for one in row.motions:
-        argument = units.moving(one.argument, _kind(one))
-        result = replace(result, axis=one.axis, argument=argument)
+        result = replace(result, axis=one.axis, argument=_argument(one, names))
     if isinstance(row, ShapeRow):
-        result = replace(result, inner=units.pose(row.inner), outer=units.pose(row.outer))
+        result = replace(result, inner=_pose(row.inner, names), outer=_pose(row.outer, names))
     return result
 
 
@@ -283,25 +215,42 @@ def general_row(table: Table) -> TableRow:
 
 def table_of(description: RobotDescription) -> Table:
     """Return the table of a robot file, in symbols."""
-    units = _FileUnits(description)
+    joints, used = opened(description).joints, names_by_use(description)
+    degree = angle_in_rad(description.angle_unit)
+    length = sp.Rational(1, 1000) if description.length_unit == 'mm' else sp.Integer(1)
+    variables = {joint.variable: sp.Symbol(joint.variable) for joint in joints}
+    meanings: dict[str, Any] = {
+        joint.variable: variables[joint.variable]
+        / (length if joint.type == 'prismatic' else degree)
+        for joint in joints
+    }
+    constants = {one.name: sp.Symbol(one.name) for one in description.constants}
     given: dict[Any, float] = {}
     derived: dict[Any, Any] = {}
     for constant in description.constants:
-        symbol, factor = units.constants[constant.name], units.factors[constant.name]
-        if names_in(constant.text) & set(units.constants):
-            value = exact(constant.text, units.meanings(), units.angle_unit) * factor
-            derived[symbol] = value
+        name, symbol = constant.name, constants[constant.name]
+        # What is used both as a length and as an angle is a ratio.
+        is_length, is_angle = name in used['length'], name in used['angle']
+        factor = sp.Integer(1)
+        if is_length != is_angle:
+            factor = length if is_length else degree
+        if names_in(constant.text) & set(constants):
+            derived[symbol] = exact(constant.text, meanings, description.angle_unit) * factor
         else:
             given[symbol] = float(np.float64(constant.value) * float(factor))
+        meanings[name] = symbol / factor
+    names = Names(
+        tuple(variables.values()), (), {}, meanings, description.angle_unit, length_unit=length
+    )
     return Table(
         convention=description.convention,
-        rows=tuple(_row(row, description.convention, units) for row in description.links),
-        base=units.pose(description.base.motion),
-        tool=units.pose(description.tool.motion),
-        variables=tuple(units.variables.values()),
-        joint_types=tuple(joint.type for joint in opened(description).joints),
-        constants=tuple(units.constants.values()),
+        rows=tuple(_row(row, description.convention, names) for row in description.links),
+        base=_pose(description.base.motion, names),
+        tool=_pose(description.tool.motion, names),
+        variables=names.variables,
+        joint_types=tuple(joint.type for joint in joints),
+        constants=tuple(constants.values()),
         given=given,
         derived=derived,
-        passive=len(units.variables) - len(description.joints),
+        passive=len(variables) - len(description.joints),
     )

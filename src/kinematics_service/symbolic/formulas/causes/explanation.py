@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
-from ....robot.file.convention_table import QUANTITIES
+from ....robot.file.parts.convention_table import QUANTITIES
 from ..arm.numbers import Evaluation, Floats, size_of
 from ..arm.quantities import symbolic
 from ..arm.table import general_row, row_matrix

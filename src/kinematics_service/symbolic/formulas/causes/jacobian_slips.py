@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ....robot.file.convention_table import CONVENTIONS
+from ....robot.file.parts.convention_table import CONVENTIONS
 from ..arm.numbers import DEGREE, Floats
 from ..arm.quantities import arranged
 from ..arm.world import World

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
-from ....robot.file.convention_table import CONVENTIONS, MOVING, Convention
+from ....robot.file.parts.convention_table import CONVENTIONS, MOVING, Convention
 from ..arm.numbers import DEGREE, Floats
 from ..arm.table import EYE, Table, TableRow
 from ..arm.world import World

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import sympy as sp  # type: ignore[import-untyped]
 
 from ....robot.robot import Robot
 from ..arm.numbers import DEGREE, Evaluation, Floats
@@ -115,18 +114,24 @@ class Check(ABC):
     def wrong(self) -> Mask:
         """Return which entries differ at some pose, by more than rounded numbers in them can."""
         wrong: Mask = ~self.agrees(self.person, self.right)
-        if wrong.any() and self.statement.rounded:
+        if wrong.any() and self.statement.inexact is not None:
             wrong &= np.any(np.abs(self.person - self.right) > self.rounding, axis=0)
         return wrong
 
     @cached_property
     def rounding(self) -> Floats:
-        """Return how far rounded numbers can move each entry, shape (N, rows, columns)."""
-        moved = np.full_like(self.person, 0.0)
-        for number, half in self.statement.rounded:
-            step = sp.Rational(repr(half))
-            near = self.expressions.xreplace({number: number + step, -number: -number - step})
-            moved += np.abs(self.evaluation.of_matrix(near) - self.person)
+        """
+        Return how far rounded numbers can move each entry, or its right value, (N, rows, columns).
+        """
+        moved, inexact = np.full_like(self.person, 0.0), self.statement.inexact
+        assert inexact is not None  # where there are half units
+        still = {symbol: np.zeros(self.poses.count) for symbol, _ in self.statement.half_units}
+        for symbol, half in self.statement.half_units:
+            at = {**self.evaluation.values, **still, symbol: np.full(self.poses.count, half)}
+            near = Evaluation(at, self.poses.count, self.evaluation.degrees)
+            moved += np.abs(near.of_matrix(inexact.value) - self.person)
+            if inexact.left is not None:
+                moved += np.abs(near.of(inexact.left)[:, None, None] - self.right)
         return moved * (1.0 + 1e-6) + ROUND_OFF
 
     @cached_property

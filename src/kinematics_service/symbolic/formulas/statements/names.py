@@ -8,7 +8,7 @@ from typing import Any
 import sympy as sp  # type: ignore[import-untyped]
 
 from ....errors import FormulaError
-from ....robot.file.convention_table import QUANTITIES
+from ....robot.file.parts.convention_table import QUANTITIES
 from ..arm.quantities import Quantity, Reading, quantity_of, symbolic, why_out_of_range
 from ..arm.symbols import SymbolicArm
 from ..arm.table import Table
@@ -119,6 +119,9 @@ class FormulaNames:
         known = [s.name for s in (*self.table.variables, *self.table.constants)]
         alike = [name for name in known if name.lower() == token.text.lower()]
         near = alike or difflib.get_close_matches(token.text, known, n=1)
+        function = re.fullmatch(r'(sin|cos|tan)(\w+)', token.text)
+        if function and self.joint(function[2]) is not None:
+            near = [f'{function[1]}({function[2]})']
         hint = f', did you mean {near[0]!r}?' if near else ''
         message = (
             f'unknown name {token.written!r}{hint} (known: {", ".join(known)}, pi, x, y, z, '

@@ -9,13 +9,13 @@ import sympy as sp  # type: ignore[import-untyped]
 
 from ....errors import FormulaError
 from ....kinematics.tool_state import evaluate
-from ....robot.file.convention_table import QUANTITIES
+from ....robot.file.parts.convention_table import QUANTITIES
 from ....robot.loops import closes_at
 from ....robot.robot import Robot
 from ..arm.numbers import DEGREE, Evaluation, Floats
 from ..arm.quantities import numeric, quantity_of, why_out_of_range
 from ..arm.world import World
-from ..text.build import build, is_matrix
+from ..text.build import build, is_matrix, number
 from ..text.file import Raw, Settings
 from ..text.syntax import Node, postorder
 from .names import FormulaNames, coordinates, reading_of, rotation_entries
@@ -186,7 +186,7 @@ def _given(raw: Raw, settings: Settings, names: FormulaNames) -> tuple[Any, floa
         known = ', '.join(s.name for s in (*names.table.variables, *names.table.constants))
         message = f'at: {at.written!r} is neither a joint nor a constant (known: {known})'
         raise FormulaError(message, at.line, at.column)
-    value = build(raw.right, lambda token: names.value(token, settings))
+    value = build(raw.right, lambda token: names.value(token, settings), number)
     if is_matrix(value) or not value.is_number:
         message = f'at: {at.written} must be a number'
         raise FormulaError(message, at.line, at.column)

@@ -9,7 +9,7 @@ import sympy as sp  # type: ignore[import-untyped]
 from ....errors import FormulaError
 from ..arm.numbers import size_of
 from ..arm.quantities import ACCEPTED, Quantity, quantity_of, why_out_of_range
-from ..text.build import build, is_matrix
+from ..text.build import build, is_matrix, number
 from ..text.file import FormulaFile, Raw, Settings
 from ..text.syntax import Node, postorder
 from ..text.tokens import FormulaToken
@@ -44,8 +44,11 @@ class Statement:
         Of a claim, pairs of a joint index and an expression in k.
     decimals
         Decimal places of a formula that is nothing but numbers, else None.
-    rounded
-        Numbers beside letters that are given with many decimals, and half a unit of the last.
+    inexact
+        The same with a symbol added to each number that is given with many decimals; None where
+        there is none.
+    half_units
+        These symbols, and half a unit of the last decimal of each number.
     """
 
     kind: str
@@ -58,7 +61,8 @@ class Statement:
     left: Any = None
     conditions: tuple[tuple[int, Any], ...] = ()
     decimals: int | None = None
-    rounded: tuple[tuple[Any, float], ...] = ()
+    inexact: 'Statement | None' = None
+    half_units: tuple[tuple[Any, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,16 @@ def understand(file: FormulaFile, names: FormulaNames) -> Understood:
     return _Reader(file, names).read()
 
 
+@dataclass(frozen=True)
+class _Place:
+    # Where an expression stands, by the index of its equation, and how it is read: with the
+    # symbols of any row, with the integer k, with a symbol beside each rounded number.
+    index: int
+    general: bool = False
+    integers: bool = False
+    inexact: bool = False
+
+
 class _Reader:
     def __init__(self, file: FormulaFile, names: FormulaNames) -> None:
         self.names = names
@@ -82,14 +96,11 @@ class _Reader:
         self.faults = list(file.faults)
         self.global_: dict[str, Raw] = {}
         self.local: dict[int, dict[str, Raw]] = {}  # by the index of the formula above
-        self.rounded = {
-            sp.Rational(node.text): 0.5 * 10.0 ** -_decimals(node.text)
-            for raw in file.raw
-            for node in _numbers(raw.right)
-            if _decimals(node.text) >= ROUNDED and 'e' not in node.text.lower()
-        }
+        trees = (tree for raw in file.raw for tree in (raw.left, raw.right))
+        self.has_rounded = any(_is_rounded(node.text) for tree in trees for node in _numbers(tree))
+        self.half_units: dict[Any, float] = {}
         self.used: set[int] = set()
-        self.known: dict[tuple[int, int, bool, bool], Any] = {}
+        self.known: dict[tuple[int, _Place], Any] = {}
 
     def read(self) -> Understood:
         formulas: list[tuple[int, Raw]] = []
@@ -115,7 +126,9 @@ class _Reader:
         maybe_unused: list[Raw] = []
         for index, raw in formulas:
             try:
-                found = self._statement(index, raw)
+                found = self._statement(_Place(index), raw)
+                if isinstance(found, Statement) and self.has_rounded:
+                    found = self._with_half_units(found, _Place(index, inexact=True), raw)
             except FormulaError as fault:
                 self.faults.append(fault)
                 continue
@@ -140,12 +153,30 @@ class _Reader:
             return ''
         return key
 
-    def _statement(self, index: int, raw: Raw) -> Statement | tuple[Any, Any] | None:
+    def _with_half_units(self, exact: Statement, place: _Place, raw: Raw) -> Statement:
+        try:
+            inexact = self._statement(place, raw)
+        except (FormulaError, RecursionError):
+            return exact  # an exponent that is rounded, for example
+        assert isinstance(inexact, Statement)
+        symbols = inexact.value.free_symbols | getattr(inexact.left, 'free_symbols', set())
+        half_units = tuple((s, half) for s, half in self.half_units.items() if s in symbols)
+        return replace(exact, inexact=inexact, half_units=half_units) if half_units else exact
+
+    def _number(self, text: str, at: FormulaToken) -> Any:
+        value = number(text, at)
+        if not _is_rounded(text) or not value.is_Rational:
+            return value
+        symbol = sp.Symbol(f'half a unit of {text}')
+        self.half_units[symbol] = 0.5 * 10.0 ** -_decimals(text)
+        return value + symbol
+
+    def _statement(self, place: _Place, raw: Raw) -> Statement | tuple[Any, Any] | None:
         if raw.claim:
-            return self._claim(index, raw)
+            return self._claim(place, raw)
         key = dict(raw.settings.meanings).get(raw.left.text, raw.left.text)
         general = raw.left.kind == 'name' and quantity_of(key) == Quantity('general')
-        value = self._value(raw.right, index, raw.settings, general)
+        value = self._value(raw.right, replace(place, general=general))
         if raw.left.kind == 'name' and key not in COORDINATES:
             if (constant := self.names.constant(key)) is not None and not is_matrix(value):
                 if not value.is_number:
@@ -170,7 +201,7 @@ class _Reader:
             if reason:
                 raise FormulaError(reason, raw.line, raw.left.at.column)
             return self._made('quantity', raw, value, quantity=quantity)
-        left = self._value(raw.left, index, raw.settings, False)
+        left = self._value(raw.left, place)
         if is_matrix(left) or is_matrix(value):
             message = 'a matrix needs a name on the left side'
             raise FormulaError(message, raw.line, raw.left.at.column)
@@ -182,8 +213,6 @@ class _Reader:
         decimals = None
         if all(entry.is_Rational for entry in matrix):
             decimals = max((_decimals(n.text) for n in _numbers(raw.right)), default=0)
-        given = {n for entry in matrix for n in entry.atoms(sp.Rational)}
-        rounded = tuple((n, half) for n, half in self.rounded.items() if {n, -n} & given)
         return Statement(
             kind,
             _text(raw.left),
@@ -191,7 +220,6 @@ class _Reader:
             raw.settings,
             matrix,
             decimals=decimals,
-            rounded=rounded if decimals is None else (),
             **more,
         )
 
@@ -200,7 +228,7 @@ class _Reader:
             message = f'{_text(raw.left)!r} is a number, not a matrix'
             raise FormulaError(message, raw.line, raw.left.at.column)
 
-    def _claim(self, index: int, raw: Raw) -> Statement:
+    def _claim(self, place: _Place, raw: Raw) -> Statement:
         conditions = []
         for condition in raw.claim:
             joint = None
@@ -210,7 +238,7 @@ class _Reader:
                 message = "expected JOINT = VALUE, such as 'singular: q3 = k*pi'"
                 at = condition.left.at
                 raise FormulaError(message, at.line, at.column)
-            value = self._value(condition.right, index, raw.settings, False, integers=True)
+            value = self._value(condition.right, replace(place, integers=True))
             self._refuse_matrix(value, condition)
             table = self.names.table
             known = {*table.variables, *table.constants, sp.Symbol('k')}
@@ -225,43 +253,32 @@ class _Reader:
         )
         return replace(statement, name=f'singular: {text}', decimals=None)
 
-    def _value(
-        self,
-        node: Node,
-        index: int,
-        settings: Settings,
-        general: bool,
-        integers: bool = False,
-        open_: tuple[str, ...] = (),
-    ) -> Any:
+    def _value(self, node: Node, place: _Place, open_: tuple[str, ...] = ()) -> Any:
+        equation = self.file.raw[place.index]
+
         def lookup(token: FormulaToken) -> Any:
             key = token.text
-            if integers and key == 'k':
+            if place.integers and key == 'k':
                 return sp.Symbol('k')
-            raw = self._definition(key, index)
-            if raw is None:
-                return self.names.value(token, settings, general)
-            if key in open_:
-                if quantity_of(key) is not None:
-                    return self.names.value(token, settings, general)
+            raw = self._definition(key, place.index)
+            if raw is None or (key in opened and quantity_of(key) is not None):
+                return self.names.value(token, equation.settings, place.general)
+            if key in opened:
                 message = f'{token.written!r} is defined by itself'
                 raise FormulaError(message, token.line, token.column)
-            if len(open_) > DEEPEST_DEFINITION:
+            if len(opened) > DEEPEST_DEFINITION:
                 message = 'definitions nested too deep'
                 raise FormulaError(message, token.line, token.column)
             self.used.add(id(raw))
-            place = (id(raw), index, general, integers)
-            if place not in self.known:
-                chain = (*open_, key)
-                value = self._value(raw.right, index, settings, general, integers, chain)
+            if (id(raw), place) not in self.known:
+                value = self._value(raw.right, place, (*opened, key))
                 _refuse_long(value, token)
-                self.known[place] = value
-            return self.known[place]
+                self.known[id(raw), place] = value
+            return self.known[id(raw), place]
 
-        own = self.file.raw[index].left
+        own = equation.left
         opened = open_ or ((own.text,) if own.kind == 'name' else ())
-        open_ = opened
-        return build(node, lookup)
+        return build(node, lookup, self._number if place.inexact else number)
 
     def _definition(self, key: str, index: int) -> Raw | None:
         found = self.local.get(index, {}).get(key) or self.global_.get(key)
@@ -295,6 +312,10 @@ def _is_formula(key: str, right: Node) -> bool:
 
 def _numbers(node: Node) -> Iterator[Node]:
     return (part for part in postorder(node) if part.kind == 'number')
+
+
+def _is_rounded(text: str) -> bool:
+    return _decimals(text) >= ROUNDED and 'e' not in text.lower()
 
 
 def _decimals(text: str) -> int:

@@ -15,6 +15,7 @@ from .tokens import FormulaToken
 
 Value: TypeAlias = Any  # a sympy expression or an immutable matrix
 Lookup: TypeAlias = Callable[[FormulaToken], Value]
+ReadNumber: TypeAlias = Callable[[str, FormulaToken], Value]
 
 MOST_DIGITS = 40
 HIGHEST_POWER = 24
@@ -26,7 +27,7 @@ DIGITS_OF_PI = 4
 TWELFTHS = tuple(k for k in range(1, 49) if k % 12 == 0 or k <= 24)
 
 
-def build(node: Node, lookup: Lookup) -> Value:
+def build(node: Node, lookup: Lookup, read: ReadNumber) -> Value:
     """
     Return the value of a formula.
 
@@ -36,6 +37,8 @@ def build(node: Node, lookup: Lookup) -> Value:
         Its tree.
     lookup
         What a name stands for.
+    read
+        What a number stands for, such as `number`.
 
     Raises
     ------
@@ -46,7 +49,7 @@ def build(node: Node, lookup: Lookup) -> Value:
     for part in postorder(node):
         first = len(values) - len(part.parts)
         operands, values = values[first:], values[:first]
-        values.append(_combined(part, operands, lookup))
+        values.append(_combined(part, operands, lookup, read))
     return _whole(values[0])
 
 
@@ -60,7 +63,9 @@ def _whole(value: Value | _Terms) -> Value:
     return sp.Add(*value.terms) if isinstance(value, _Terms) else value
 
 
-def _combined(node: Node, operands: list[Value | _Terms], lookup: Lookup) -> Value | _Terms:
+def _combined(
+    node: Node, operands: list[Value | _Terms], lookup: Lookup, read: ReadNumber
+) -> Value | _Terms:
     if node.kind in ('+', '-') and not is_matrix(operands[0]):
         other = _unwrapped(_whole(operands[1]))
         if not is_matrix(other):
@@ -70,7 +75,7 @@ def _combined(node: Node, operands: list[Value | _Terms], lookup: Lookup) -> Val
             return _Terms(terms)
     parts = [_whole(operand) for operand in operands]
     if node.kind == 'number':
-        return number(node.text, node.at)
+        return read(node.text, node.at)
     if node.kind == 'name':
         return lookup(node.at)
     if node.kind == 'matrix':

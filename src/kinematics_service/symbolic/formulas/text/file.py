@@ -22,6 +22,9 @@ MOST_FORMULAS = 200
 
 # What a determinant may be said to be of: `det(J)`.
 DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
+# `J(q) = ...`, `T(\theta_1, \theta_2) = ...`: a left side and what it depends on.
+DEPENDS = re.compile(r'[JTRADzop]\w*')
+JOINTS = re.compile(r'(?:q|theta|Theta|th|phi|d)\d*')
 
 CHOICES = {
     'rows': ('linear first', 'angular first'),
@@ -248,7 +251,7 @@ def _equation(tokens: list[FormulaToken], settings: Settings, local: bool, by_li
             "'rows: angular first', or a comment after #"
         )
         raise FormulaError(message, first.line, first.column)
-    left = _of_a_jacobian(parse(_without_ampersands(sides[0]), tokens[-1]))
+    left = _of_a_jacobian(parse(_without_joints(_without_ampersands(sides[0])), tokens[-1]))
     right = sides[-1]
     while right and right[0].kind == 'newline':
         right = right[1:]
@@ -276,6 +279,14 @@ def _trimmed(tokens: list[FormulaToken]) -> list[FormulaToken]:
 
 def _without_ampersands(tokens: list[FormulaToken]) -> list[FormulaToken]:
     return [token for token in tokens if token.text != '&']
+
+
+def _without_joints(tokens: list[FormulaToken]) -> list[FormulaToken]:
+    name, *rest = _trimmed(tokens)
+    if not rest or not DEPENDS.fullmatch(name.text) or [rest[0].text, rest[-1].text] != ['(', ')']:
+        return tokens
+    inside = [token.text for token in rest[1:-1] if token.text != ',']
+    return [name] if inside and all(map(JOINTS.fullmatch, inside)) else tokens
 
 
 def _claim(text: str, line: int, column: int, settings: Settings) -> Raw:

@@ -27,6 +27,11 @@ GREEK = {
     'Φ': 'Phi',
 }  # fmt: skip
 GREEK_LETTER = re.compile(f'([{"".join(GREEK)}])([A-Za-z0-9]?)')
+# `{}^{0}T_{2}`, `{}^0_2T`: frame 2 in frame 0.
+FRAME_BEFORE = re.compile(
+    r'(\{\s*\}|^[\s$]*|[=&(,*+-]\s*)\^\s*\{?\s*(\d)\s*\}?\s*'
+    r'(?:_\s*\{?\s*(\d)\s*\}?\s*[TA](?!\w)|[TA]\s*_\s*\{?\s*(\d)\s*\}?)'
+)
 SUBSCRIPT = re.compile('[₀₁₂₃₄₅₆₇₈₉]+')
 SUBSCRIPTS = str.maketrans('₀₁₂₃₄₅₆₇₈₉', '0123456789')
 NO_MEANING = frozenset(
@@ -84,7 +89,10 @@ class FormulaToken:
 
 
 def plain_letters(text: str) -> str:
-    """Return a line with Greek letters and typographic signs in their LaTeX or plain form."""
+    """
+    Return a line with Greek letters, typographic signs and indices before a name in plain form.
+    """
+    text = FRAME_BEFORE.sub(_frames_behind, text)
     if text.isascii():
         return text
     for sign, plain in UNICODE.items():
@@ -97,6 +105,12 @@ def plain_letters(text: str) -> str:
         ),
         text,
     )
+
+
+def _frames_behind(found: re.Match[str]) -> str:
+    # As wide as before, so that columns stay those of the file.
+    before = '' if found[1].startswith('{') else found[1]
+    return f'{before}T_{found[2]}{found[3] or found[4]}'.ljust(len(found[0]))
 
 
 def tokens_of(text: str, line: int = 1, column: int = 1) -> list[FormulaToken]:

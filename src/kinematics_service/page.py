@@ -1,0 +1,89 @@
+"""
+An HTML page that needs nothing else: light, dark and printed, at any width.
+
+The style is page.css. Its colours are those of Okabe and Ito (2008), told apart by all kinds of
+colour vision, and lighter in the dark.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from html import escape
+from importlib import resources
+from typing import Any, NamedTuple
+
+# Most rows of a table.
+MOST = 60
+
+
+def document(title: str, body: Iterable[str], style: str = '', script: str = '') -> str:
+    """
+    Return a whole page.
+
+    Parameters
+    ----------
+    title
+        Plain text.
+    body
+        Pieces of HTML, one after the other.
+    style, script
+        Of the page's own, beside the style that all pages share.
+    """
+    shared = resource('kinematics_service', 'page.css')
+    parts = [
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f'<title>{escape(title)}</title>\n<style>\n{shared}{style}</style>\n</head>\n<body>\n',
+        *body,
+        f'<script>\n{script}</script>\n' if script else '',
+        '</body>\n</html>\n',
+    ]
+    return ''.join(parts)
+
+
+def resource(package: str, name: str) -> str:
+    """Return the text of a style or script that lies beside the modules of a package."""
+    return resources.files(package).joinpath(name).read_text(encoding='utf-8')
+
+
+def facts(rows: Iterable[tuple[str, str]]) -> str:
+    """Return a list of names and what each says; both are HTML already."""
+    cells = ''.join(f'<dt>{name}</dt><dd>{value}</dd>' for name, value in rows)
+    return f'<dl class="origin">{cells}</dl>\n'
+
+
+class Column(NamedTuple):
+    """A column: its header, the HTML of its cell for what a row is of, whether it is a number."""
+
+    header: str
+    cell: Callable[[Any], str]
+    number: bool = False
+
+
+def table_of(columns: Sequence[Column], found: Iterable[object]) -> str:
+    """Return a table with a row for each thing that was found."""
+    rows = ([column.cell(one) for column in columns] for one in found)
+    numbers = [k for k, column in enumerate(columns) if column.number]
+    return table([column.header for column in columns], rows, numbers)
+
+
+def table(headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int]) -> str:
+    """
+    Return a table; cells are HTML already, those of the columns `numbers` are aligned to the
+    right.
+    """
+
+    def cells(tag: str, row: Sequence[str]) -> str:
+        return ''.join(
+            f'<{tag}{" class=n" if k in numbers else ""}>{cell}</{tag}>'
+            for k, cell in enumerate(row)
+        )
+
+    body = ''.join(f'<tr>{cells("td", row)}</tr>\n' for row in rows)
+    head = f'<thead><tr>{cells("th", headers)}</tr></thead>\n' if any(headers) else ''
+    return f'<div class="wide"><table>{head}<tbody>{body}</tbody></table></div>\n'
+
+
+def more_of(number: int) -> str:
+    """Return a sentence on the rows a table leaves out; empty if there are none."""
+    if number <= MOST:
+        return ''
+    return f'<p class="soft">{number - MOST:,} more are in the JSON.</p>\n'

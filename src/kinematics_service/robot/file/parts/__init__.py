@@ -1,0 +1,1 @@
+"""The parts of a robot file, each read into what describes it."""

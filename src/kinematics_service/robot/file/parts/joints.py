@@ -1,0 +1,181 @@
+"""The joints of a robot file: names, variables, types, limits."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, get_args
+
+from ..text.entries import checked, checked_list
+from ..text.expression_syntax import IDENTIFIER, why_no_name
+from ..text.fault_report import FaultReport, number, quoted
+from ..text.yaml_document import Path, ScalarNode
+from .description import JointDescription, JointType
+from .quantities import DEGREES, INFINITE, KIND_OF, METRES, MILLIMETRES, RADIANS, Quantities
+from .schema import JointEntry
+
+MAX_JOINTS = 128
+PATH: Path = ('joints',)
+NOUN = 'a list of joints, {name, type, limits}'
+
+
+def read_joint_entries(data: Any, report: FaultReport) -> list[JointEntry]:
+    """Return the entries of the list, each with its own faults reported."""
+    items = checked_list(data, PATH, report, NOUN)
+    if data == []:
+        report.fault(PATH, 'at least one joint is needed')
+    if len(items) > MAX_JOINTS:
+        report.fault(
+            PATH,
+            f'{len(items)} joints (at most {MAX_JOINTS}: every message carries a Jacobian with '
+            'a column for each, and no serial arm has as many)',
+        )
+        items = []
+    return [checked(JointEntry, item, (*PATH, i), report) for i, item in enumerate(items)]
+
+
+def names_given(data: Any) -> frozenset[str]:
+    """Return what a joint with faults may be called in expressions: the words under its keys."""
+    values = data.items() if isinstance(data, dict) else ()
+    return frozenset(
+        value.text
+        for key, value in values
+        if isinstance(value, ScalarNode) and key != 'type' and IDENTIFIER.fullmatch(value.text)
+    )
+
+
+def read_variables(
+    entries: Sequence[JointEntry], constants: Sequence[str], report: FaultReport
+) -> list[str | None]:
+    """Return each joint's name in expressions; None where it has none that could stand there."""
+    variables: list[str | None] = []
+    seen_names: dict[str, int] = {}
+    for index, entry in enumerate(entries):
+        path = (*PATH, index)
+        twice = entry.name in seen_names
+        if entry.name is not None:
+            _check_name(entry.name, seen_names, index, report)
+        if twice and entry.variable is None:
+            variables.append(None)  # said once, of the name
+        else:
+            variables.append(_variable(entry, variables, constants, path, report))
+    return variables
+
+
+def read_joint(
+    entry: JointEntry, variable: str | None, index: int, quantities: Quantities
+) -> JointDescription | None:
+    """Return a joint in SI units, or None where its entry has faults."""
+    report, before = quantities.report, quantities.report.fault_count
+    joint_type = joint_type_of(entry)
+    path = (*PATH, index)
+    if joint_type is None:
+        return None
+    lower, upper = _limits(entry, joint_type, (*path, 'limits'), quantities)
+    velocity = _velocity(entry, joint_type, (*path, 'velocity'), quantities)
+    if entry.name is None or variable is None or report.fault_count > before:
+        return None
+    return JointDescription(
+        entry.name, variable, joint_type, lower, upper, velocity, bool(entry.unused)
+    )
+
+
+def joint_type_of(entry: JointEntry) -> JointType | None:
+    """Return the type of an entry, or None where it has been refused."""
+    return next((name for name in get_args(JointType) if name == entry.type), None)
+
+
+def _check_name(name: str, seen: dict[str, int], index: int, report: FaultReport) -> None:
+    path = (*PATH, index, 'name')
+    if ',' in name or any(character.isspace() for character in name):
+        # The Jacobian's label joins the names by commas.
+        report.fault(path, f'{quoted(name)} holds a comma or white space, which no joint name may')
+    if name in seen:
+        report.fault(path, f'{quoted(name)} is already the name of joints[{seen[name]}]')
+    seen.setdefault(name, index)
+
+
+def _variable(
+    entry: JointEntry,
+    earlier: Sequence[str | None],
+    constants: Sequence[str],
+    path: Path,
+    report: FaultReport,
+) -> str | None:
+    variable = entry.variable or entry.name
+    if variable is None:
+        return None
+    key = 'variable' if entry.variable else 'name'
+    if not entry.variable and not IDENTIFIER.fullmatch(variable):
+        message = (
+            f"{quoted(variable)} cannot stand in an expression: add 'variable', its name there"
+        )
+    elif reason := why_no_name(variable):
+        advice = '' if entry.variable else ": add 'variable', its name in expressions"
+        message = f'{quoted(variable)} {reason}{advice}'
+    elif variable in constants:
+        message = f'{quoted(variable)} is also the name of a constant'
+    elif variable in earlier:
+        message = (
+            f'{quoted(variable)} is already the variable of joints[{earlier.index(variable)}]'
+        )
+    else:
+        return variable
+    report.fault((*path, key), message)
+    return None
+
+
+def _limits(
+    entry: JointEntry, joint_type: JointType, path: Path, quantities: Quantities
+) -> tuple[float, float]:
+    if entry.limits is None:
+        return -math.inf, math.inf
+    ends = []
+    for index, text in enumerate(entry.limits):
+        if text is not None and INFINITE.fullmatch(text):
+            ends.append(-math.inf if text.startswith('-') else math.inf)
+        else:
+            end = quantities.fixed(text, KIND_OF[joint_type], (*path, index), usual=False)
+            if end is None:
+                return -math.inf, math.inf
+            ends.append(end)
+    lower, upper = ends
+    if not lower < upper:
+        texts = ', '.join(map(str, entry.limits))
+        message = f'the lower limit must be below the upper one, not [{texts}]'
+        quantities.report.fault(path, message)
+    else:
+        _warn_of_limits(lower, upper, joint_type, path, quantities)
+    return lower, upper
+
+
+def _warn_of_limits(
+    lower: float, upper: float, joint_type: JointType, path: Path, quantities: Quantities
+) -> None:
+    units, report = quantities.units, quantities.report
+    largest = max((abs(end) for end in (lower, upper) if math.isfinite(end)), default=0.0)
+    if largest == 0.0:
+        return
+    if joint_type == 'prismatic':
+        if units.length == 'm' and largest > 10.0:
+            report.warn(path, f'a stroke to {number(largest)} m: {MILLIMETRES}')
+        if units.length == 'mm' and largest < 0.002:
+            report.warn(path, f'a stroke to {number(largest * 1e3)} mm: {METRES}')
+    elif joint_type == 'revolute':
+        turns = largest / (2.0 * math.pi)
+        # A wrist may have two turns, and its limit is then no whole number of radians.
+        if units.angle == 'rad' and (turns > 4.0 or (turns > 1.0 and largest.is_integer())):
+            report.warn(path, f'limits of {number(turns)} turns: {DEGREES}')
+        if units.angle == 'deg' and largest <= math.radians(2.0 * math.pi + 0.01):
+            report.warn(path, f'limits within {math.degrees(largest):.3g} deg: {RADIANS}')
+
+
+def _velocity(
+    entry: JointEntry, joint_type: JointType, path: Path, quantities: Quantities
+) -> float:
+    velocity = quantities.fixed(entry.velocity, KIND_OF[joint_type], path, usual=False)
+    if velocity is None:
+        return math.inf
+    if velocity <= 0.0:
+        quantities.report.fault(path, f'must be above 0, not {entry.velocity}')
+    elif velocity > 100.0:
+        quantities.report.warn(path, f'{number(velocity)} per second is very fast: which unit?')
+    return velocity

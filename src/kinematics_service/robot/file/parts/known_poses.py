@@ -1,0 +1,112 @@
+"""The known poses of a robot file: where the tool is, by the file's own source."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from ..text.entries import checked, checked_list
+from ..text.fault_report import number
+from ..text.yaml_document import Path
+from .description import JointDescription, JointType, KnownPose
+from .motions import pose_motion
+from .quantities import KIND_OF, Kind, Quantities
+from .schema import KnownPoseEntry, ToleranceEntry
+
+EXACT = 1e-6  # m and rad: what a datasheet with six digits can promise
+ROUND_OFF = 1e-9
+
+
+def read_known_poses(
+    data: Any,
+    types: Sequence[JointType | None],
+    joints: Sequence[JointDescription],
+    quantities: Quantities,
+) -> tuple[KnownPose, ...]:
+    """
+    Return the poses in SI units, without those that have faults.
+
+    Parameters
+    ----------
+    data
+        The list as the file has it; None where there is none.
+    types
+        Of the entries in the list of joints; None where it has been refused.
+    joints
+        Their descriptions; fewer where some have faults, and then no q is compared with limits.
+    quantities
+        What the names in expressions mean.
+    """
+    if data is None:
+        return ()
+    path: Path = ('known_poses',)
+    items = checked_list(data, path, quantities.report, 'a list of {q, xyz, rpy}')
+    poses = [
+        _known_pose(item, (*path, index), types, joints, quantities)
+        for index, item in enumerate(items)
+    ]
+    return tuple(pose for pose in poses if pose is not None)
+
+
+def _known_pose(
+    data: Any,
+    path: Path,
+    types: Sequence[JointType | None],
+    joints: Sequence[JointDescription],
+    quantities: Quantities,
+) -> KnownPose | None:
+    report = quantities.report
+    before = report.fault_count
+    entry = checked(KnownPoseEntry, data, path, report)
+    texts = entry.q or []
+    if entry.q is not None and types and len(texts) != len(types):
+        message = f'{len(texts)} values for {len(types)} joints'
+        report.fault((*path, 'q'), message)
+    q = _joint_vector(texts, (*path, 'q'), types, joints, quantities)
+    motion = pose_motion(entry.xyz, entry.rpy, path, quantities)
+    tolerance_path = (*path, 'tolerance')
+    tolerance = ToleranceEntry({})
+    if entry.tolerance is not None:
+        tolerance = checked(ToleranceEntry, entry.tolerance, tolerance_path, report)
+    xyz = _tolerance(tolerance.xyz, 'length', (*tolerance_path, 'xyz'), quantities)
+    rpy = _tolerance(tolerance.rpy, 'angle', (*tolerance_path, 'rpy'), quantities)
+    if entry.rpy is None:
+        if tolerance.rpy is not None and 'rpy' not in data:
+            report.fault((*tolerance_path, 'rpy'), 'the pose has no rpy that it could be of')
+        rpy = math.inf
+    if motion is None or report.fault_count > before or len(q) != len(types):
+        return None
+    return KnownPose(q, motion, xyz, rpy)
+
+
+def _joint_vector(
+    texts: Sequence[str | None],
+    path: Path,
+    types: Sequence[JointType | None],
+    joints: Sequence[JointDescription],
+    quantities: Quantities,
+) -> tuple[float, ...]:
+    if len(texts) != len(types):
+        return ()
+    q = [
+        quantities.fixed(text, KIND_OF[joint_type], (*path, index), usual=False)
+        for index, (text, joint_type) in enumerate(zip(texts, types, strict=True))
+        if joint_type
+    ]
+    known = tuple(value for value in q if value is not None)
+    if len(known) != len(joints):
+        return ()
+    for index, (value, joint) in enumerate(zip(known, joints, strict=True)):
+        if not joint.lower - ROUND_OFF <= value <= joint.upper + ROUND_OFF:
+            limits = f'[{number(joint.lower)}, {number(joint.upper)}]'
+            sentence = f'{number(value)} lies outside the limits {limits} of {joint.name!r}'
+            quantities.report.remark((*path, index), sentence)
+    return known
+
+
+def _tolerance(text: str | None, kind: Kind, path: Path, quantities: Quantities) -> float:
+    value = quantities.fixed(text, kind, path, usual=False)
+    if value is None:
+        return EXACT
+    if value <= 0.0:
+        quantities.report.fault(path, f'must be above 0, not {text}')
+    return value

@@ -1,0 +1,176 @@
+"""The rows of a robot file's table, by its convention."""
+
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, get_args
+
+from ..text.entries import checked, checked_list, checked_word
+from ..text.expressions import Expression
+from ..text.fault_report import number, quoted
+from ..text.yaml_document import Path, ScalarNode
+from .convention_table import CONVENTIONS, MOVING, Axis, Convention, RowKind
+from .description import DhRow, ElementaryMotion, Link, ShapeRow
+from .motions import read_motion
+from .quantities import LONG, METRES, MILLIMETRES, Kind, Quantities
+from .schema import ShapeRowEntry, dh_row_entry
+
+MAX_ROWS = 512
+SHORT = 0.01  # m: no arm is as short
+PATH: Path = ('links',)
+ELEMENTARY = re.compile(r'\s*([A-Za-z]+)\s*\((.*)\)\s*', re.DOTALL)
+AXES: tuple[Axis, ...] = get_args(Axis)
+
+
+def read_links(
+    data: Any, convention: Convention, quantities: Quantities, path: Path = PATH
+) -> tuple[Link, ...] | None:
+    """Return the rows of a chain in its order, or None with their faults reported."""
+    report = quantities.report
+    before = report.fault_count
+    items = checked_list(data, path, report, 'a list of the rows of the table')
+    if data == []:
+        report.fault(path, 'at least one row is needed')
+    if len(items) > MAX_ROWS:
+        message = f'{len(items)} rows (at most {MAX_ROWS}: four for each of 128 joints)'
+        report.fault(path, message)
+        items = items[:MAX_ROWS]
+    read_row = READERS[convention.rows]
+    rows = [
+        read_row(item, convention, (*path, index), quantities) for index, item in enumerate(items)
+    ]
+    found = tuple(row for row in rows if row is not None)
+    return found if report.fault_count == before and len(found) == len(items) else None
+
+
+def likely_convention(data: Any) -> Convention:
+    """Return the first convention whose rows look like those of a list."""
+    first = data[0] if isinstance(data, list) and data else None
+    rows: RowKind = 'quantities'
+    if isinstance(first, ScalarNode):
+        rows = 'motion'
+    elif isinstance(first, dict) and {'in', 'out', 'joint'} & first.keys():
+        rows = 'shape'
+    return next(convention for convention in CONVENTIONS.values() if convention.rows == rows)
+
+
+def moving_parts(row: Link) -> Iterator[tuple[Kind, str, Expression]]:
+    """Yield what may move in a row: angle or length, its place in words, its expression."""
+    for k, motion in enumerate(row.motions):
+        place = row.names[k] if isinstance(row, DhRow) else motion.axis
+        if place in MOVING or not isinstance(row, DhRow):
+            yield _kind(motion.axis), place, motion.argument
+
+
+def variables_of(row: Link) -> frozenset[str]:
+    """Return the joint variables that move a row."""
+    return frozenset(
+        variable
+        for _, _, expression in moving_parts(row)
+        for variable, _ in expression.affine.coefficients
+    )
+
+
+def warn_of_size(rows: Sequence[Link], quantities: Quantities) -> None:
+    """Warn where the lengths of a table together are hardly meant in the file's unit."""
+    lengths = [length for row in rows for length in _lengths(row)]
+    total, report = sum(lengths), quantities.report
+    if quantities.units.length == 'm' and total > LONG and max(lengths) <= LONG:
+        report.warn(PATH, f'lengths of {number(total)} m in all: {MILLIMETRES}')
+    if quantities.units.length == 'mm' and 0.0 < total < SHORT:
+        report.warn(PATH, f'lengths of {number(total * 1e3)} mm in all: {METRES}')
+
+
+def _lengths(row: Link) -> Iterator[float]:
+    if isinstance(row, ShapeRow):
+        for shape in (row.inner, row.outer):
+            yield math.hypot(*shape.matrix[:3, 3])
+        return
+    for motion in row.motions:
+        if not motion.turns:
+            yield abs(motion.argument.affine.constant)
+
+
+def check_helical(rows: Sequence[Link], quantities: Quantities) -> None:
+    """Report helical joints that only turn, or only slide."""
+    places: dict[str, dict[Kind, str]] = {}
+    for index, row in enumerate(rows):
+        for kind, place, expression in moving_parts(row):
+            for variable, _ in expression.affine.coefficients:
+                places.setdefault(variable, {}).setdefault(kind, f'{place} of links[{index}]')
+    for position, (variable, joint_type) in enumerate(quantities.joint_types.items()):
+        found = places.get(variable, {})
+        if joint_type == 'helical' and len(found) == 1:
+            (only,) = found.values()
+            other = 'a length (its pitch)' if 'angle' in found else 'an angle'
+            quantities.report.fault(
+                ('joints', position, 'type'),
+                f'{variable!r} is helical and stands only in {only}: it must stand in {other} too',
+            )
+
+
+def _dh_row(data: Any, convention: Convention, path: Path, quantities: Quantities) -> DhRow | None:
+    names = convention.quantities
+    axes = {motion.quantity: motion.axis for motion in convention.motions}
+    entry = checked(dh_row_entry(names), data, path, quantities.report)
+    may_move = ' and '.join(name for name in names if name in MOVING)
+    advice = f': in a table row only {may_move} may move'
+    motions = []
+    for name in names:
+        text, kind, place = getattr(entry, name), _kind(axes[name]), (*path, name)
+        if name in MOVING:
+            argument = quantities.moving(text, kind, place, name)
+        else:
+            argument = quantities.fixed_expression(text, kind, place, advice)
+        if argument is not None:
+            motions.append(ElementaryMotion(axes[name], argument))
+    return DhRow(names, tuple(motions)) if len(motions) == len(names) else None
+
+
+def _elementary_row(
+    data: Any, _: Convention, path: Path, quantities: Quantities
+) -> ElementaryMotion | None:
+    if not isinstance(data, ScalarNode):
+        what = 'a mapping' if isinstance(data, dict) else 'a list'
+        message = f'expected an elementary motion such as Rz(q1), not {what}'
+        quantities.report.fault(path, message)
+        return None
+    text = checked_word(data, path, quantities.report)
+    return None if text is None else _elementary_motion(text, path, quantities)
+
+
+def _shape_row(data: Any, _: Convention, path: Path, quantities: Quantities) -> ShapeRow | None:
+    report = quantities.report
+    before = report.fault_count
+    entry = checked(ShapeRowEntry, data, path, report)
+    joint = None
+    if entry.joint is not None:
+        joint = _elementary_motion(entry.joint, (*path, 'joint'), quantities)
+    inner = read_motion(entry.in_, (*path, 'in'), quantities)
+    outer = read_motion(entry.out, (*path, 'out'), quantities)
+    if inner is None or outer is None or report.fault_count > before:
+        return None
+    return ShapeRow(inner, joint, outer)
+
+
+def _elementary_motion(text: str, path: Path, quantities: Quantities) -> ElementaryMotion | None:
+    accepted = ', '.join(AXES)
+    found = ELEMENTARY.fullmatch(text)
+    axis = next((name for name in AXES if found and name == found[1]), None)
+    if found is None or axis is None:
+        message = f'{quoted(text)} is not an elementary motion (accepted: {accepted}, as Rz(q1))'
+        quantities.report.fault(path, message)
+        return None
+    argument = quantities.moving(found[2].strip(), _kind(axis), path, axis)
+    return None if argument is None else ElementaryMotion(axis, argument)
+
+
+def _kind(axis: Axis) -> Kind:
+    return 'angle' if axis.startswith('R') else 'length'
+
+
+READERS: dict[RowKind, Callable[[Any, Convention, Path, Quantities], Link | None]] = {
+    'quantities': _dh_row,
+    'motion': _elementary_row,
+    'shape': _shape_row,
+}

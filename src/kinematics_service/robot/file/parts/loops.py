@@ -1,0 +1,374 @@
+"""The closed loops of a robot file: second chains that part from the table and meet it again."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ..text.entries import checked, checked_list, checked_word, did_you_mean, meant_by
+from ..text.expression_syntax import names_in, why_no_name
+from ..text.fault_report import FaultReport, quoted
+from ..text.yaml_document import Path, ScalarNode, texts_in
+from .convention_table import Convention
+from .description import (
+    IDENTITY,
+    JointDescription,
+    JointType,
+    Link,
+    LoopDescription,
+    PassiveJoint,
+    PointDescription,
+)
+from .links import likely_convention, read_links, variables_of
+from .loop_groups import loop_groups, names_in_loop, passive_of
+from .motions import pose_motion
+from .quantities import KIND_OF, Quantities
+from .schema import LoopEndEntry, LoopEntry, PassiveEntry, assembled_entry
+from .singularity import ROWS
+
+PATH: Path = ('loops',)
+MAX_LOOPS = 12
+MAX_PASSIVE = 24
+MAX_TOGETHER = 18
+
+
+def read_passive(data: Any, taken: Sequence[str], report: FaultReport) -> tuple[PassiveJoint, ...]:
+    """
+    Return the passive joints of all loops, without those whose names have faults.
+
+    Parameters
+    ----------
+    data
+        The list of loops as the file has it; None where there is none.
+    taken
+        The names of constants and of joints in expressions.
+    report
+        Takes the faults.
+    """
+    if data is None:
+        return ()
+    found: list[PassiveJoint] = []
+    owner: dict[str, int] = {}
+    loops = checked_list(data, PATH, report, 'a list of loops')
+    if len(loops) > MAX_LOOPS:
+        report.fault(PATH, f'{len(loops)} loops (at most {MAX_LOOPS})')
+        return ()
+    for k, loop in enumerate(loops):
+        path = (*PATH, k, 'passive')
+        items = loop.get('passive') if isinstance(loop, dict) else None
+        if items is None:
+            continue
+        for i, item in enumerate(checked_list(items, path, report, 'a list of passive joints')):
+            joint = _passive_joint(item, (*path, i), report)
+            if joint is None:
+                continue
+            if reason := why_no_name(joint.name):
+                report.fault((*path, i), f'{quoted(joint.name)} {reason}')
+            elif joint.name in taken or joint.name == 'q':
+                report.fault(
+                    (*path, i),
+                    f'{quoted(joint.name)} is also the name of a constant or of a joint with a '
+                    'motor: a passive joint has a name of its own',
+                )
+            elif joint.name in owner:
+                report.fault(
+                    (*path, i),
+                    f'{quoted(joint.name)} is moved by loops[{owner[joint.name]}] already: a '
+                    'passive joint belongs to one loop',
+                )
+            else:
+                owner[joint.name] = k
+                found.append(joint)
+    if len(found) > MAX_PASSIVE:
+        report.fault(PATH, f'{len(found)} passive joints (at most {MAX_PASSIVE})')
+        return ()
+    return tuple(found)
+
+
+def _passive_joint(item: Any, path: Path, report: FaultReport) -> PassiveJoint | None:
+    if not isinstance(item, dict):
+        name = checked_word(item, path, report)
+        return None if name is None else PassiveJoint(name, 'revolute')
+    entry = checked(PassiveEntry, item, path, report)
+    if entry.name is None:
+        return None
+    return PassiveJoint(entry.name, 'prismatic' if entry.type == 'prismatic' else 'revolute')
+
+
+def moving_loops(data: Any) -> frozenset[str]:
+    """Return the names in the rows of the loops' own chains."""
+    loops = data if isinstance(data, list) else ()
+    rows = [loop['links'] for loop in loops if isinstance(loop, dict) and 'links' in loop]
+    return frozenset(name for row in rows for text in texts_in(row) for name in names_in(text))
+
+
+def read_loops(
+    data: Any,
+    passive: Sequence[PassiveJoint],
+    table: Sequence[Link] | None,
+    points: Sequence[PointDescription],
+    convention: Convention | None,
+    joints: Sequence[JointDescription],
+    joint_types: Sequence[JointType | None],
+    quantities: Quantities,
+) -> tuple[LoopDescription, ...]:
+    """
+    Return the loops in the order of the file; none where one has faults.
+
+    Parameters
+    ----------
+    data
+        The list as the file has it; None where there is none.
+    passive
+        As `read_passive` returns them.
+    table, points, convention, joints
+        What is known of the arm; None where it has faults.
+    joint_types
+        Of the entries in the list of joints.
+    quantities
+        What the names in expressions mean.
+    """
+    if not isinstance(data, list):
+        return ()
+    report = quantities.report
+    before = report.fault_count
+    reader = _LoopReader(passive, table, points, convention, joints, joint_types, quantities)
+    loops = [reader.read(item, (*PATH, k)) for k, item in enumerate(data[:MAX_LOOPS])]
+    found = tuple(loop for loop in loops if loop is not None)
+    if table is None or len(found) < len(data) or report.fault_count > before:
+        return ()
+    if sum(len(loop.passive) for loop in found) > len(passive):
+        return ()  # one of them belongs to two loops, which has been said
+    _check_names(found, report)
+    _check_effect(found, table, report)
+    for k, loop in enumerate(found):
+        if loop.q != found[0].q:
+            report.fault(
+                (*PATH, k, 'assembled', 'q'),
+                f'is not that of {quoted(found[0].name)}: all loops are assembled at one position',
+            )
+    return found
+
+
+def _check_names(loops: Sequence[LoopDescription], report: FaultReport) -> None:
+    names = [loop.name for loop in loops]
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            report.fault(
+                (*PATH, k, 'name'),
+                f'{quoted(name)} is already the name of loops[{names.index(name)}]',
+            )
+
+
+def _check_effect(
+    loops: Sequence[LoopDescription], table: Sequence[Link], report: FaultReport
+) -> None:
+    # Every passive joint stands in its loop; no loop needs a later one, but those of one group
+    # each other; and every group moves something.
+    places = {id(loop): k for k, loop in enumerate(loops)}
+    used = frozenset().union(*(variables_of(row) for row in table))
+    group_of: dict[str, int] = {}
+    groups = loop_groups(loops)
+    for g, group in enumerate(groups):
+        group_of.update((joint.name, g) for joint in passive_of(group))
+    for g in range(len(groups) - 1, -1, -1):
+        members = [(places[id(loop)], loop) for loop in groups[g]]
+        for k, loop in members:
+            names = names_in_loop(loop)
+            for joint in loop.passive:
+                if joint.name not in names:
+                    report.fault(
+                        (*PATH, k, 'passive'),
+                        f'{quoted(joint.name)} moves no row of this loop: neither one of links, '
+                        f'nor one of the table between row {loop.start.row} and row '
+                        f'{loop.meets.row}',
+                    )
+            _check_order(k, names, group_of, g, loops, report)
+        _check_group(members, used, report)
+        used = used.union(*(names_in_loop(loop) for loop in groups[g]))
+
+
+def _check_order(
+    k: int,
+    names: frozenset[str],
+    group_of: Mapping[str, int],
+    own: int,
+    loops: Sequence[LoopDescription],
+    report: FaultReport,
+) -> None:
+    # A loop needs those of its own group and of earlier ones only.
+    owner = {joint.name: i for i, loop in enumerate(loops) for joint in loop.passive}
+    for name in sorted(names):
+        if owner.get(name, -1) > k and group_of[name] != own:
+            report.fault(
+                (*PATH, k, 'links'),
+                f'{quoted(name)} is moved by loops[{owner[name]}], which comes later: a loop may '
+                'use the passive joints of those before it, and of later ones that need its own',
+            )
+
+
+def _check_group(
+    members: Sequence[tuple[int, LoopDescription]], used: frozenset[str], report: FaultReport
+) -> None:
+    first, loop = members[0]
+    places = [k for k, _ in members]
+    passive = passive_of([loop for _, loop in members])
+    if places != list(range(first, first + len(places))):
+        listed = ' and '.join(f'loops[{k}]' for k in places)
+        report.fault(
+            (*PATH, first),
+            f"{listed} need each other's passive joints and are closed together: write them one "
+            'after the other',
+        )
+    rows = sum(len(loop.rows) for _, loop in members)
+    if rows > MAX_TOGETHER:
+        listed = ', '.join(f'loops[{k}]' for k in places)
+        report.fault(
+            (*PATH, first),
+            f"{rows} rows of loops that need each other's passive joints ({listed}): at most "
+            f'{MAX_TOGETHER} are closed together',
+        )
+    if not used & {joint.name for joint in passive}:
+        listed = ' or '.join(quoted(joint.name) for joint in passive)
+        what = 'loop' if len(members) == 1 else 'loops'
+        report.fault(
+            (*PATH, first, 'passive'),
+            f'no row of the table and no later loop moves with {listed}: the {what} would move '
+            'nothing',
+        )
+
+
+class _LoopReader:
+    """Reads loops one by one."""
+
+    def __init__(
+        self,
+        passive: Sequence[PassiveJoint],
+        table: Sequence[Link] | None,
+        points: Sequence[PointDescription],
+        convention: Convention | None,
+        joints: Sequence[JointDescription],
+        joint_types: Sequence[JointType | None],
+        quantities: Quantities,
+    ) -> None:
+        self.passive = {joint.name: joint for joint in passive}
+        self.table, self.points, self.convention = table, points, convention
+        self.joints, self.joint_types = joints, joint_types
+        self.quantities, self.report = quantities, quantities.report
+
+    def read(self, data: Any, path: Path) -> LoopDescription | None:
+        """Return a loop, or None with its faults reported."""
+        before = self.report.fault_count
+        entry = checked(LoopEntry, data, path, self.report)
+        names = _names_of(entry.passive)
+        passive = tuple(self.passive[name] for name in names if name in self.passive)
+        rows = self._rows(entry.rows, (*path, 'rows'))
+        if entry.name is not None and ',' in entry.name:
+            self.report.fault((*path, 'name'), f'{quoted(entry.name)} holds a comma')
+        if entry.passive is not None and not names:
+            self.report.fault((*path, 'passive'), 'names no joint: at least one is needed')
+        if passive and rows and len(names) != len(rows):
+            self.report.fault(
+                (*path, 'passive'),
+                f'{len(names)} passive joints ({", ".join(names)}) for {len(rows)} rows that '
+                f'coincide ({" ".join(rows)}): a loop moves as many joints as it has rows',
+            )
+        start = self._end(entry.from_, (*path, 'from'), True)
+        meets = self._end(entry.meets, (*path, 'meets'), False)
+        convention = self.convention or likely_convention(entry.links)
+        links = None
+        if entry.links is not None:
+            links = read_links(entry.links, convention, self.quantities, (*path, 'links'))
+        if start and meets and start.row > meets.row:
+            self.report.fault(
+                (*path, 'meets'),
+                f'row {meets.row} comes before row {start.row}, where the loop begins: exchange '
+                'them',
+            )
+        q, assembled = self._assembled(entry.assembled, names, (*path, 'assembled'))
+        if self.report.fault_count > before or self.table is None:
+            return None
+        if not (entry.name and start and meets and links):
+            return None
+        line = self.report.line((*path, 'assembled'))
+        there = tuple(self.table[start.row : meets.row])
+        return LoopDescription(
+            entry.name, passive, start, meets, there, links, rows, q, assembled, line
+        )
+
+    def _rows(self, words: Sequence[str | None] | None, path: Path) -> tuple[str, ...]:
+        accepted = f'(accepted: {", ".join(ROWS)})'
+        if words == []:
+            self.report.fault(path, f'is empty {accepted}')
+        for i, word in enumerate(words or ()):
+            if word is not None and word not in ROWS:
+                hint = did_you_mean(meant_by(word, ROWS))
+                self.report.fault((*path, i), f'unknown row {quoted(word)}{hint} {accepted}')
+            elif word in (words or ())[:i]:
+                self.report.fault((*path, i), f'{word!r} stands twice')
+        return tuple(row for row in ROWS if row in (words or ()))
+
+    def _end(self, data: Any, path: Path, is_start: bool) -> PointDescription | None:
+        if data is None:
+            return PointDescription('start', 0, IDENTITY) if is_start else None
+        before = self.report.fault_count
+        entry = checked(LoopEndEntry, data, path, self.report)
+        if entry.point is not None:
+            if entry.row is not None or entry.xyz is not None or entry.rpy is not None:
+                self.report.fault(path, 'has a point and a row, xyz or rpy too: give one of them')
+            found = next((point for point in self.points if point.name == entry.point), None)
+            if found is None:
+                known = ', '.join(point.name for point in self.points) or 'none'
+                self.report.fault(
+                    (*path, 'point'), f'unknown point {quoted(entry.point)} (known: {known})'
+                )
+            return found
+        if entry.row is None and self.report.fault_count == before:
+            self.report.fault(path, 'needs a row of the table, or a point')
+        motion = pose_motion(entry.xyz, entry.rpy, path, self.quantities)
+        if entry.row is not None and self.table is not None and entry.row > len(self.table):
+            self.report.fault(
+                (*path, 'row'),
+                f'there is no row {entry.row}: 0 is the frame before the table, '
+                f'{len(self.table)} the frame after its last row',
+            )
+        if entry.row is None or motion is None or self.report.fault_count > before:
+            return None
+        return PointDescription(f'row {entry.row}', entry.row, motion)
+
+    def _assembled(
+        self, data: Any, names: Sequence[str], path: Path
+    ) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        if data is None:
+            return (), ()
+        entry: Any = checked(assembled_entry(tuple(names)), data, path, self.report)
+        texts = entry.q or []
+        if entry.q is not None and len(texts) != len(self.joint_types):
+            self.report.fault(
+                (*path, 'q'), f'{len(texts)} values for {len(self.joint_types)} joints'
+            )
+            return (), ()
+        q = [
+            self.quantities.fixed(text, KIND_OF[kind], (*path, 'q', i), usual=False)
+            for i, (text, kind) in enumerate(zip(texts, self.joint_types))
+            if kind
+        ]
+        values = [
+            self.quantities.fixed(
+                getattr(entry, name), KIND_OF[self.passive[name].type], (*path, name), usual=False
+            )
+            for name in names
+            if name in self.passive
+        ]
+        return (
+            tuple(value for value in q if value is not None),
+            tuple(value for value in values if value is not None),
+        )
+
+
+def _names_of(items: Any) -> list[str]:
+    # Of a list of passive joints as the file has it.
+    names = []
+    for item in items if isinstance(items, list) else ():
+        named = item.get('name') if isinstance(item, dict) else item
+        if isinstance(named, ScalarNode):
+            names.append(named.text)
+    return names

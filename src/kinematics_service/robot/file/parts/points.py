@@ -1,0 +1,87 @@
+"""The points of a robot file: frames that move with a row of the table, by their names."""
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from ..text.entries import checked
+from ..text.fault_report import quoted, shown
+from ..text.yaml_document import Path
+from .description import Placement, PointDescription
+from .motions import pose_motion
+from .quantities import Quantities
+from .schema import PointEntry
+
+PATH: Path = ('points',)
+MAX_POINTS = 64
+# Part of a ROS topic: `~/elbow/pose`.
+POINT_NAME = re.compile(r'[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*')
+LONGEST_NAME = 60
+TAKEN = {
+    'base': 'the base frame',
+    'tool': "the tool, which is always a point; its place stands under the key 'tool'",
+}
+
+
+def read_points(
+    data: Any, rows: int | None, placements: Sequence[Placement | None], quantities: Quantities
+) -> tuple[PointDescription, ...]:
+    """
+    Return the points in the order of the file, without those that have faults.
+
+    Parameters
+    ----------
+    data
+        The mapping as the file has it; None where there is none.
+    rows
+        Number of rows of the table; None where that is not known.
+    placements
+        Base and tool, whose frames no point may be called like.
+    quantities
+        What the names in expressions mean.
+    """
+    if data is None:
+        return ()
+    report = quantities.report
+    if not isinstance(data, dict):
+        report.fault(PATH, f'expected a mapping of names to {{row, xyz, rpy}}, not {shown(data)}')
+        return ()
+    if len(data) > MAX_POINTS:
+        report.fault(PATH, f'{len(data)} points (at most {MAX_POINTS})')
+        return ()
+    frames = {place.frame: key for place, key in zip(placements, ('base', 'tool')) if place}
+    points = [_point(name, value, rows, frames, quantities) for name, value in data.items()]
+    return tuple(point for point in points if point is not None)
+
+
+def _why_no_name(name: str, frames: dict[str, str]) -> str:
+    if name in TAKEN:
+        return f'the name {quoted(name)} is that of {TAKEN[name]}'
+    if name in frames:
+        return f'the name {quoted(name)} is that of the frame of the {frames[name]}'
+    if len(name) > LONGEST_NAME or not POINT_NAME.fullmatch(name):
+        return (
+            f'the name {quoted(name)} cannot be part of a topic: letters, digits and single '
+            f'underscores between them, a letter first, at most {LONGEST_NAME} characters'
+        )
+    return ''
+
+
+def _point(
+    name: str, data: Any, rows: int | None, frames: dict[str, str], quantities: Quantities
+) -> PointDescription | None:
+    report, path = quantities.report, (*PATH, name)
+    before = report.fault_count
+    if reason := _why_no_name(name, frames):
+        report.fault(path, reason)
+    entry = checked(PointEntry, data, path, report)
+    if entry.row is not None and rows is not None and entry.row > rows:
+        report.fault(
+            (*path, 'row'),
+            f'there is no row {entry.row}: 0 is the frame before the table, {rows} the frame '
+            'after its last row',
+        )
+    motion = pose_motion(entry.xyz, entry.rpy, path, quantities)
+    if motion is None or entry.row is None or report.fault_count > before:
+        return None
+    return PointDescription(name, entry.row, motion)

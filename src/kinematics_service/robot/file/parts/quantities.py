@@ -1,0 +1,249 @@
+"""Numbers and expressions of a robot file, turned into rad and m."""
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal, NamedTuple
+
+from ....errors import ExpressionError
+from ..text.expression_syntax import names_in
+from ..text.expressions import Affine, Expression, Scope, check_function, parse_affine
+from ..text.fault_report import FaultReport, number
+from ..text.yaml_document import Path
+from .description import AngleUnit, JointType, LengthUnit
+
+Kind = Literal['angle', 'length', 'number']
+
+# Beyond a thousand kilometres or 1e6 rad there is no arm, and products of such numbers overflow.
+LARGEST = 1e6
+# Where a number is hardly meant in the file's unit: what to ask, and what to write.
+DEGREES = 'are these degrees? (then: units: {angle: deg})'
+RADIANS = 'are these radians? (then: units: {angle: rad})'
+MILLIMETRES = 'are these millimetres? (then: units: {length: mm})'
+METRES = 'are these metres? (then: units: {length: m})'
+LONG = 20.0  # m: no link is as long
+TURN = 2.0 * math.pi + 0.02  # rad, with two printed digits
+QUARTERS = [k * math.pi / 2.0 for k in range(1, 5)]
+ROUNDED = 0.005  # 1.57, 3.14, 4.71, 6.28 are so near to them
+
+INFINITE = re.compile(r'[-+]?\.?(inf|Inf|INF)')
+NOT_A_NUMBER = re.compile(r'[-+]?\.?(nan|NaN|NAN)')
+WORDS_OF_YAML_1_1 = ('yes', 'no', 'on', 'off', 'Yes', 'No', 'On', 'Off', 'YES', 'NO', 'ON', 'OFF')
+KIND_OF: Mapping[JointType, Kind] = {
+    'revolute': 'angle',
+    'prismatic': 'length',
+    'helical': 'angle',
+}
+
+
+def why_not_finite(text: str) -> str | None:
+    """Return why YAML's words for infinity and not-a-number may not stand here, or None."""
+    if INFINITE.fullmatch(text):
+        return f"'{text}' is accepted only in limits"
+    return f"'{text}' is not a finite number" if NOT_A_NUMBER.fullmatch(text) else None
+
+
+class Units(NamedTuple):
+    """What the numbers of a file are written in."""
+
+    angle: AngleUnit = 'rad'
+    length: LengthUnit = 'm'
+
+    def to_si(self, value: float, kind: Kind) -> float:
+        """Return a value of the file in rad, m, or as it is."""
+        if kind == 'angle' and self.angle == 'deg':
+            return math.radians(value)
+        if kind == 'length' and self.length == 'mm':
+            return value / 1000.0
+        return value
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """
+    Everything an expression of one file may mean.
+
+    Parameters
+    ----------
+    report
+        Takes the faults.
+    units
+    constants
+        Values in the file's units.
+    joint_types
+        By joint variable, in the order of the joints.
+    unreadable
+        Names whose own definition has a fault: what uses them is not judged.
+    all_names_known
+        False where a broken entry hides its name: no name is then called unknown.
+    used
+        Names met so far.
+    strange
+        Names met so far that nothing in the file explains.
+    """
+
+    report: FaultReport
+    units: Units
+    constants: Mapping[str, float]
+    joint_types: Mapping[str, JointType]
+    unreadable: frozenset[str] = frozenset()
+    all_names_known: bool = True
+    used: set[str] = field(default_factory=set)
+    strange: set[str] = field(default_factory=set)
+
+    def fixed(
+        self, text: str | None, kind: Kind, path: Path, *, usual: bool = True
+    ) -> float | None:
+        """
+        Return a constant in SI units, or None with its fault reported.
+
+        `usual`: a length above that of any link, or an angle beyond a turn, is warned of.
+        """
+        expression = self._fixed(text, kind, path, '')
+        if expression and usual:
+            self._warn_of_units(expression.affine.constant, kind, path)
+        return expression.affine.constant if expression else None
+
+    def fixed_expression(
+        self, text: str | None, kind: Kind, path: Path, advice: str = ''
+    ) -> Expression | None:
+        """
+        Return a constant with its text, or None with its fault reported.
+
+        `advice` follows the sentence that says a joint variable may not stand here.
+        """
+        expression = self._fixed(text, kind, path, advice)
+        if expression:
+            self._warn_of_units(expression.affine.constant, kind, path)
+        return expression
+
+    def _fixed(self, text: str | None, kind: Kind, path: Path, advice: str) -> Expression | None:
+        refused = {
+            name: f'{name!r} is a joint variable, and a constant is expected here{advice}'
+            for name in self.joint_types
+        }
+        return self._expression(text, kind, path, self._scope((), refused, kind))
+
+    def moving(self, text: str | None, kind: Kind, path: Path, place: str) -> Expression | None:
+        """
+        Return an expression linear in the joint variables, or None with its fault reported.
+
+        `place` is what the message calls the spot: `theta`, `d`, `Tx`.
+        """
+        scope = self._scope(tuple(self.joint_types), {}, kind)
+        expression = self._expression(text, kind, path, scope)
+        for variable, _ in expression.affine.coefficients if expression else ():
+            joint_type = self.joint_types[variable]
+            if joint_type != 'helical' and KIND_OF[joint_type] != kind:
+                article = 'an angle' if kind == 'angle' else 'a length'
+                self.report.fault(
+                    path,
+                    f'{variable!r} is {joint_type}, and {place} is {article}; a joint that both '
+                    "turns and slides is 'type: helical' and stands in both",
+                )
+                return None
+        if expression:
+            self._warn_of_units(expression.affine.constant, kind, path)
+        return expression
+
+    def function(self, text: str | None, path: Path) -> str | None:
+        """
+        Return the text of an expression that may be nonlinear, or None with its fault reported.
+        """
+        scope = self._scope(tuple(self.joint_types), {})
+        if text is None or not self._judged(text, scope, path):
+            return None
+        return text if self._right(text, scope, path) else None
+
+    def _scope(
+        self, variables: tuple[str, ...], refused: Mapping[str, str], kind: Kind | None = None
+    ) -> Scope:
+        words = {
+            word: f'{word!r} is a word in YAML 1.2, neither a number nor a truth value'
+            for word in WORDS_OF_YAML_1_1
+        }
+        angles = frozenset(
+            name for name, joint_type in self.joint_types.items() if joint_type != 'prismatic'
+        )
+        wanted = None if kind is None else int(kind == 'angle')
+        return Scope(
+            self.units.angle, self.constants, variables, {**words, **refused}, angles, wanted
+        )
+
+    def _judged(self, text: str, scope: Scope, path: Path) -> bool:
+        # Whether every name of a text has a meaning; otherwise its syntax is judged here.
+        names = names_in(text)
+        self.used.update(names)
+        strange = names.difference(scope.known, scope.refused, self.unreadable, ('pi',))
+        self.strange.update(strange)
+        hidden = names & self.unreadable
+        if not self.all_names_known:
+            hidden |= strange
+        if not hidden:
+            return True
+        # What a hidden name is worth is not known: it stands for anything that varies.
+        varying = tuple(dict.fromkeys((*scope.variables, *sorted(hidden))))
+        refused = {name: why for name, why in scope.refused.items() if name not in hidden}
+        self._right(text, replace(scope, variables=varying, refused=refused, wanted=None), path)
+        return False
+
+    def _right(self, text: str, scope: Scope, path: Path) -> bool:
+        try:
+            check_function(text, scope)
+        except ExpressionError as error:
+            self.report.fault(path, str(error))
+            return False
+        return True
+
+    def _expression(
+        self, text: str | None, kind: Kind, path: Path, scope: Scope
+    ) -> Expression | None:
+        if text is None:
+            return None
+        if reason := why_not_finite(text):
+            self.report.fault(path, reason)
+            return None
+        if not self._judged(text, scope, path):
+            return None
+        try:
+            affine = self._in_si(parse_affine(text, scope), kind)
+        except ExpressionError as error:
+            self.report.fault(path, str(error))
+            return None
+        if not self._sized(affine, kind, path):
+            return None
+        return Expression(text, affine)
+
+    def _in_si(self, affine: Affine, kind: Kind) -> Affine:
+        coefficients = []
+        for variable, factor in affine.coefficients:
+            own = KIND_OF[self.joint_types[variable]]
+            if own != kind:
+                # A helical joint in d: length per angle.
+                factor = self.units.to_si(factor, kind) / self.units.to_si(1.0, own)
+            coefficients.append((variable, factor))
+        return Affine(self.units.to_si(affine.constant, kind), tuple(coefficients))
+
+    def _warn_of_units(self, value: float, kind: Kind, path: Path) -> None:
+        if kind == 'length' and self.units.length == 'm' and abs(value) > LONG:
+            self.report.warn(path, f'a length of {number(value)} m: {MILLIMETRES}')
+        if kind == 'angle' and self.units.angle == 'rad' and abs(value) > TURN:
+            self.report.warn(path, f'{number(value)} rad is more than a turn: {DEGREES}')
+        if kind == 'angle' and self.units.angle == 'deg' and path[0] != 'known_poses':
+            degrees = math.degrees(value)
+            if any(abs(abs(degrees) - quarter) < ROUNDED for quarter in QUARTERS):
+                self.report.warn(path, f'{number(degrees)} deg: {RADIANS}')
+
+    def _sized(self, affine: Affine, kind: Kind, path: Path) -> bool:
+        if kind == 'number':
+            return True
+        unit = 'rad' if kind == 'angle' else 'm'
+        for value in (affine.constant, *(factor for _, factor in affine.coefficients)):
+            if abs(value) > LARGEST:
+                message = (
+                    f'{number(value)} {unit} is beyond every arm (at most {LARGEST:g} {unit})'
+                )
+                self.report.fault(path, message)
+                return False
+        return True

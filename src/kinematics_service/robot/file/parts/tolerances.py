@@ -1,0 +1,106 @@
+"""How far the numbers of a table may be off: what a calibration begins with."""
+
+import re
+from typing import Any
+
+from ..text.entries import checked, checked_number
+from ..text.fault_report import quoted, shown
+from ..text.yaml_document import Path
+from .convention_table import CONVENTIONS, Convention
+from .description import Tolerances
+from .quantities import Kind, Quantities
+from .schema import TableToleranceEntry
+
+PATH: Path = ('tolerance',)
+NAME = re.compile(r'([A-Za-z]+)([1-9][0-9]{0,3})')
+# Numbers of a calibration that stand in no row: extra corrections, and gear ratios of joints.
+EXTRA = {'beta': 'Ry', 'b': 'Ty'}
+GEAR = 'gear'
+AXES = tuple(f'{kind}{axis}' for kind in 'RT' for axis in 'xyz')
+
+
+def read_tolerances(
+    data: Any, convention: Convention | None, rows: int | None, joints: int, quantities: Quantities
+) -> Tolerances:
+    """
+    Return the standard deviations in SI units, without those that have faults.
+
+    Parameters
+    ----------
+    data
+        The mapping as the file has it; None where there is none.
+    convention, rows
+        Of the table; None where that is not known.
+    joints
+        Number of joints.
+    quantities
+        What the names in expressions mean.
+    """
+    if data is None:
+        return Tolerances()
+    report = quantities.report
+    entry = checked(TableToleranceEntry, data, PATH, report)
+    length = _above_zero(entry.length, 'length', (*PATH, 'length'), quantities)
+    angle = _above_zero(entry.angle, 'angle', (*PATH, 'angle'), quantities)
+    gear = _above_zero(entry.gear, 'number', (*PATH, GEAR), quantities)
+    named = []
+    of = {} if entry.of is None else entry.of
+    if not isinstance(of, dict):
+        report.fault((*PATH, 'of'), f'expected a mapping of names to numbers, not {shown(of)}')
+        of = {}
+    for name, item in of.items():
+        path = (*PATH, 'of', name)
+        kind = kind_of(name, convention, rows, joints)
+        if kind is None:
+            accepted = _accepted(convention, rows, joints)
+            report.fault(path, f'{quoted(name)} is no number of this table (accepted: {accepted})')
+            continue
+        value = _above_zero(checked_number(item, path, report), kind, path, quantities)
+        if value is not None:
+            named.append((name, value))
+    return Tolerances(length, angle, gear, tuple(named))
+
+
+def _above_zero(text: str | None, kind: Kind, path: Path, quantities: Quantities) -> float | None:
+    value = quantities.fixed(text, kind, path, usual=False)
+    if value is not None and value <= 0.0:
+        quantities.report.fault(path, f'must be above 0, not {text}')
+        return None
+    return value
+
+
+def _axes_of(convention: Convention | None) -> dict[str, str]:
+    # By the word before the number: the elementary motion that it belongs to.
+    kinds = [convention] if convention is not None else list(CONVENTIONS.values())
+    axes: dict[str, str] = {}
+    for one in kinds:
+        if one.product:
+            axes.update({motion.quantity: motion.axis for motion in one.motions}, **EXTRA)
+        else:
+            axes.update({axis: axis for axis in AXES})
+    return axes
+
+
+def kind_of(
+    name: str,
+    convention: Convention | None = None,
+    rows: int | None = None,
+    joints: int | None = None,
+) -> Kind | None:
+    """Return what a named number of a table is; None if there is none of this name."""
+    match = NAME.fullmatch(name)
+    axes = _axes_of(convention)
+    if match is None or match[1] not in (*axes, GEAR):
+        return None
+    most = joints if match[1] == GEAR else rows
+    if most is not None and int(match[2]) > most:
+        return None
+    if match[1] == GEAR:
+        return 'number'
+    return 'angle' if axes[match[1]][0] == 'R' else 'length'
+
+
+def _accepted(convention: Convention | None, rows: int | None, joints: int) -> str:
+    last = 'n' if rows is None else rows
+    names = [f'{word}1 to {word}{last}' for word in _axes_of(convention)]
+    return ', '.join([*names, f'{GEAR}1 to {GEAR}{joints}'])

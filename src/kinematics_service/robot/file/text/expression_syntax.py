@@ -1,0 +1,249 @@
+"""
+The syntax of expressions: a text is cut into tokens first, and only what passed is parsed.
+
+The parser is Python's own (`ast.parse`, which runs nothing). What Python reads and a robot file
+does not (`0x10`, `1_0`, `1j`, `True`, `**`, attributes, strings) never gets that far.
+"""
+
+import ast
+import keyword
+import re
+import threading
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+from ....errors import ExpressionError
+
+ARGUMENTS_OF = {'sqrt': 1, 'sin': 1, 'cos': 1, 'atan2': 2}
+MAX_CHARACTERS = 400  # the longest formula of a datasheet is far below
+MAX_DEPTH = 32
+
+TOKEN = re.compile(
+    r'\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)'
+    r'|(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<operator>\*\*|//|[-+*/(),]))',
+    re.ASCII,
+)
+IDENTIFIER = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')
+SEXAGESIMAL = re.compile(r'[-+]?\d+(:\d+)+(\.\d*)?')
+
+WhyNot = Callable[[str], str | None]
+
+# Python up to 3.12 keeps one depth for all threads that parse at a time, and raises SystemError
+# where they meet (python/cpython issue 106905).
+_ONE_AT_A_TIME = threading.Lock()
+
+
+class Token(NamedTuple):
+    """A number, a name, or an operator, and where its text begins and ends."""
+
+    kind: str
+    text: str
+    start: int
+    end: int
+
+
+def why_no_name(name: str) -> str | None:
+    """Return why a text cannot name a constant or a joint variable, or None."""
+    if not IDENTIFIER.fullmatch(name):
+        return 'is not an identifier (letters a-z, digits, underscore; no digit first)'
+    if name == 'pi' or name in ARGUMENTS_OF:
+        return 'already has a meaning (reserved: pi, ' + ', '.join(ARGUMENTS_OF) + ')'
+    if name in ('inf', 'nan') or keyword.iskeyword(name):
+        return 'is a reserved word'
+    return None
+
+
+def names_in(text: str) -> frozenset[str]:
+    """Return the names in a text, functions aside, whether or not it is a right expression."""
+    return frozenset(IDENTIFIER.findall(text)).difference(ARGUMENTS_OF)
+
+
+def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
+    """
+    Return the tree of an expression: floats, names, signs, + - * /, calls of known functions.
+
+    Parameters
+    ----------
+    text
+        As the user wrote it.
+    why_not
+        Says why a name may not stand here, or None where it may.
+
+    Raises
+    ------
+    ExpressionError
+        With the reason, in the words of the text.
+
+    Notes
+    -----
+    The positions of the nodes are those of the text.
+    """
+    tokens = _tokens(text, why_not)
+    _check_names(tokens, why_not)
+    _check_order(tokens)
+    # Numbers pass as Python prints them, so that 017 is 17 and no integer is ever too long.
+    words = [repr(float(t.text)) if t.kind == 'number' else t.text for t in tokens]
+    source = ' '.join(words)
+    try:
+        with _ONE_AT_A_TIME:
+            tree = ast.parse(source, mode='eval').body
+    except (SyntaxError, RecursionError, MemoryError):
+        raise ExpressionError(f'cannot be read as an expression: {_short(text)}') from None
+    starts, ends = _places(tokens, words)
+    for node in postorder(tree):
+        node.col_offset = starts[node.col_offset]
+        node.end_col_offset = ends[node.end_col_offset or 0]
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            wanted = ARGUMENTS_OF[node.func.id]
+            if len(node.args) != wanted:
+                plural = 's' if wanted > 1 else ''
+                raise ExpressionError(
+                    f'{node.func.id}() takes {wanted} argument{plural}, not {len(node.args)}'
+                )
+    return tree
+
+
+def _places(tokens: list[Token], words: list[str]) -> tuple[dict[int, int], dict[int, int]]:
+    # From where words begin and end in the parsed source to where they do in the text.
+    starts, ends = {}, {}
+    at = 0
+    for token, word in zip(tokens, words, strict=True):
+        starts[at] = token.start
+        ends[at + len(word)] = token.end
+        at += len(word) + 1
+    return starts, ends
+
+
+def operands_of(node: ast.expr) -> tuple[ast.expr, ...]:
+    """Return the parts of a node that have a value, left to right."""
+    match node:
+        case ast.UnaryOp():
+            return (node.operand,)
+        case ast.BinOp():
+            return (node.left, node.right)
+        case ast.Call():
+            return tuple(node.args)
+    return ()
+
+
+def postorder(tree: ast.expr) -> Iterator[ast.expr]:
+    """Yield every node of a tree after its operands, without recursion."""
+    stack = [(tree, False)]
+    while stack:
+        node, operands_done = stack.pop()
+        if operands_done:
+            yield node
+        else:
+            stack.append((node, True))
+            stack.extend((operand, False) for operand in reversed(operands_of(node)))
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 40 else f'{text[:37]}...'
+
+
+def _tokens(text: str, why_not: WhyNot) -> list[Token]:
+    if len(text) > MAX_CHARACTERS:
+        raise ExpressionError(f'too long: {len(text)} characters (at most {MAX_CHARACTERS})')
+    if SEXAGESIMAL.fullmatch(text.strip()):
+        raise ExpressionError(f"'{text.strip()}' is text, not a number: write 90 or 1.5 for 1:30")
+    tokens: list[Token] = []
+    position, end = 0, len(text.rstrip())
+    while position < end:
+        found = TOKEN.match(text, position)
+        if found is None or found.lastgroup is None:
+            raise ExpressionError(_strange(text[position:end].lstrip()[0]))
+        kind = found.lastgroup
+        token = Token(kind, found[kind], found.start(kind), found.end())
+        _check_token(token)
+        if tokens and tokens[-1].end == token.start:
+            _check_touching(tokens[-1], token, text, why_not)
+        tokens.append(token)
+        position = token.end
+    if not tokens:
+        raise ExpressionError('expected a number or an expression, not an empty text')
+    return tokens
+
+
+def _strange(character: str) -> str:
+    if not character.isascii():
+        return f'character {character!r} is not ASCII: write names in the letters a to z'
+    return f'unexpected character {character!r} (accepted: numbers, names, + - * / ( ) ,)'
+
+
+def _check_token(token: Token) -> None:
+    if token.text == '**':
+        raise ExpressionError("'**' is not accepted: write x*x for a square")
+    if token.text == '//':
+        raise ExpressionError("'//' is not accepted: write / to divide")
+    if token.kind == 'number' and float(token.text) == float('inf'):
+        raise ExpressionError(f'{_short(token.text)} is too large: not a finite number')
+
+
+def _check_touching(before: Token, token: Token, text: str, why_not: WhyNot) -> None:
+    # 2q1, but also 0x10, 1_0, 1j and 1.2.3, which begin with a number.
+    if before.kind != 'number' or token.kind == 'operator':
+        return
+    word = text[before.start :].split()[0]
+    advice = 'write decimal digits'
+    if token.kind == 'name' and why_not(token.text) is None:
+        advice = f'write {before.text}*{token.text} for a product'
+    raise ExpressionError(f"'{_short(word)}' is not a number: {advice}")
+
+
+def _check_names(tokens: list[Token], why_not: WhyNot) -> None:
+    for token, following in zip(tokens, [*tokens[1:], None], strict=True):
+        if token.kind != 'name':
+            continue
+        called = following is not None and following.text == '('
+        if token.text in ARGUMENTS_OF:
+            if not called:
+                raise ExpressionError(f"'{token.text}' is a function: write {token.text}(...)")
+            continue
+        reason = why_not(token.text)
+        if called:
+            if reason is None:
+                raise ExpressionError(
+                    f"'{token.text}' is not a function: write {token.text}*(...) for a product"
+                )
+            known = ', '.join(ARGUMENTS_OF)
+            raise ExpressionError(f"unknown function '{token.text}' (known: {known})")
+        if reason is not None:
+            raise ExpressionError(reason)
+
+
+def _check_order(tokens: list[Token]) -> None:
+    # Operands and operators take turns; `open_calls` remembers which parentheses may hold commas.
+    open_calls: list[bool] = []
+    before: Token | None = None
+    for token in tokens:
+        operand_next = before is None or before.text in '+-*/(,' or before.text in ARGUMENTS_OF
+        if token.text == '(':
+            called = before is not None and before.text in ARGUMENTS_OF
+            if not operand_next:
+                raise ExpressionError(_missing_operator(before, token))
+            open_calls.append(called)
+            if len(open_calls) > MAX_DEPTH:
+                raise ExpressionError(f'nested too deeply (at most {MAX_DEPTH} parentheses)')
+        elif token.kind != 'operator':
+            if not operand_next:
+                raise ExpressionError(_missing_operator(before, token))
+        elif operand_next and token.text not in '+-':
+            raise ExpressionError(f"'{token.text}' where a number or a name is expected")
+        elif token.text == ')':
+            if not open_calls:
+                raise ExpressionError("')' without '('")
+            open_calls.pop()
+        elif token.text == ',' and not (open_calls and open_calls[-1]):
+            raise ExpressionError("',' is accepted only between the arguments of a function")
+        before = token
+    assert before is not None  # an empty text has been refused
+    if before.text in '+-*/(,':
+        raise ExpressionError(f"ends after '{before.text}'")
+    if open_calls:
+        raise ExpressionError("'(' is never closed")
+
+
+def _missing_operator(before: Token | None, token: Token) -> str:
+    left = before.text if before else ''
+    return f"an operator is missing between '{left}' and '{token.text}'"

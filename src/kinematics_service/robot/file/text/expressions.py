@@ -1,0 +1,247 @@
+"""
+Expressions of a robot file: numbers, names, + - * / ( ), sqrt, sin, cos, atan2; never evaluated.
+
+`expression_syntax` turns a text into a tree that holds nothing else; this file says what the
+tree is worth.
+"""
+
+import ast
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from ....errors import ExpressionError
+from .expression_syntax import names_in, operands_of, postorder, syntax_tree
+from .pi_in_degrees import advice_on_pi
+
+MOST_LISTED = 20  # names in a message
+
+
+@dataclass(frozen=True)
+class Affine:
+    """
+    A constant plus a linear combination of joint variables.
+
+    Parameters
+    ----------
+    constant
+    coefficients : pairs (variable, factor)
+        In the order of the joints; no factor is 0.
+    """
+
+    constant: float
+    coefficients: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True)
+class Expression:
+    """An expression as the file writes it, and what it says in rad and m."""
+
+    text: str
+    affine: Affine
+
+
+@dataclass(frozen=True)
+class Scope:
+    """
+    What the names of an expression mean at one place of a file.
+
+    Parameters
+    ----------
+    angle_unit
+        'rad' or 'deg': of the trigonometric functions. `pi` is accepted in radians only.
+    constants
+        Values in the file's units.
+    variables
+        Joint variables that may stand here, in the order of the joints.
+    refused
+        Names the file does know, and why they may not stand here.
+    angles
+        Those of the variables that are angles.
+    wanted
+        1 where an angle is expected, 0 for a length or a ratio, None where either may stand.
+    """
+
+    angle_unit: str = 'rad'
+    constants: Mapping[str, float] = field(default_factory=dict)
+    variables: tuple[str, ...] = ()
+    refused: Mapping[str, str] = field(default_factory=dict)
+    angles: frozenset[str] = frozenset()
+    wanted: int | None = None
+
+    @property
+    def known(self) -> tuple[str, ...]:
+        """Return every accepted name, functions aside."""
+        pi = ('pi',) if self.angle_unit == 'rad' else ()
+        return (*pi, *self.constants, *self.variables)
+
+    def why_not(self, name: str) -> str | None:
+        """Return why a name may not stand here, or None where it may."""
+        if name in self.known or name == 'pi':
+            return None  # where pi is not accepted, the whole expression tells what to write
+        return self.refused.get(name) or (
+            f'unknown name {_short(name)!r} (known: {_listed(self.known)})'
+        )
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= 40 else f'{name[:37]}...'
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = [f'and {len(names) - MOST_LISTED} more'] if len(names) > MOST_LISTED else []
+    return ', '.join([*map(_short, names[:MOST_LISTED]), *more]) or 'none'
+
+
+class _NotLinearError(ExpressionError):
+    pass
+
+
+def parse_affine(text: str, scope: Scope) -> Affine:
+    """
+    Return what an expression says, in the file's units.
+
+    Raises
+    ------
+    ExpressionError
+        With the reason: syntax, unknown name, not linear in the joint variables, not finite.
+    """
+    value = _value(text, scope, must_be_linear=True)
+    assert value is not None  # only a nonlinear expression has no value
+    return value
+
+
+def check_function(text: str, scope: Scope) -> None:
+    """
+    Check an expression that may be nonlinear in the joint variables, such as a singular factor.
+
+    Raises
+    ------
+    ExpressionError
+        With the reason: syntax, unknown name, or a constant part that is not finite.
+    """
+    _value(text, scope, must_be_linear=False)
+
+
+def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
+    # A machine with a stack instead of recursion: no nesting can exhaust it.
+    values: list[Affine | None] = []
+    tree = syntax_tree(text, scope.why_not)
+    if scope.angle_unit == 'deg' and 'pi' in names_in(text):
+        raise ExpressionError(advice_on_pi(text, tree, scope.angles, scope.wanted))
+    for node in postorder(tree):
+        first = len(values) - len(operands_of(node))
+        taken, values = values[first:], values[:first]
+        operands = [value for value in taken if value is not None]
+        if len(operands) < len(taken):
+            _check_divisor(node, taken)
+            values.append(None)
+            continue
+        try:
+            values.append(_finite(_combined(node, operands, scope), scope))
+        except _NotLinearError:
+            if must_be_linear:
+                raise
+            values.append(None)
+    return values[0]
+
+
+def _check_divisor(node: ast.expr, operands: list[Affine | None]) -> None:
+    divides = isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div)
+    if divides and operands[1] == Affine(0.0, ()):
+        raise ExpressionError('division by zero')
+
+
+def _combined(node: ast.expr, operands: list[Affine], scope: Scope) -> Affine:
+    match node:
+        case ast.Constant(value=float(number)):
+            return Affine(number, ())
+        case ast.Name(id=name):
+            return _named(name, scope)
+        case ast.UnaryOp(op=ast.UAdd()):
+            return operands[0]
+        case ast.UnaryOp(op=ast.USub()):
+            return _scaled(operands[0], -1.0)
+        case ast.BinOp(op=ast.Add()):
+            return _sum(operands[0], operands[1])
+        case ast.BinOp(op=ast.Sub()):
+            return _sum(operands[0], _scaled(operands[1], -1.0))
+        case ast.BinOp(op=ast.Mult()):
+            return _product(operands[0], operands[1])
+        case ast.BinOp(op=ast.Div()):
+            return _quotient(operands[0], operands[1])
+        case ast.Call(func=ast.Name(id=name)):
+            return _called(name, operands, scope)
+    raise ExpressionError(f'{type(node).__name__} is not accepted in an expression')
+
+
+def _named(name: str, scope: Scope) -> Affine:
+    if name in scope.variables:
+        return Affine(0.0, ((name, 1.0),))
+    return Affine(math.pi if name == 'pi' else scope.constants[name], ())
+
+
+def _scaled(value: Affine, factor: float) -> Affine:
+    return Affine(value.constant * factor, tuple((n, c * factor) for n, c in value.coefficients))
+
+
+def _sum(one: Affine, other: Affine) -> Affine:
+    coefficients = dict(one.coefficients)
+    for name, coefficient in other.coefficients:
+        coefficients[name] = coefficients.get(name, 0.0) + coefficient
+    return Affine(one.constant + other.constant, tuple(coefficients.items()))
+
+
+def _product(one: Affine, other: Affine) -> Affine:
+    if one.coefficients and other.coefficients:
+        raise _not_linear(f'{_names(one)} is multiplied by {_names(other)}')
+    return _scaled(other, one.constant) if other.coefficients else _scaled(one, other.constant)
+
+
+def _quotient(one: Affine, other: Affine) -> Affine:
+    if other.coefficients:
+        raise _not_linear(f'division by {_names(other)}')
+    if other.constant == 0.0:
+        raise ExpressionError('division by zero')
+    divisor = other.constant
+    # Divided, not multiplied by the reciprocal, which would round twice.
+    coefficients = tuple((name, value / divisor) for name, value in one.coefficients)
+    return Affine(one.constant / divisor, coefficients)
+
+
+def _called(name: str, operands: list[Affine], scope: Scope) -> Affine:
+    for operand in operands:
+        if operand.coefficients:
+            raise _not_linear(f'{_names(operand)} stands inside {name}()')
+    arguments = [operand.constant for operand in operands]
+    if name == 'sqrt' and arguments[0] < 0.0:
+        raise ExpressionError(f'square root of a negative number, {arguments[0]:g}')
+    return Affine(_FUNCTIONS[scope.angle_unit][name](*arguments), ())
+
+
+_FUNCTIONS: dict[str, dict[str, Callable[..., float]]] = {
+    'rad': {'sqrt': math.sqrt, 'sin': math.sin, 'cos': math.cos, 'atan2': math.atan2},
+    'deg': {
+        'sqrt': math.sqrt,
+        'sin': lambda angle: math.sin(math.radians(angle)),
+        'cos': lambda angle: math.cos(math.radians(angle)),
+        'atan2': lambda y, x: math.degrees(math.atan2(y, x)),
+    },
+}
+
+
+def _not_linear(reason: str) -> _NotLinearError:
+    return _NotLinearError(f'not linear in the joint variables: {reason}')
+
+
+def _names(value: Affine) -> str:
+    return ' and '.join(name for name, _ in value.coefficients)
+
+
+def _finite(value: Affine, scope: Scope) -> Affine:
+    if not all(map(math.isfinite, (value.constant, *(c for _, c in value.coefficients)))):
+        raise ExpressionError('the result is too large: not a finite number')
+    order = {name: index for index, name in enumerate(scope.variables)}
+    kept = ((name, c) for name, c in value.coefficients if c != 0.0)
+    # + 0.0 turns -0.0 into 0.0.
+    return Affine(value.constant + 0.0, tuple(sorted(kept, key=lambda pair: order[pair[0]])))

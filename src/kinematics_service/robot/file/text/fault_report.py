@@ -1,0 +1,122 @@
+"""What is wrong, and what is remarkable, in one robot file, gathered while it is read."""
+
+import math
+from typing import Any
+
+from ....errors import Fault, RobotFileError
+from .expression_syntax import IDENTIFIER
+from .yaml_document import Document, ListNode, Path, ScalarNode
+
+MAX_FAULTS = 100  # more are noise, and a hostile file could have thousands
+
+
+def dotted(path: Path) -> str:
+    """Return a path as the messages print it: `links[2].alpha`."""
+    text = ''
+    for step in path:
+        if isinstance(step, int):
+            text += f'[{step}]'
+        elif IDENTIFIER.fullmatch(step) and len(step) <= 60:
+            text += f'.{step}' if text else step
+        else:
+            text += f'[{quoted(step)}]' if text else quoted(step)
+    return text
+
+
+def quoted(text: str) -> str:
+    """
+    Return a text of the file in quotes, cut to 60 characters, control characters spelled out.
+    """
+    return repr(text if len(text) <= 60 else f'{text[:57]}...')
+
+
+def shown(value: Any) -> str:
+    """Return what stands at some place of the file, for messages."""
+    if isinstance(value, dict):
+        return 'a mapping'
+    if isinstance(value, (list, ListNode)):
+        return 'a list'
+    if isinstance(value, ScalarNode):
+        return quoted(value.text) if value.text or value.quoted else 'nothing'
+    return quoted(str(value))
+
+
+def number(value: float) -> str:
+    """Return a number as a person would write it."""
+    return f'{value:.6g}' if math.isfinite(value) else str(value)
+
+
+class FaultReport:
+    """The faults, warnings and remarks of one document; it only ever grows."""
+
+    def __init__(self, document: Document) -> None:
+        self._document = document
+        self._faults: list[Fault] = []
+        self._count = 0
+        self._warnings: list[Fault] = []
+        self._remarks: list[tuple[int, str]] = []
+        for path, line, message in document.faults():
+            self._add(path, line, message)
+
+    @property
+    def fault_count(self) -> int:
+        """Return the number of faults so far: a part that added none has been read whole."""
+        return self._count
+
+    @property
+    def full(self) -> bool:
+        """Return whether no further fault will be listed."""
+        return self._count >= MAX_FAULTS
+
+    def fault(self, path: Path, message: str) -> None:
+        """Add what is wrong at a path."""
+        # Finding a line takes time, which a file with thousands of faults could multiply.
+        self._add(path, 0 if self.full else self._document.line(path), message)
+
+    def warn(self, path: Path, message: str) -> None:
+        """Add what is allowed at a path but is most likely a mistake."""
+        if len(self._warnings) < MAX_FAULTS:
+            line = self._document.line(path)
+            self._warnings.append(Fault(self._document.file, line, dotted(path), message))
+
+    def warnings(self) -> tuple[Fault, ...]:
+        """Return the warnings in the order of the file."""
+        return tuple(sorted(self._warnings, key=lambda warning: warning.line))
+
+    def line(self, path: Path) -> int:
+        """Return the line on which a path begins."""
+        return self._document.line(path)
+
+    def remark(self, path: Path, sentence: str) -> None:
+        """Add what is worth knowing of a path."""
+        line = self._document.line(path)
+        self._remarks.append((line, f'line {line}: {dotted(path)}: {sentence}'))
+
+    def remarks(self) -> tuple[str, ...]:
+        """Return the remarks in the order of the file."""
+        return tuple(sentence for _, sentence in sorted(self._remarks, key=lambda pair: pair[0]))
+
+    def raise_faults(self) -> None:
+        """
+        Raise all faults in the order of the file, if there are any.
+
+        Raises
+        ------
+        RobotFileError
+            With one line a fault.
+        """
+        if not self._faults:
+            return
+        faults = sorted(self._faults, key=lambda fault: fault.line)
+        if self._count > MAX_FAULTS:
+            file, more = (
+                self._document.file,
+                f'{self._count - MAX_FAULTS} more faults are not listed',
+            )
+            faults.append(Fault(file, 0, '', more))
+        raise RobotFileError(faults)
+
+    def _add(self, path: Path, line: int, message: str) -> None:
+        self._count += 1
+        if self._count <= MAX_FAULTS:
+            self._faults.append(Fault(self._document.file, line, dotted(path), message))

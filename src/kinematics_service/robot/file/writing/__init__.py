@@ -1,0 +1,1 @@
+"""Robot files written: new ones, and sections set into those that are there."""

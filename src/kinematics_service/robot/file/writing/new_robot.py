@@ -1,0 +1,212 @@
+"""
+The text of a new robot file: an arm to begin with, and comments that say what each part means.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+from ..parts.convention_table import CONVENTIONS, Convention, RowKind
+from ..parts.description import AngleUnit
+from ..parts.quantities import Units
+
+MOST_JOINTS = 12
+WIDTH = 6  # of a cell of the table
+
+
+class _Link(NamedTuple):
+    # From one joint's axis to the next, as a standard row has it: m, quarter turns, m.
+    a: float
+    alpha: int
+    d: float
+
+
+# Arms with up to six joints: planar, anthropomorphic, with a wrist that bends and turns.
+SMALL: dict[int, tuple[_Link, ...]] = {
+    1: (_Link(0.3, 0, 0),),
+    2: (_Link(0.3, 0, 0), _Link(0.25, 0, 0)),
+    3: (_Link(0, 1, 0.4), _Link(0.35, 0, 0), _Link(0.3, 0, 0)),
+    4: (_Link(0, 1, 0.4), _Link(0.35, 0, 0), _Link(0.3, 0, 0), _Link(0.1, 0, 0)),
+    5: (_Link(0, 1, 0.4), _Link(0.35, 0, 0), _Link(0.3, 0, 0), _Link(0, 1, 0), _Link(0, 0, 0.1)),
+    6: (
+        _Link(0, 1, 0.4),
+        _Link(0.35, 0, 0),
+        _Link(0, 1, 0),
+        _Link(0, -1, 0.3),
+        _Link(0, 1, 0),
+        _Link(0, 0, 0.1),
+    ),
+}
+
+
+def _holds(convention: Convention) -> bool:
+    # The example arm has theta, d, a and alpha in each link.
+    before, after = convention.before_joint, convention.after_joint
+    return not convention.product or (
+        {'a', 'alpha', 'd', 'theta'} <= set(convention.quantities) and not (before and after)
+    )
+
+
+# The conventions in which the example arm can be written.
+NEW_CONVENTIONS = tuple(
+    convention.name for convention in CONVENTIONS.values() if _holds(convention)
+)
+
+
+def new_robot_text(name: str, dof: int, convention: str, units: Units) -> str:
+    """
+    Return the text of a robot file with so many revolute joints, ready for `check`.
+
+    Parameters
+    ----------
+    name
+        Of the robot: letters, digits, underscores.
+    dof
+        Number of joints, 1 to MOST_JOINTS.
+    convention
+        How its table is written, of NEW_CONVENTIONS; the arm is the same in each.
+    units
+        Of its numbers.
+    """
+    links = _links(dof)
+    written = CONVENTIONS[convention]
+    rows = '\n'.join(f'  - {row}' for row in WRITERS[written.rows](links, written, units))
+    return f"""\
+# {name}: a robot file of kinematics_service.  One file is one arm, base to tool.
+# The numbers are those of an example arm: replace them by yours, then
+#   python -m kinematics_service check {name}.yaml
+# A number may be an expression: + - * / ( ), sqrt, sin, cos, atan2{PI[units.angle]}, constants.
+robot: {name}
+# Where the numbers come from: datasheet, page, or your own ruler.
+source: "example numbers, to be replaced by those of a datasheet or a drawing"
+convention: {convention}
+units: {{angle: {units.angle}, length: {units.length}}}    # of every number in this file
+# Names for numbers that stand in several places:
+# constants: {{L1: {_length(0.35, units)}}}
+
+# The actuated joints, in the order of the Jacobian's columns.
+#   name      as your driver publishes it in joint_states
+#   variable  what the table below calls it (without it: the name)
+#   type      revolute turns; prismatic slides and stands in d; helical does both
+#   limits    the joint's own range; without them it turns for ever
+#   velocity  the joint's largest speed, a second
+joints:
+{_joints(dof, units)}
+
+{written.notes or f'# The table.  {written.formula}'}
+links:
+{rows}
+
+# base: where the table begins, in the frame of the poses.  tool: the tool, in the last frame.
+# xyz is a position; rpy are roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll).
+base: {{frame: base_link, xyz: [0, 0, 0], rpy: [0, 0, 0]}}
+tool: {{frame: tool0, xyz: [0, 0, 0], rpy: [0, 0, 0]}}
+
+# Poses you know from elsewhere: the teach pendant, a drawing, a tape measure.  check compares them
+# with the table, which is how a wrong sign is found.  Without rpy the position alone is compared.
+# known_poses:
+#   - {_known_pose(links, units)}
+"""
+
+
+PI: dict[AngleUnit, str] = {'rad': ', pi', 'deg': ''}
+
+
+def _links(dof: int) -> tuple[_Link, ...]:
+    if dof in SMALL:
+        return SMALL[dof]
+    # Shoulder, elbow, wrist and so on: an axis along the arm, then one across it.
+    arm = [_Link(0, 1 if i % 4 else -1, 0.3 if i % 2 == 0 else 0) for i in range(dof - 1)]
+    return (*arm, _Link(0, 0, 0.1))
+
+
+def _joints(dof: int, units: Units) -> str:
+    limits = '-180, 180' if units.angle == 'deg' else '-pi, pi'
+    speed = 90 if units.angle == 'deg' else 1.5
+    lines = (
+        f'  - {{name: joint_{i}, variable: q{i}, type: revolute, limits: [{limits}], '
+        f'velocity: {speed}}}'
+        for i in range(1, dof + 1)
+    )
+    return '\n'.join(lines)
+
+
+def _length(metres: float, units: Units) -> str:
+    return f'{metres * 1000.0:.6g}' if units.length == 'mm' else f'{metres:.6g}'
+
+
+def _angle(quarters: int, units: Units) -> str:
+    if units.angle == 'deg':
+        return str(90 * quarters)
+    return {-1: '-pi/2', 0: '0', 1: 'pi/2'}[quarters]
+
+
+def _quantities(links: Sequence[_Link], convention: Convention, units: Units) -> Iterator[str]:
+    # What stands before the joint in a row belongs to the link before.
+    late = bool(convention.before_joint)
+    before = _Link(0, 0, 0)
+    for i, link in enumerate(links, 1):
+        shown = before if late else link
+        yield _dh_row(convention, shown._replace(d=link.d), f'q{i}', units)
+        before = link
+    if late and (before.a or before.alpha):
+        yield _dh_row(convention, before._replace(d=0), '0', units)
+
+
+def _dh_row(convention: Convention, link: _Link, theta: str, units: Units) -> str:
+    texts = {
+        **{motion.quantity: '0' for motion in convention.motions},
+        'a': _length(link.a, units),
+        'alpha': _angle(link.alpha, units),
+        'd': _length(link.d, units),
+        'theta': theta,
+    }
+    *cells, last = convention.quantities
+    columns = ' '.join(f'{name}: {texts[name] + ",":{WIDTH}}' for name in cells)
+    return f'{{{columns} {last}: {texts[last]}}}'
+
+
+def _elementary(links: Sequence[_Link], _: Convention, units: Units) -> Iterator[str]:
+    for i, link in enumerate(links, 1):
+        yield f'Rz(q{i})'
+        if link.d:
+            yield f'Tz({_length(link.d, units)})'
+        if link.a:
+            yield f'Tx({_length(link.a, units)})'
+        if link.alpha:
+            yield f'Rx({_angle(link.alpha, units)})'
+
+
+def _shape(links: Sequence[_Link], _: Convention, units: Units) -> Iterator[str]:
+    # What follows a joint in the standard table is the way to the next one here.
+    way = ''
+    for i, link in enumerate(links, 1):
+        yield f'{{{way}joint: Rz(q{i})}}'
+        xyz = f'[{_length(link.a, units)}, 0, {_length(link.d, units)}]'
+        way = f'in: {{xyz: {xyz}, rpy: [{_angle(link.alpha, units)}, 0, 0]}}, '
+    yield f'{{{way.removesuffix(", ")}}}'
+
+
+WRITERS: dict[RowKind, Callable[[Sequence[_Link], Convention, Units], Iterator[str]]] = {
+    'quantities': _quantities,
+    'motion': _elementary,
+    'shape': _shape,
+}
+
+
+def _known_pose(links: Sequence[_Link], units: Units) -> str:
+    # With every joint at zero the axes lie in one plane, turned by whole quarters about x.
+    x = y = z = 0.0
+    quarters = 0
+    for link in links:
+        turn = quarters * math.pi / 2.0
+        x += link.a
+        y -= link.d * round(math.sin(turn))
+        z += link.d * round(math.cos(turn))
+        quarters += link.alpha
+    xyz = ', '.join(_length(value + 0.0, units) for value in (x, y, z))
+    # From -1 to 2 quarters, as roll angles are told.
+    quarters = (quarters + 1) % 4 - 1
+    roll = {2: '180' if units.angle == 'deg' else 'pi'}.get(quarters) or _angle(quarters, units)
+    zeros = ', '.join('0' for _ in links)
+    return f'{{q: [{zeros}], xyz: [{xyz}], rpy: [{roll}, 0, 0]}}'

@@ -1,0 +1,185 @@
+"""
+Sections of a robot file replaced, everything else of its text kept.
+
+The YAML is parsed only for where its sections stand. The caller reads the result again.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import yaml
+from yaml import MappingNode
+
+from ....errors import RobotFileWriteError
+from ..parts.description import (
+    IDENTITY,
+    DhRow,
+    ElementaryMotion,
+    Factor,
+    Link,
+    Placement,
+    PointDescription,
+    RigidMotion,
+    RobotDescription,
+)
+from ..parts.tolerances import GEAR, kind_of
+from ..text.yaml_reader import LOADER
+from .writer import BOM, last_line, scalar
+
+
+def with_sections(
+    text: str, sections: Mapping[str, Sequence[str] | None], header: Sequence[str] = ()
+) -> str:
+    """
+    Return the text of a robot file with some of its sections replaced.
+
+    Parameters
+    ----------
+    text
+        A valid robot file.
+    sections
+        Lines by key of the file, the key's own first; None: it is left out. New ones come last.
+    header
+        Comment lines that begin the file.
+
+    Raises
+    ------
+    RobotFileWriteError
+        The whole file is one mapping in braces.
+    """
+    text = text.removeprefix(BOM)
+    root = yaml.compose(text, Loader=LOADER)
+    assert isinstance(root, MappingNode)  # valid robot files are mappings
+    if root.flow_style:
+        raise RobotFileWriteError('the file is written in braces: write its keys as lines first')
+    lines = text.splitlines()
+    found = {key.value: (key.start_mark.line, last_line(value)) for key, value in root.value}
+    kept: list[str] = [*header]
+    k = 0
+    begins = {found[key][0]: key for key in sections if key in found}
+    while k < len(lines):
+        key = begins.get(k)
+        if key is None:
+            kept.append(lines[k])
+            k += 1
+            continue
+        kept += sections[key] or ()
+        k = found[key][1] + 1
+    for key, own in sections.items():
+        if key not in found:
+            kept += own or ()
+    return '\n'.join([*kept, ''])
+
+
+def singularity_section(text: str, factors: Sequence[Factor]) -> list[str] | None:
+    """
+    Return the lines of the section `singularity` with these factors instead of its own.
+
+    None if nothing is left of it.
+    """
+    lines = _entries(text, 'singularity', ('factors',))
+    if factors:
+        lines.append('  factors:')
+    for one in factors:
+        approximate = ', approximate: true' if one.approximate else ''
+        entry = f'name: {scalar(one.name)}, expression: {scalar(one.text)}{approximate}'
+        lines.append(f'    - {{{entry}}}')
+    return ['singularity:', *lines] if lines else None
+
+
+def constants_section(text: str, without: Sequence[str]) -> list[str] | None:
+    """Return the lines of the section `constants` without some of them; None if none is left."""
+    lines = _entries(text, 'constants', without)
+    return ['constants:', *lines] if lines else None
+
+
+def _entries(text: str, section: str, without: Sequence[str]) -> list[str]:
+    # The entries of a section, a line each, without those of some keys.
+    plain = text.removeprefix(BOM)
+    root = yaml.compose(plain, Loader=LOADER)
+    assert isinstance(root, MappingNode)
+    value = next((value for key, value in root.value if key.value == section), None)
+    if not isinstance(value, MappingNode):
+        return []
+    return [
+        f'  {plain[key.start_mark.index : item.end_mark.index].rstrip()}'
+        for key, item in value.value
+        if key.value not in without
+    ]
+
+
+def links_section(links: Sequence[Link]) -> list[str]:
+    """Return the lines of a table."""
+    return ['links:', *(f'  - {_link(link)}' for link in links)]
+
+
+def placement_section(key: str, placement: Placement, note: str = '') -> list[str]:
+    """Return the line of a base or tool, with a comment."""
+    pose = _motion(placement.motion).removeprefix('{')
+    comment = f'  # {note}' if note else ''
+    return [f'{key}: {{frame: {scalar(placement.frame)}, {pose}{comment}']
+
+
+def points_section(points: Sequence[PointDescription]) -> list[str]:
+    """Return the lines of the points of an arm."""
+    return [
+        'points:',
+        *(
+            f'  {scalar(one.name)}: {{row: {one.row}, {_motion(one.motion).removeprefix("{")}'
+            for one in points
+        ),
+    ]
+
+
+def tolerances_section(description: RobotDescription) -> list[str]:
+    """Return the line of what the numbers of a table may be off by; none if nothing is said."""
+    given = description.tolerances
+    scales = {
+        'angle': 180.0 / math.pi if description.angle_unit == 'deg' else 1.0,
+        'length': 1e3 if description.length_unit == 'mm' else 1.0,
+    }
+    parts = [
+        f'{key}: {_number(value * scales.get(key, 1.0))}'
+        for key, value in (('length', given.length), ('angle', given.angle), (GEAR, given.gear))
+        if value is not None
+    ]
+    named = [
+        f'{name}: {_number(value * scales.get(kind_of(name) or "", 1.0))}'
+        for name, value in given.named
+    ]
+    if named:
+        parts.append(f'of: {{{", ".join(named)}}}')
+    return [f'tolerance: {{{", ".join(parts)}}}'] if parts else []
+
+
+def _number(value: float) -> str:
+    # Of a standard deviation nine digits are more than enough, and hide what units leave.
+    return f'{value:.9g}'
+
+
+def _link(link: Link) -> str:
+    if isinstance(link, DhRow):
+        cells = (f'{name}: {scalar(link[name].text)}' for name in link.names)
+        return f'{{{", ".join(cells)}}}'
+    if isinstance(link, ElementaryMotion):
+        return _elementary(link)
+    parts = []
+    if link.inner != IDENTITY or (link.joint is None and link.outer == IDENTITY):
+        parts.append(f'in: {_motion(link.inner)}')
+    if link.joint is not None:
+        parts.append(f'joint: {_elementary(link.joint)}')
+    if link.outer != IDENTITY:
+        parts.append(f'out: {_motion(link.outer)}')
+    return f'{{{", ".join(parts)}}}'
+
+
+def _elementary(motion: ElementaryMotion) -> str:
+    return scalar(f'{motion.axis}({motion.argument.text})')
+
+
+def _motion(motion: RigidMotion) -> str:
+    texts = [scalar(text) for text in motion.texts]
+    if len(texts) == 6:
+        return f'{{xyz: [{", ".join(texts[:3])}], rpy: [{", ".join(texts[3:])}]}}'
+    rows = (f'[{", ".join(texts[k : k + 4])}]' for k in range(0, 16, 4))
+    return f'[{", ".join(rows)}]'
