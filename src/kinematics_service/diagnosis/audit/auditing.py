@@ -1,7 +1,6 @@
 """One audit from the open file to the finished findings."""
 
 import math
-import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
@@ -66,8 +65,6 @@ class Audit:
         can be checked between their points too.
     asked
         What is asked of plans.
-    phases : s
-        Times of the parts of the work.
     """
 
     robot: Robot
@@ -89,7 +86,6 @@ class Audit:
     trajectories: int = 0
     plans: Mapping[int, PlanCheck] = field(default_factory=dict)
     asked: PlanSettings = PlanSettings()
-    phases: dict[str, float] = field(default_factory=dict)
 
     @property
     def refused(self) -> dict[str, int]:
@@ -136,7 +132,6 @@ def audit(
         raise RecordingError(f'{file}: speeds are asked of plans, and this is a recording')
     settings = settings or EstimatorSettings()
     listener = listener or AuditProgress()
-    begin = time.perf_counter()
     ingest = Ingest(robot, Estimator(robot, settings))
     names = tuple(settings.joint_prefix + name for name in robot.joint_names)
     watch = StreamWatch(names)
@@ -155,8 +150,6 @@ def audit(
         timeline = computer.run(source.blocks, each)
     except NoStateError:
         raise RecordingError(_why_nothing(source, robot, ingest, names, tuple(heard))) from None
-    phases = {'reading and kinematics': time.perf_counter() - begin}
-    begin = time.perf_counter()
     stream = watch.stream()
     jump_count, jumps = jumps_of(robot, timeline)
     stretches = stretches_of(robot, timeline)
@@ -165,7 +158,6 @@ def audit(
     if track is not None:
         frames = frames_of(robot, track, timeline, frame_settings or FrameSettings())
     plans = checks_of(robot, source, settings.joint_prefix, asked, listener.progress)
-    phases['findings'] = time.perf_counter() - begin
     return Audit(
         robot=robot,
         file=file,
@@ -186,7 +178,6 @@ def audit(
         trajectories=len(source.plans),
         plans=plans,
         asked=asked,
-        phases=phases,
     )
 
 

@@ -12,10 +12,10 @@ from ...estimation.estimator import Estimator, EstimatorSettings
 from ...formats.recordings.block import UnreadableMessage
 from ...formats.recordings.columns import Column, StateTable
 from ...formats.recordings.open_file import TABLES, open_source
-from ...formats.recordings.source import MOST_POSES, PoseTrack, RecordingSource, Selection
+from ...formats.recordings.source import PoseTrack, RecordingSource, Selection
 from ...kernel import Floats
 from ...robot.robot import Robot
-from ..audit.frames import matched
+from ..audit.frames import chosen_poses, matched
 from ..audit.ingest import Ingest
 from ..audit.neighbourhoods import Neighbourhoods
 from ..frame_check.diagnosis import diagnose_frames
@@ -40,9 +40,9 @@ class MeasuredRecording:
     kind
         Of their orientations, as `PoseTrack` has it.
     stamps : shape (N,), s
-        Since the first pose.
+        Since the first pose of the file.
     motion
-        Joint positions (K, n) at times (K,), s since the first pose; None if there are too few.
+        Joint positions (K, n) at times (K,), s since then; None if there are too few.
     rates : shape (N, n), rad/s or m/s
         Joint velocities; zero where they are not known.
     remarks
@@ -142,24 +142,19 @@ def _joined(
     if not len(matching):
         reason = reason or 'there is no pose'
         raise CalibrationError(f'{file}: {track.name}: {reason}')
+    chosen = chosen_poses(track, found, use)
     total = track.total or len(track.stamps)
-    chosen = matching[np.unique(np.linspace(0, len(matching) - 1, MOST_POSES).astype(int))]
-    if len(chosen) < len(matching) or len(track.stamps) < total:
-        remarks = [*remarks, f'{len(chosen):,} of {total:,} poses are used, evenly spread']
-    zero = found.stamps[chosen[0]]
-    motion = None
-    stamps_of_poses = (found.stamps[chosen] - zero) * 1e-9
-    if len(found.states_at) > 1:
-        motion = (found.states_at - zero) * 1e-9, found.states
+    if len(chosen.rows) < len(matching) or len(track.stamps) < total:
+        remarks = [*remarks, f'{len(chosen.rows):,} of {total:,} poses are used, evenly spread']
     return MeasuredRecording(
         file,
         track.name,
-        found.q[chosen],
-        track.poses[found.poses[chosen]],
+        chosen.q,
+        chosen.poses,
         track.kind,
-        stamps_of_poses,
-        motion,
-        _rates(robot, motion, stamps_of_poses),
+        chosen.stamps,
+        chosen.motion,
+        _rates(robot, chosen.motion, chosen.stamps),
         (*remarks, *([reason] if reason else []), *track.doubts),
     )
 
