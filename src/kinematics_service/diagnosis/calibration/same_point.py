@@ -34,12 +34,14 @@ from ..frame_check.errors import MOST, length_in_words
 from ..frame_check.hypotheses import Hypothesis
 from .checking import (
     ALIKE,
-    DECISIVE,
+    DEGREES,
     LEAST,
     NO_CALIBRATION,
     Measured,
     check_different,
     explained_by_joints,
+    from_degrees,
+    refuse_mistake,
     rigid_positions,
     value_in_words,
 )
@@ -66,7 +68,7 @@ TOUCHES, STEPS, LONGEST_STEP = 1e-13, 60, 0.3
 # What remains of a scale, as a share of it, where nothing tells it.
 NO_SCALE = 1e-7
 # No joint (rad) turns farther: more is in degrees.
-DEGREES = 13.0
+FAR_TURNED = 13.0
 # Where a number is off by its deviation the squares that remain should grow by 1; if by this much
 # more, deviations of other numbers do not hold there.
 BENT = 3.0
@@ -406,15 +408,11 @@ def _check_touches(robot: Robot, touches: Touches, start: _Start) -> None:
     middle = float(np.median(start.distances))
     if middle < ALIKE:
         return
-    turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
-    joints = np.where(turning, np.radians(touches.q), touches.q)
-    left = float(np.median(_started(robot, joints, touches.point, free=True).distances))
+    left = _started(robot, from_degrees(robot, touches.q), touches.point, free=True).distances
     # Angles so small bring the tip to nearly one point, whatever was touched.
-    if left * DECISIVE < middle and np.max(np.abs(touches.q[:, turning]), initial=0.0) > DEGREES:
-        raise CalibrationError(
-            'the joint positions are in degrees, not radians: with that undone '
-            f'{length_in_words(left)} remain of {length_in_words(middle)} (medians)'
-        )
+    turning = [kind != 'prismatic' for kind in robot.joint_types]
+    if np.max(np.abs(touches.q[:, turning]), initial=0.0) > FAR_TURNED:
+        refuse_mistake(DEGREES, float(np.median(left)), middle)
     if middle > NO_CALIBRATION:
         raise CalibrationError(
             f'half of the touches are more than {length_in_words(middle)} from their points: no '
