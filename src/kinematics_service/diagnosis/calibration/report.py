@@ -50,7 +50,13 @@ def sentences_of(found: Calibration) -> Iterator[str]:
         )
     row = 'touch' if found.points else 'pose'
     noise = in_words(found.noise.position, found.noise.rotation, found.positions)
-    yield f'What the arm cannot explain is {noise} for each number of a {row}'
+    if found.noise_told:
+        yield f'What the arm cannot explain is {noise} for each number of a {row}'
+    else:
+        yield (
+            f'So few numbers do not tell the noise: {noise} for each number of a {row} is '
+            'assumed, and deviations are by that (--noise gives that of the instrument)'
+        )
     kind = kind_of(found)
     yield (
         f'These {kind} tell {found.known} directions of the {len(found.parameters)} parameters; '
