@@ -5,9 +5,10 @@ The style is page.css. Its colours are those of Okabe and Ito (2008), told apart
 colour vision, and lighter in the dark.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from importlib import resources
+from typing import Any, NamedTuple
 
 # Most rows of a table.
 MOST = 60
@@ -47,6 +48,21 @@ def facts(rows: Iterable[tuple[str, str]]) -> str:
     """Return a list of names and what each says; both are HTML already."""
     cells = ''.join(f'<dt>{name}</dt><dd>{value}</dd>' for name, value in rows)
     return f'<dl class="origin">{cells}</dl>\n'
+
+
+class Column(NamedTuple):
+    """A column: its header, the HTML of its cell for what a row is of, whether it is a number."""
+
+    header: str
+    cell: Callable[[Any], str]
+    number: bool = False
+
+
+def table_of(columns: Sequence[Column], found: Iterable[object]) -> str:
+    """Return a table with a row for each thing that was found."""
+    rows = ([column.cell(one) for column in columns] for one in found)
+    numbers = [k for k, column in enumerate(columns) if column.number]
+    return table([column.header for column in columns], rows, numbers)
 
 
 def table(headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int]) -> str:

@@ -13,7 +13,7 @@ import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.cli import calibrate as command
 from kinematics_service.cli import live_calibration
-from kinematics_service.diagnosis.calibration import calibration
+from kinematics_service.diagnosis.calibration import calibration_run
 from kinematics_service.diagnosis.calibration.collecting import CollectedPoses
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
 from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
@@ -618,7 +618,7 @@ def test_poses_heard_are_kept_where_their_calibration_is_refused(tmp_path, capsy
     assert code == 0
     assert not list(tmp_path.iterdir())
     with monkeypatch.context() as patch:
-        patch.setattr(calibration, 'calibrate', interrupted)
+        patch.setattr(calibration_run, 'calibrate', interrupted)
         code, _, err = heard(40)
     assert code == 130
     (file,) = tmp_path.iterdir()

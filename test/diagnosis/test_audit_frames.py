@@ -16,7 +16,7 @@ from kinematics_service.__main__ import main
 from kinematics_service.diagnosis.audit.auditing import audit
 from kinematics_service.diagnosis.audit.frames import FrameReport, NotCompared
 from kinematics_service.diagnosis.audit.neighbourhoods import AROUND, Neighbourhoods
-from kinematics_service.diagnosis.audit.smooth_motion import SmoothMotion
+from kinematics_service.diagnosis.audit.reported_velocities import SmoothMotion
 from kinematics_service.diagnosis.audit.verdict import verdict_of
 from kinematics_service.formats.recordings import bag_poses
 from kinematics_service.formats.recordings.block import Block

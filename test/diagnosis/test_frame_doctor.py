@@ -13,7 +13,9 @@ from recordings import motion, recorded
 from scipy.spatial.transform import Rotation
 
 import kinematics_service as ks
-from kinematics_service.diagnosis.frame_check import FramesError, PoseLimit, diagnose_frames
+from kinematics_service.diagnosis.frame_check.diagnosis import diagnose_frames
+from kinematics_service.diagnosis.frame_check.errors import PoseLimit
+from kinematics_service.errors import FramesError
 from kinematics_service.formats.recordings.pose_format import PoseFormat
 from kinematics_service.formats.recordings.tool_poses import PoseRows
 from kinematics_service.rigid_motion import EULER_ORDERS

@@ -6,10 +6,18 @@ import sys
 from datetime import datetime
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Optional
+from typing import Annotated, Optional
 
 import typer
 
+from ..diagnosis.audit.report.audit_runs import Outcome, Run, outcomes
+from ..diagnosis.audit.report.summary import print_summary
+from ..errors import KinematicsError
+from ..estimation.estimator import EstimatorSettings
+from ..formats.recordings.source import Selection
+from ..output_file import write_file
+from ..robot.measures import thresholds_for
+from ..robot.robot import Robot, with_singularity
 from .frame_options import (
     STOP,
     WARN,
@@ -23,10 +31,6 @@ from .frame_options import (
 from .options import OfOption, RobotOption, WrongUsage, ending_at, given_robot
 from .plan_options import given_plans
 from .recording_options import ColumnsOption, PrefixOption, TopicOption
-
-if TYPE_CHECKING:
-    from ..robot.robot import Robot
-    from .audit_runs import Outcome
 
 FAILURES = ('never', 'warn', 'stop', 'undecided', 'limits', 'speed', 'frames')
 
@@ -167,10 +171,6 @@ def audit(
     frames = given_frames(pose_gap, pose_warn, pose_stop)
     plans = given_plans(arm, failures, speed_limit, speed_of)
     form = given_format(pose_format)
-    from ..estimation.estimator import EstimatorSettings
-    from ..formats.recordings.source import Selection
-    from .audit_runs import Run, outcomes
-
     reading = Selection(arm, topic, pose_topic, columns, joint_prefix, form)
     settings = EstimatorSettings(joint_prefix, velocity_source.value, round(timeout * 1e9))
     date = datetime.now().astimezone().isoformat(' ', 'seconds')
@@ -212,13 +212,9 @@ def _failures(text: str | None) -> tuple[str, ...] | None:
     return wanted
 
 
-def _judged(robot: 'Robot', warn: float | None, stop: float | None) -> 'Robot':
+def _judged(robot: Robot, warn: float | None, stop: float | None) -> Robot:
     if warn is None and stop is None:
         return robot
-    from ..errors import KinematicsError
-    from ..robot.measures import thresholds_for
-    from ..robot.robot import with_singularity
-
     own = robot.thresholds
     try:
         thresholds = thresholds_for(
@@ -261,10 +257,7 @@ def _belongs_to(path: Path, recording: Path) -> bool:
     return any(part.exists() and path.samefile(part) for part in parts)
 
 
-def _report(outcome: 'Outcome', html: Path | None, json: Path | None) -> None:
-    from ..diagnosis.audit.report.summary import print_summary
-    from ..output_file import write_file
-
+def _report(outcome: Outcome, html: Path | None, json: Path | None) -> None:
     if outcome.summary is None:
         print(f'{outcome.error}', file=sys.stderr)
         return

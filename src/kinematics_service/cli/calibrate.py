@@ -2,17 +2,29 @@
 
 import math
 import re
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
-from datetime import datetime
+from contextlib import ExitStack, contextmanager
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Optional, TextIO
+from typing import Annotated, Optional, TextIO
 
 import typer
+from rich.console import Console
 
-from ..robot.bundled import find_robot_file
+from ..diagnosis.calibration.calibration_run import (
+    CalibratedPoses,
+    CalibrationRun,
+    Fitting,
+    Outputs,
+    write_proposal,
+    write_report,
+    write_robot_file,
+)
+from ..diagnosis.calibration.collecting import CollectedPoses
+from ..diagnosis.calibration.proposal import MOST
+from ..errors import CalibrationError, ParameterNotFoundError
+from ..formats.recordings.source import Selection
+from ..robot.file.parts.parameters import ENDS
 from .frame_options import LONGEST_GAP, FormatOption, GapOption, given_format, given_limit
 from .live_calibration import (
     POSES,
@@ -24,14 +36,6 @@ from .live_calibration import (
 )
 from .options import RobotOption, WrongUsage, given_robot, refuse_unwritable
 from .recording_options import ColumnsOption, PrefixOption, TopicOption
-
-if TYPE_CHECKING:
-    from ..diagnosis.calibration.calibration import Calibration
-    from ..diagnosis.calibration.collecting import CollectedPoses
-    from ..diagnosis.frame_check import PoseLimit
-    from ..formats.recordings.source import Selection
-    from ..kernel import Floats
-    from ..robot.robot import Robot
 
 HELP = """
 Identify the numbers of an arm from measured poses of its tool, and write its robot file.
@@ -101,8 +105,6 @@ OVERWRITTEN_BY_FORCE = ('--output', '--plan')
 DISTANCE = re.compile(r'([^,=]+),([^,=]+)=\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(mm|m)?')
 # No two points that an arm touches are farther apart, m.
 FARTHEST = 100.0
-# A joint as fast (rad/s, m/s) as this makes a lag matter.
-MOVING = 0.05
 
 
 class FramesChoice(str, Enum):
@@ -195,9 +197,10 @@ def calibrate(
     """Run the command; `HELP` is what its user reads."""
     plans = _plans(plan, propose)
     _check_outputs({'--output': output, '--html': html, '--json': json}, plans, files, force)
+    outputs = Outputs(output, html, json, plans, frames.value, anyway)
     arm = given_robot(robot)
     form = given_format(pose_format)
-    wanted = _Wanted(
+    fitting = Fitting(
         _fitted(fit),
         _words(fix),
         _words(own),
@@ -217,49 +220,42 @@ def calibrate(
         asked = (output, json, html, same_point)
         if propose is None or any(one is not None for one in asked):
             raise WrongUsage('give FILE with measured poses, or --propose N alone')
-        _propose(arm, propose, None, plans, form.kind == 'position', sys.stdout)
+        write_proposal(arm, propose, outputs, form.kind == 'position')
         return
     apart = _distances(distance)
     _check_files(files or [])
     if same_point is not None and propose is not None:
         raise WrongUsage('--propose is for measured poses, not for --same-point')
-    from ..formats.recordings.source import Selection
-
     reading = Selection(arm, topic, pose_topic, columns, joint_prefix, form)
-    report = sys.stderr if str(json) == '-' else sys.stdout
-    heard = None
-    if live is not None:
-        topics = LiveOptions(
-            topic or STATES, pose_topic or POSES, joint_prefix, live, propose or 1
-        )
-        with _parameters_known():
-            heard = _heard(arm, topics, wanted, report, context.obj)
-    kept = nullcontext() if heard is None else kept_when_refused(arm, heard.poses)
-    with _parameters_known(), kept:
+    run, heard = CalibrationRun(arm, fitting), None
+    with _parameters_known(), ExitStack() as kept:
+        if live is not None:
+            topics = LiveOptions(
+                topic or STATES, pose_topic or POSES, joint_prefix, live, propose or 1
+            )
+            heard = _heard(run, topics, outputs.stream, context.obj)
+            kept.enter_context(kept_when_refused(arm, heard))
         with _status() as tell:
             tell('reading')
             if heard is not None:
-                data = heard.fit(tell)
+                found = run.of_heard(heard, tell)
+                data = CalibratedPoses(found, topics[:2], (), heard.q, heard.poses)
             elif same_point is not None:
-                data = _touched(files or [], reading, same_point, wanted, apart, tell)
+                data = run.of_touches(files or [], reading, same_point, apart, tell)
             else:
-                data = _measured(files or [], reading, pose_gap, wanted, tell)
-            written = _written(data, robot, frames, output, anyway)
-        if html is not None:
-            _write_page(data, html, robot)
-        _report(data, json, anyway)
+                data = run.of_recordings(files or [], reading, pose_gap, tell)
+            written = write_robot_file(data, robot, outputs)
+        write_report(data, robot, outputs)
         if not (data.found.accepted or anyway):
             raise typer.Exit(1)
-    print(written, end='', file=report)
+    print(written, end='', file=outputs.stream)
     if propose is not None:
-        _propose(arm, propose, data.found, plans, data.found.positions, report)
+        write_proposal(arm, propose, outputs, data.found.positions, data.found)
 
 
 @contextmanager
 def _parameters_known() -> Iterator[None]:
     # A name that is no parameter is wrong usage here.
-    from ..errors import ParameterNotFoundError
-
     try:
         yield
     except ParameterNotFoundError as error:
@@ -282,36 +278,6 @@ def _check_files(files: Sequence[Path]) -> None:
         raise WrongUsage('FILE: one recording is given twice, and would count twice')
 
 
-class _Calibrated(NamedTuple):
-    # What was found; the files and remarks on them; joints and poses for known poses.
-    found: 'Calibration'
-    files: list[str]
-    remarks: list[str]
-    q: 'Floats'
-    poses: 'Floats'
-
-
-class _Wanted(NamedTuple):
-    # What is fitted, what is not, what each set has of its own; usual errors, noise; whether
-    # mistakes are looked for.
-    fit: tuple[str, ...]
-    fix: tuple[str, ...]
-    own: tuple[str, ...]
-    limit: 'PoseLimit | None'
-    instrument: tuple[float, float] | None
-    check: bool
-
-    def fitting(self, arm: 'Robot') -> dict[str, Any]:
-        """Return the arguments of the library that say so."""
-        return {
-            'fit': self.fit,
-            'fix': self.fix,
-            'tolerances': _tolerances(arm, self.limit),
-            'noise': self.instrument,
-            'check': self.check,
-        }
-
-
 def _instrument(noise: str | None, positions: bool) -> tuple[float, float] | None:
     if noise is None:
         return None
@@ -321,10 +287,22 @@ def _instrument(noise: str | None, positions: bool) -> tuple[float, float] | Non
     return given.position, given.angle if math.isfinite(given.angle) else 0.0
 
 
-class _LivePoses(NamedTuple):
-    # Poses of a running robot, and what makes a calibration of them.
-    poses: 'CollectedPoses'
-    fit: Callable[[Callable[[str], None]], _Calibrated]
+def _heard(
+    run: CalibrationRun, topics: LiveOptions, stream: TextIO, ros_args: Sequence[str]
+) -> CollectedPoses:
+    for end in run.fitting.own:
+        if end not in ENDS:
+            raise WrongUsage(f'--own: {end!r} is not one of {", ".join(ENDS)}')
+    run.check_names()
+    poses = collected(run.arm, topics, run.of_heard, stream, ros_args)
+    if isinstance(poses, int):
+        raise typer.Exit(poses)
+    if not len(poses.q):
+        raise CalibrationError(
+            f'no pose of {topics.poses} with joint states of {topics.states} around its stamp '
+            f'was heard within {topics.seconds:g} s'
+        )
+    return poses
 
 
 def _distances(given: Sequence[str] | None) -> dict[tuple[str, str], float]:
@@ -347,11 +325,8 @@ def _distances(given: Sequence[str] | None) -> dict[tuple[str, str], float]:
 
 
 def _plans(plan: list[Path] | None, propose: int | None) -> list[Path]:
-    if propose is not None:
-        from ..diagnosis.calibration.proposal import MOST
-
-        if not 1 <= propose <= MOST:
-            raise WrongUsage(f'--propose: {propose} is not within 1 and {MOST} poses')
+    if propose is not None and not 1 <= propose <= MOST:
+        raise WrongUsage(f'--propose: {propose} is not within 1 and {MOST} poses')
     if plan and propose is None:
         raise WrongUsage('--plan writes proposed poses: give --propose N too')
     for file in plan or []:
@@ -378,27 +353,6 @@ def _check_outputs(
             raise WrongUsage(f'{file} exists already: give another name, or --force')
 
 
-def _propose(
-    arm: 'Robot',
-    count: int,
-    after: 'Calibration | None',
-    plans: Sequence[Path],
-    positions: bool,
-    stream: TextIO,
-) -> None:
-    from ..diagnosis.calibration.plan_text import table_text, trajectory_text
-    from ..diagnosis.calibration.proposal import propose_poses
-    from ..output_file import write_file
-
-    proposed = propose_poses(arm, count, after, positions)
-    for file in plans:
-        text = table_text if file.suffix.lower() == '.csv' else trajectory_text
-        write_file(file, text(proposed))
-        print(f'wrote {file}: {count} poses', file=stream)
-    if not plans:
-        print(table_text(proposed), end='', file=stream)
-
-
 def _words(text: str) -> tuple[str, ...]:
     return tuple(word.strip() for word in text.split(',') if word.strip())
 
@@ -410,224 +364,9 @@ def _fitted(fit: str | None) -> tuple[str, ...]:
     return words
 
 
-def _touched(
-    files: Sequence[Path],
-    reading: 'Selection',
-    column: str,
-    wanted: _Wanted,
-    distances: dict[tuple[str, str], float],
-    tell: Callable[[str], None],
-) -> _Calibrated:
-    import numpy as np
-
-    from ..diagnosis.calibration.calibration import calibrate as calibrated
-    from ..diagnosis.calibration.touches_reading import read_touches
-
-    given = [read_touches(file, reading, column) for file in files]
-    q = np.concatenate([one.q for one in given])
-    marks = [mark for one in given for mark in one.points]
-    found = calibrated(
-        reading.robot,
-        q,
-        same_point=marks,
-        apart=distances,
-        progress=tell,
-        **wanted.fitting(reading.robot),
-    )
-    points = {one.name: one.position for one in found.points}
-    poses = np.tile(np.eye(4), (len(q), 1, 1))
-    poses[:, :3, 3] = [points[mark] for mark in marks]
-    remarks = [remark for one in given for remark in one.remarks]
-    return _Calibrated(found, [one.file for one in given], remarks, q, poses)
-
-
-def _heard(
-    arm: 'Robot',
-    topics: LiveOptions,
-    wanted: _Wanted,
-    stream: TextIO,
-    ros_args: Sequence[str],
-) -> _LivePoses:
-    import numpy as np
-
-    from ..diagnosis.calibration.calibration import calibrate as calibrated
-    from ..errors import CalibrationError
-
-    _check_names(arm, wanted)
-    fitting = wanted.fitting(arm)
-
-    def fitted(
-        poses: 'CollectedPoses', tell: Callable[[str], None] = lambda phase: None
-    ) -> 'Calibration':
-        moves = np.max(np.abs(poses.rates)) > MOVING
-        return calibrated(
-            arm,
-            poses.q,
-            poses.poses,
-            qdot=poses.rates if moves else None,
-            own=wanted.own,
-            progress=tell,
-            **fitting,
-        )
-
-    poses = collected(arm, topics, fitted, stream, ros_args)
-    if isinstance(poses, int):
-        raise typer.Exit(poses)
-    if not len(poses.q):
-        raise CalibrationError(
-            f'no pose of {topics.poses} with joint states of {topics.states} around its stamp '
-            f'was heard within {topics.seconds:g} s'
-        )
-    files = [topics.states, topics.poses]
-
-    def fit_all(tell: Callable[[str], None]) -> _Calibrated:
-        return _Calibrated(fitted(poses, tell), files, [], poses.q, poses.poses)
-
-    return _LivePoses(poses, fit_all)
-
-
-def _check_names(arm: 'Robot', wanted: _Wanted) -> None:
-    # What a calibration would refuse when all poses are there, before any of them.
-    import numpy as np
-
-    from ..diagnosis.calibration.checking import Measured
-    from ..diagnosis.calibration.chosen_parameters import ChosenParameters, asks_for_gears
-    from ..kinematics.uncertainty.parameters import parameters_of
-    from ..robot.file.parts.parameters import ENDS
-    from ..robot.loops import refuse_loops
-
-    refuse_loops(arm.description, 'the calibration')
-    for end in wanted.own:
-        if end not in ENDS:
-            raise WrongUsage(f'--own: {end!r} is not one of {", ".join(ENDS)}')
-    q = np.zeros((1, arm.dof))
-    given = Measured(q, np.eye(4)[None], False, np.zeros(1, dtype=np.int64), q)
-    table = parameters_of(arm, asks_for_gears(wanted.fit)).table
-    ChosenParameters(arm, given, wanted.own, table).fitted(wanted.fit, wanted.fix)
-
-
-def _measured(
-    files: Sequence[Path],
-    reading: 'Selection',
-    gap: float | None,
-    wanted: _Wanted,
-    tell: Callable[[str], None],
-) -> _Calibrated:
-    import numpy as np
-
-    from ..diagnosis.calibration.calibration import calibrate as calibrated
-    from ..diagnosis.calibration.reading import read_measured, without_lag
-    from ..errors import CalibrationError
-    from ..estimation.estimator import EstimatorSettings
-
-    settings = EstimatorSettings(reading.joint_prefix)
-    given = [
-        without_lag(reading.robot, read_measured(file, reading, settings, gap)) for file in files
-    ]
-    if len({one.positions for one in given}) > 1:
-        raise CalibrationError('some files have poses and others positions alone')
-    rates = np.concatenate([one.rates for one in given])
-    found = calibrated(
-        reading.robot,
-        np.concatenate([one.q for one in given]),
-        np.concatenate([one.measured for one in given]),
-        sets=np.repeat(np.arange(len(given)), [len(one.q) for one in given]),
-        qdot=rates if np.max(np.abs(rates)) > MOVING else None,
-        own=wanted.own,
-        read=given[0].kind,
-        progress=tell,
-        **wanted.fitting(reading.robot),
-    )
-    remarks = [remark for one in given for remark in one.remarks]
-    return _Calibrated(found, [one.file for one in given], remarks, given[0].q, given[0].poses)
-
-
-def _tolerances(arm: 'Robot', limit: 'PoseLimit | None') -> dict[str, float]:
-    # What the robot file says of single numbers holds beside the option.
-    from ..kinematics.uncertainty.parameters import parameters_of
-
-    if limit is None:
-        return {}
-    named = dict(arm.description.tolerances.named)
-    return {
-        one.name: limit.angle if one.angle else limit.position
-        for one in parameters_of(arm).table
-        if math.isfinite(limit.angle if one.angle else limit.position) and one.name not in named
-    }
-
-
-def _written(
-    data: _Calibrated, robot: str, frames: FramesChoice, output: Path | None, anyway: bool
-) -> str:
-    # Writes the robot file, if it is one, and returns the line that says so.
-    if output is None or not (data.found.accepted or anyway):
-        return ''
-    from ..output_file import write_file
-
-    write_file(output, _text(data, robot, frames, anyway))
-    return f'wrote {output}; next: python -m kinematics_service check {output}\n'
-
-
-def _text(data: _Calibrated, robot: str, frames: FramesChoice, anyway: bool) -> str:
-    from ..diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
-
-    date = datetime.now().astimezone().date().isoformat()
-    names = ', '.join(Path(one).name for one in data.files)
-    return calibrated_text(
-        data.found,
-        find_robot_file(robot).read_text(encoding='utf-8'),
-        data.q,
-        data.poses,
-        CalibrationOrigin(names, date),
-        frames.value,
-        anyway,
-    )
-
-
-def _write_page(data: _Calibrated, html: Path, robot: str) -> None:
-    from ..diagnosis.calibration.page.page import PageOrigin, page_of
-    from ..output_file import write_file
-
-    date = datetime.now().astimezone().isoformat(' ', 'seconds')
-    origin = PageOrigin(tuple(data.files), str(find_robot_file(robot)), date, tuple(data.remarks))
-    write_file(html, page_of(data.found, origin))
-
-
-def _report(data: _Calibrated, json: Path | None, anyway: bool) -> None:
-    from ..diagnosis.calibration.report import cells_of, document_of, kind_of, sentences_of
-    from ..output_file import write_file
-    from ..printing import Output, heading, json_text, plain, table
-
-    found = data.found
-    if json is not None:
-        document = document_of(found, data.files)
-        document['reading'] = data.remarks
-        text = json_text(document)
-        if str(json) == '-':
-            print(text)
-            return
-        write_file(json, text + '\n')
-    out = Output()
-    names = ', '.join(data.files)
-    first, *others = sentences_of(found)
-    sentences = [first, *data.remarks, *others]
-    if not found.accepted:
-        file = 'written anyway' if anyway else 'no robot file is written without --anyway'
-        out.print(plain(f'{sentences.pop(0)}; {file}.'), '')
-    out.print(heading(f'{found.robot.name}: {found.count} {kind_of(found)} of {names}'), '')
-    out.print(*(plain(f'  {sentence}.') for sentence in sentences), '')
-    rows = table('  parameter', 'correction', 'deviation', '')
-    for one in found.parameters:
-        name, *cells = cells_of(one)
-        rows.add_row(f'  {name}', *cells)
-    out.print(rows)
-
-
 @contextmanager
 def _status() -> Iterator[Callable[[str], None]]:
     # Shows a line on standard error while it works, on a terminal only.
-    from rich.console import Console
-
     console = Console(stderr=True)
     if not console.is_terminal:
         yield lambda _: None

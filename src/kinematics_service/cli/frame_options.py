@@ -7,7 +7,8 @@ from typing import Annotated, Optional
 import typer
 
 from ..diagnosis.audit.frames import FrameSettings
-from ..diagnosis.frame_check import FrameLimits, PoseLimit
+from ..diagnosis.frame_check.errors import PoseLimit
+from ..diagnosis.frame_check.judgement import FrameLimits
 from ..errors import RecordingError
 from ..formats.recordings.pose_format import PoseFormat, pose_format
 from .options import WrongUsage

@@ -81,25 +81,8 @@ def map_batches(
     pieces = (array[start : start + rows] for start in starts)
     if workers is None:
         return np.concatenate([function(robot, piece) for piece in pieces])
-    with _client(workers) as client:
-        return np.concatenate(list(_by_workers(client, function, robot, pieces)))
-
-
-def _by_workers(
-    client: Any, function: Batch, robot: Robot, pieces: Iterator[Floats]
-) -> Iterator[Floats]:
-    # In order, with no more under way than keeps every thread busy: memory holds, whatever N is.
-    threads = sum(client.nthreads().values())
-    under_way: deque[Any] = deque()
-    try:
-        for piece in pieces:
-            under_way.append(client.submit(function, robot, piece, pure=False))
-            if len(under_way) >= AHEAD * threads:
-                yield np.asarray(_result(under_way.popleft()))
-        while under_way:
-            yield np.asarray(_result(under_way.popleft()))
-    finally:
-        client.cancel(list(under_way))
+    calls = ((function, robot, piece) for piece in pieces)
+    return np.concatenate(list(_by_workers(calls, workers)))
 
 
 def results_of_workers(
@@ -113,13 +96,23 @@ def results_of_workers(
     SweepError
         As `map_batches`.
     """
+    return _by_workers(((function, item) for item in items), workers)
+
+
+def _by_workers(calls: Iterator[tuple[Any, ...]], workers: str) -> Iterator[Any]:
+    # In order, with no more under way than keeps every thread busy: memory holds, whatever N is.
     with _client(workers) as client:
-        futures = [client.submit(function, item, pure=False) for item in items]
+        threads = sum(client.nthreads().values())
+        under_way: deque[Any] = deque()
         try:
-            for future in futures:
-                yield _result(future)
+            for call in calls:
+                under_way.append(client.submit(*call, pure=False))
+                if len(under_way) >= AHEAD * threads:
+                    yield _result(under_way.popleft())
+            while under_way:
+                yield _result(under_way.popleft())
         finally:
-            client.cancel(futures)
+            client.cancel(list(under_way))
 
 
 def _result(future: Any) -> Any:

@@ -1,8 +1,7 @@
 """One audit from the open file to the finished findings."""
 
 import math
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import NamedTuple
@@ -66,8 +65,6 @@ class Audit:
         can be checked between their points too.
     asked
         What is asked of plans.
-    phases : s
-        Times of the parts of the work.
     """
 
     robot: Robot
@@ -89,7 +86,6 @@ class Audit:
     trajectories: int = 0
     plans: Mapping[int, PlanCheck] = field(default_factory=dict)
     asked: PlanSettings = PlanSettings()
-    phases: dict[str, float] = field(default_factory=dict)
 
     @property
     def refused(self) -> dict[str, int]:
@@ -136,7 +132,6 @@ def audit(
         raise RecordingError(f'{file}: speeds are asked of plans, and this is a recording')
     settings = settings or EstimatorSettings()
     listener = listener or AuditProgress()
-    begin = time.perf_counter()
     ingest = Ingest(robot, Estimator(robot, settings))
     names = tuple(settings.joint_prefix + name for name in robot.joint_names)
     watch = StreamWatch(names)
@@ -155,8 +150,6 @@ def audit(
         timeline = computer.run(source.blocks, each)
     except NoStateError:
         raise RecordingError(_why_nothing(source, robot, ingest, names, tuple(heard))) from None
-    phases = {'reading and kinematics': time.perf_counter() - begin}
-    begin = time.perf_counter()
     stream = watch.stream()
     jump_count, jumps = jumps_of(robot, timeline)
     stretches = stretches_of(robot, timeline)
@@ -165,7 +158,6 @@ def audit(
     if track is not None:
         frames = frames_of(robot, track, timeline, frame_settings or FrameSettings())
     plans = checks_of(robot, source, settings.joint_prefix, asked, listener.progress)
-    phases['findings'] = time.perf_counter() - begin
     return Audit(
         robot=robot,
         file=file,
@@ -181,12 +173,11 @@ def audit(
         joints=joints,
         jump_count=jump_count,
         jumps=jumps,
-        moments=_moments(robot, timeline, joints, jumps),
+        moments=tuple(_moments(robot, timeline, joints, jumps)),
         frames=frames,
         trajectories=len(source.plans),
         plans=plans,
         asked=asked,
-        phases=phases,
     )
 
 
@@ -214,54 +205,41 @@ def _why_nothing(
 
 
 def _moments(
-    robot: Robot,
-    timeline: Timeline,
-    joints: tuple[JointReport, ...],
-    jumps: tuple[Jump, ...],
-) -> tuple[WorstMoment, ...]:
+    robot: Robot, timeline: Timeline, joints: tuple[JointReport, ...], jumps: tuple[Jump, ...]
+) -> Iterator[WorstMoment]:
     worst, value = _nearest(robot, timeline)
     measure = MEASURES[robot.thresholds.measure]
     shown = measure.farther(value) or f'{value:.3g}'
-    moments = [WorstMoment(f'nearest to a singularity ({measure.words})', worst, shown)]
+    yield WorstMoment(f'nearest to a singularity ({measure.words})', worst, shown)
     for what, column, unit in (
         ('fastest tool motion', timeline.speed, 'm/s'),
         ('fastest tool rotation', timeline.turning, 'rad/s'),
     ):
         row, value = _largest(column)
         if value > 0.0:
-            moments.append(WorstMoment(what, row, f'{value:.3g} {unit}'))
+            yield WorstMoment(what, row, f'{value:.3g} {unit}')
     for j, joint in enumerate(joints):
-        unit = 'm' if joint.sliding else 'rad'
-        if joint.beyond:
-            row, value = _largest(
-                timeline.q.columns[j], partial(_excess, joint.lower, joint.upper)
-            )
-            moments.append(
-                WorstMoment(f'{joint.name} farthest beyond its limit', row, f'{value:.3g} {unit}')
-            )
-        if joint.too_fast:
-            row, _ = _largest(timeline.qdot.columns[j], np.abs)
-            moments.append(
-                WorstMoment(
-                    f'{joint.name} above its velocity limit of {joint.velocity_limit:.3g}',
-                    row,
-                    f'{joint.fastest:.3g} {unit}/s',
-                )
-            )
-        if joint.check is not None and joint.check.worst > 0.1 * joint.check.speed:
-            moments.append(
-                WorstMoment(
-                    f'{joint.name}: reported velocity farthest from its positions',
-                    joint.check.row,
-                    f'{joint.check.worst:.3g} {unit}/s',
-                )
-            )
+        yield from _moments_of_joint(timeline, j, joint)
     if jumps:
         largest = max(jumps, key=lambda jump: abs(jump.step))
-        moments.append(
-            WorstMoment(f'largest jump ({largest.joint})', largest.row, f'{largest.step:+.3g}')
-        )
-    return tuple(moments)
+        what = f'largest jump ({largest.joint})'
+        yield WorstMoment(what, largest.row, f'{largest.step:+.3g}')
+
+
+def _moments_of_joint(timeline: Timeline, j: int, joint: JointReport) -> Iterator[WorstMoment]:
+    unit, name = 'm' if joint.sliding else 'rad', joint.name
+    if joint.beyond:
+        excess = partial(_excess, joint.lower, joint.upper)
+        row, value = _largest(timeline.q.columns[j], excess)
+        yield WorstMoment(f'{name} farthest beyond its limit', row, f'{value:.3g} {unit}')
+    if joint.too_fast:
+        row, _ = _largest(timeline.qdot.columns[j], np.abs)
+        what = f'{name} above its velocity limit of {joint.velocity_limit:.3g}'
+        yield WorstMoment(what, row, f'{joint.fastest:.3g} {unit}/s')
+    check = joint.check
+    if check is not None and check.worst > 0.1 * check.speed:
+        what = f'{name}: reported velocity farthest from its positions'
+        yield WorstMoment(what, check.row, f'{check.worst:.3g} {unit}/s')
 
 
 def _excess(lower: float, upper: float, q: Floats) -> Floats:

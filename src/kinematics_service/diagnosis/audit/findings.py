@@ -22,5 +22,9 @@ def seconds(time: float) -> str:
 
 
 def count(number: int, noun: str) -> str:
-    """Return a number with its noun: `1 message`, `2 messages`."""
-    return f'{number:,} {noun}' + ('' if number == 1 else 's')
+    """Return a number with its noun: `1 message`, `2 stretches`, `3 trajectories`."""
+    if number == 1:
+        return f'1 {noun}'
+    if noun.endswith('y'):
+        return f'{number:,} {noun[:-1]}ies'
+    return f'{number:,} {noun}{"es" if noun.endswith("ch") else "s"}'

@@ -6,14 +6,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import KinematicsError
-from ...formats.recordings.block import Flags
+from ...formats.recordings.block import Flags, Times
 from ...formats.recordings.source import MOST_POSES, PoseTrack
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from ...rigid_motion import rotation_vector
 from ...robot.measures import Level
 from ...robot.robot import Robot
-from ..frame_check import FrameDiagnosis, FrameLimits, diagnose_frames
+from ..frame_check.diagnosis import FrameDiagnosis, diagnose_frames
+from ..frame_check.judgement import FrameLimits
 from .neighbourhoods import Track, joined
 from .timeline import Timeline
 
@@ -119,22 +120,11 @@ def frames_of(
     if np.sum(use) < LEAST:
         reason = reason or f'there are {len(use)} poses'
         return none._replace(reason=f'{reason}; at least {LEAST} are needed')
-    chosen = np.flatnonzero(use)
-    chosen = chosen[np.unique(np.linspace(0, len(chosen) - 1, MOST_POSES).astype(int))]
-    poses, q = track.poses[found.poses[chosen]], found.q[chosen]
-    zero, motion = found.stamps[0], None
-    if len(found.states_at) > 1:
-        motion = (found.states_at - zero) * 1e-9, found.states
-    stamps = (found.stamps[chosen] - zero) * 1e-9
+    q, poses, stamps, motion, chosen = chosen_poses(track, found, use)
+    limit = settings.limits.explained
     try:
         diagnosis = diagnose_frames(
-            robot,
-            q,
-            poses,
-            stamps,
-            motion=motion,
-            limit=settings.limits.explained,
-            read=track.kind,
+            robot, q, poses, stamps, motion=motion, limit=limit, read=track.kind
         )
     except KinematicsError as error:
         return none._replace(reason=str(error))
@@ -156,6 +146,40 @@ def frames_of(
         position=np.linalg.norm(poses[:, :3, 3] - M[:, :3, 3], axis=1),
         rotation=np.linalg.norm(turned, axis=1),
     )
+
+
+class ChosenPoses(NamedTuple):
+    """
+    Poses with joint positions, evenly spread.
+
+    Attributes
+    ----------
+    q : shape (N, n), rad or m
+    poses : shape (N, 4, 4)
+    stamps : shape (N,), s
+        Since the first of all poses.
+    motion
+        Joint positions (K, n) at times (K,), s since then; None if there are too few.
+    rows : shape (N,)
+        Of the track.
+    """
+
+    q: Floats
+    poses: Floats
+    stamps: Floats
+    motion: tuple[Floats, Floats] | None
+    rows: Times
+
+
+def chosen_poses(track: PoseTrack, found: Track, use: Flags) -> ChosenPoses:
+    """Return those of the poses with joint positions (M,) that are compared."""
+    rows = np.flatnonzero(use)
+    rows = rows[np.unique(np.linspace(0, len(rows) - 1, MOST_POSES).astype(int))]
+    zero, motion = found.stamps[0], None
+    if len(found.states_at) > 1:
+        motion = (found.states_at - zero) * 1e-9, found.states
+    stamps = (found.stamps[rows] - zero) * 1e-9
+    return ChosenPoses(found.q[rows], track.poses[found.poses[rows]], stamps, motion, rows)
 
 
 def matched(found: Track, longest: float | None) -> tuple[Flags, str]:

@@ -89,7 +89,7 @@ def _singular(audit: Audit) -> list[Finding]:
     sentences = [_not_proved(audit.robot, _where(audit, k), one) for k, one in open_[:MOST]]
     if len(open_) > MOST:
         level = Level.ERROR if open_[MOST][1].verdict == 'refuted' else Level.WARN
-        more = count(len(open_) - MOST, 'trajectory').replace('trajectorys', 'trajectories')
+        more = count(len(open_) - MOST, 'trajectory')
         sentences.append(Finding(level, f'{more} more are refuted or not decided.'))
     if not open_:
         least = min(found.values(), key=lambda one: one.lower)
@@ -138,7 +138,7 @@ def _not_proved(robot: Robot, where: str, found: PlanSingularity) -> Finding:
         )
     begin, end = found.undecided[0]
     span = sum(end - begin for begin, end in found.undecided)
-    stretches = count(len(found.undecided), 'stretch').replace('stretchs', 'stretches')
+    stretches = count(len(found.undecided), 'stretch')
     nearest = 'none was found near it'
     if math.isfinite(found.upper):
         nearest = f'the nearest found is {rounded_up(found.upper)} rad away'

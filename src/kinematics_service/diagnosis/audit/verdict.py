@@ -1,6 +1,7 @@
 """The verdict of an audit in sentences, worst first: what a tired person needs to know."""
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from ...estimation.estimator import DROPPED, RESETS
@@ -42,17 +43,7 @@ def verdict_of(audit: Audit) -> AuditVerdict:
     ]
     if not audit.planned:
         sentences += [*_messages(audit), *_stream(audit), *_velocities(audit)]
-    if audit.jump_count:
-        jump = audit.jumps[0]
-        at = seconds(float(audit.timeline.t[jump.row]))
-        sentences.append(
-            Finding(
-                Level.WARN,
-                f'{count(audit.jump_count, "jump")} of a joint that its speed does not explain, '
-                f'the first of {jump.joint} by {jump.step:+.3g} at {at}.',
-            )
-        )
-    sentences += [Finding(remark.level, f'{remark.text}.') for remark in audit.remarks]
+    sentences += [*_jumps(audit), *(Finding(one.level, f'{one.text}.') for one in audit.remarks)]
     first, *others = sentences
     return AuditVerdict((first, *sorted(others, key=lambda sentence: -sentence.level)))
 
@@ -79,11 +70,10 @@ def _in_doubt(audit: Audit) -> bool:
     return not audit.planned and _unjudged(audit) > max(FEW, SHARE * audit.stream.messages)
 
 
-def _not_judged(audit: Audit) -> list[Finding]:
-    if not audit.planned or not audit.refused:
-        return []
-    text = f'The planned motion could not be judged in {_unjudged_share(audit)}'
-    return [Finding(Level.ERROR, f'{text}: {_reasons(audit.refused)}.')]
+def _not_judged(audit: Audit) -> Iterator[Finding]:
+    if audit.planned and audit.refused:
+        text = f'The planned motion could not be judged in {_unjudged_share(audit)}'
+        yield Finding(Level.ERROR, f'{text}: {_reasons(audit.refused)}.')
 
 
 def _reasons(refused: dict[str, int]) -> str:
@@ -135,13 +125,10 @@ def _singular_poses(audit: Audit) -> Finding:
     names = dict.fromkeys([stretch.factor, *(one.name for one in stretch.factors)])
     named = f' ({", ".join(names)})' if stretch.factor else ''
     where = (
-        f'{count(len(audit.stretches), "stretch")}'.replace('stretchs', 'stretches')
-        + f' near it, {seconds(near)} of {seconds(total)}'
+        f'{count(len(audit.stretches), "stretch")} near it, {seconds(near)} of {seconds(total)}'
     )
-    if level == Level.ERROR:
-        text = f'{who} comes too close to a singularity{named}'
-    else:
-        text = f'{who} comes near a singularity{named}'
+    how = 'too close to' if level == Level.ERROR else 'near'
+    text = f'{who} comes {how} a singularity{named}'
     at = seconds(float(audit.timeline.t[stretch.worst]))
     return Finding(
         level,
@@ -154,108 +141,79 @@ def _goodness(audit: Audit, value: float) -> float:
     return value if MEASURES[audit.robot.thresholds.measure].small_is_bad else -value
 
 
-def _limits(audit: Audit) -> list[Finding]:
-    sentences = []
+def _limits(audit: Audit) -> Iterator[Finding]:
     beyond = [joint.name for joint in audit.joints if joint.beyond]
     beyond = list(dict.fromkeys([*beyond, *joints_refuted(audit, 'limits')]))
     if beyond:
-        names = ', '.join(beyond)
         hint = ''
         if look_like_degrees(audit.joints):
             hint = ' by many turns: the positions may be in degrees'
-        sentences.append(Finding(Level.ERROR, f'Beyond its limits: {names}{hint}.'))
+        yield Finding(Level.ERROR, f'Beyond its limits: {", ".join(beyond)}{hint}.')
     elif look_like_degrees(audit.joints):
-        sentences.append(
-            Finding(Level.WARN, 'Joints turn many times: the positions may be in degrees.')
-        )
+        yield Finding(Level.WARN, 'Joints turn many times: the positions may be in degrees.')
     touching = [joint.name for joint in audit.joints if joint.touching]
     touching = [name for name in touching if name not in beyond]
     if touching:
-        sentences.append(Finding(Level.WARN, f'At its limit: {", ".join(touching)}.'))
+        yield Finding(Level.WARN, f'At its limit: {", ".join(touching)}.')
     fast = [joint.name for joint in audit.joints if joint.too_fast]
     fast = list(dict.fromkeys([*fast, *joints_refuted(audit, 'speed')]))
     if fast:
-        sentences.append(Finding(Level.WARN, f'Faster than its limit: {", ".join(fast)}.'))
-    return sentences
+        yield Finding(Level.WARN, f'Faster than its limit: {", ".join(fast)}.')
 
 
-def _frames(audit: Audit) -> list[Finding]:
+def _frames(audit: Audit) -> Iterator[Finding]:
     report = audit.frames
     if report is None:
-        return []
+        return
     name = f'Poses of {report.name}'
     if isinstance(report, NotCompared):
-        return [Finding(Level.WARN, f'{name} are not compared: {report.reason}.')]
-    sentences = [Finding(report.level, f'{name}: {report.sentence}.')]
-    sentences += [Finding(Level.WARN, f'{name}: {doubt}.') for doubt in report.doubts]
+        yield Finding(Level.WARN, f'{name} are not compared: {report.reason}.')
+        return
+    yield Finding(report.level, f'{name}: {report.sentence}.')
+    for doubt in report.doubts:
+        yield Finding(Level.WARN, f'{name}: {doubt}.')
     if report.unmatched:
         # What was compared says little of a recording if most poses have nothing beside them.
         few = 2 * report.matched < report.considered
-        level = Level.WARN if few else Level.OK
-        sentences.append(Finding(level, f'{name}: {report.unmatched}.'))
-    return sentences
+        yield Finding(Level.WARN if few else Level.OK, f'{name}: {report.unmatched}.')
 
 
-def _messages(audit: Audit) -> list[Finding]:
+def _messages(audit: Audit) -> Iterator[Finding]:
     refused = audit.refused
     dropped = refused.pop(DROPPED, 0)
-    sentences = []
     if refused:
         number = count(sum(refused.values()), 'message')
         level = Level.WARN if _in_doubt(audit) else Level.OK
-        sentences.append(Finding(level, f'{number} made no new state: {_reasons(refused)}.'))
+        yield Finding(level, f'{number} made no new state: {_reasons(refused)}.')
     if dropped:
         stream = audit.stream
         text = f'{count(dropped, "message")} dropped because the stamp is not newer'
         if stream.identical:
             text += f' ({stream.identical:,} of them plain repetitions)'
-        sentences.append(Finding(Level.WARN, f'{text}.'))
-    resets = audit.counts.get(RESETS, 0)
-    if resets:
-        sentences.append(
-            Finding(
-                Level.WARN,
-                f'The stamps jump back {count(resets, "time")}, by up to '
-                f'{seconds(audit.stream.largest_step_back)}: the state started again.',
-            )
-        )
-    return sentences
+        yield Finding(Level.WARN, f'{text}.')
+    if resets := audit.counts.get(RESETS, 0):
+        step = seconds(audit.stream.largest_step_back)
+        text = f'The stamps jump back {count(resets, "time")}, by up to {step}'
+        yield Finding(Level.WARN, f'{text}: the state started again.')
 
 
-def _stream(audit: Audit) -> list[Finding]:
+def _stream(audit: Audit) -> Iterator[Finding]:
     stream = audit.stream
-    sentences = []
     if stream.gap_count:
-        longest = max(stream.gaps, key=lambda gap: gap.seconds)
-        sentences.append(
-            Finding(
-                Level.WARN,
-                f'{count(stream.gap_count, "gap")} in the stamps, the longest of '
-                f'{seconds(longest.seconds)} (usual interval {1e3 * stream.median_interval:.3g} '
-                'ms).',
-            )
-        )
+        longest = seconds(max(gap.seconds for gap in stream.gaps))
+        usual = f'{1e3 * stream.median_interval:.3g} ms'
+        text = f'{count(stream.gap_count, "gap")} in the stamps, the longest of {longest}'
+        yield Finding(Level.WARN, f'{text} (usual interval {usual}).')
     if stream.unstamped:
-        sentences.append(
-            Finding(
-                Level.WARN,
-                f'{count(stream.unstamped, "message")} without stamp: the time of recording is '
-                'used instead.',
-            )
-        )
+        text = f'{count(stream.unstamped, "message")} without stamp'
+        yield Finding(Level.WARN, f'{text}: the time of recording is used instead.')
     if stream.changes_of_order:
-        sentences.append(
-            Finding(
-                Level.WARN,
-                f'The joints come in {len(stream.orders)} different orders, changing '
-                f'{count(stream.changes_of_order, "time")}; they were matched by name.',
-            )
-        )
-    return sentences
+        changes = count(stream.changes_of_order, 'time')
+        text = f'The joints come in {len(stream.orders)} different orders, changing {changes}'
+        yield Finding(Level.WARN, f'{text}; they were matched by name.')
 
 
-def _velocities(audit: Audit) -> list[Finding]:
-    sentences = []
+def _velocities(audit: Audit) -> Iterator[Finding]:
     for joint in audit.joints:
         check = joint.check
         if check is None:
@@ -274,5 +232,13 @@ def _velocities(audit: Audit) -> list[Finding]:
         elif check.typical > VELOCITY_SHARE * check.speed + check.noise:
             text = f'differ from its positions by {check.typical:.3g} {unit} (median)'
         if text:
-            sentences.append(Finding(Level.WARN, f'Reported velocities of {joint.name} {text}.'))
-    return sentences
+            yield Finding(Level.WARN, f'Reported velocities of {joint.name} {text}.')
+
+
+def _jumps(audit: Audit) -> Iterator[Finding]:
+    if audit.jump_count:
+        jump = audit.jumps[0]
+        at = seconds(float(audit.timeline.t[jump.row]))
+        jumps = f'{count(audit.jump_count, "jump")} of a joint that its speed does not explain'
+        first = f'the first of {jump.joint} by {jump.step:+.3g} at {at}'
+        yield Finding(Level.WARN, f'{jumps}, {first}.')

@@ -1,7 +1,7 @@
 """The calibration of an arm: its numbers identified from measured poses, with what is known."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from functools import cached_property, partial
 from typing import NamedTuple
 
@@ -23,7 +23,7 @@ from .checking import Measured, checked_offsets, measured
 from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
 from .corrections import corrected_robot
 from .explanations import RefusalCauses, TriedCalibration, explained, mistakes_of, score_of_poses
-from .fitting import FitProblem, Identified, Noise, identify, refined, weighted_jacobian
+from .fitting import UNTOLD, FitProblem, Identified, Noise, identify, refined, weighted_jacobian
 from .identified_table import CalibratedParameter, IdentifiedTable
 from .knowledge import KNOWN, ParameterCombination
 from .placing import Free
@@ -162,6 +162,11 @@ class Calibration(IdentifiedTable):
     def accepted(self) -> bool:
         """Return whether it is a calibration: its rows agree, and no more remains than may."""
         return not self.refusals
+
+    @property
+    def noise_told(self) -> bool:
+        """Return whether the noise is known; otherwise so few numbers do not tell it."""
+        return min(self.freedom) > UNTOLD
 
     @property
     def before(self) -> Errors:
@@ -388,7 +393,6 @@ def _result(
     used = found.used
     ends = problem.only(names.placed_groups)
     begin = refined(ends, np.zeros(len(ends.parameters)), found.noise, used)
-    deviations = np.sqrt(np.diag(found.covariance))
     told = weighted_jacobian(problem, found.values, found.noise, used)
     values = np.linalg.svd(told, compute_uv=False)
     base, tool = names.ends_of(problem, found.values)
@@ -399,11 +403,12 @@ def _result(
         FitErrors(*(_errors(one, rows) for one in left)) for rows in (used, np.ones_like(used))
     )
     parameters = tuple(
-        CalibratedParameter(
-            one.name, one.group, one.angle, float(value), float(deviation), float(prior)
-        )
-        for one, value, deviation, prior in zip(
-            problem.parameters, found.values, deviations, problem.prior
+        CalibratedParameter(*astuple(one), *numbers)
+        for one, *numbers in zip(
+            problem.parameters,
+            found.values.tolist(),
+            np.sqrt(np.diag(found.covariance)).tolist(),
+            problem.prior.tolist(),
         )
     )
     points = names.points(problem, found)

@@ -29,6 +29,7 @@ NO_CALIBRATION = 0.02
 FAR_OFF, DECISIVE = 5.0, 3.0
 # A rival leaves nearly as little: within this factor.
 AS_WELL = 2.0
+DEGREES = 'the joint positions are in degrees, not radians'
 # What a calibration finds by itself.
 FOUND_HERE = ('joint_offset', 'link_length')
 
@@ -90,11 +91,9 @@ def measured(
             f'not {positions_of_joints.shape} and {given.shape}'
         )
     positions = given.ndim == 2
-    T = np.tile(np.eye(4), (count, 1, 1))
-    if positions:
-        T[:, :3, 3] = given
-    else:
-        T[:, :3] = given[:, :3]
+    T = rigid_positions(given if positions else given[:, :3, 3])
+    if not positions:
+        T[:, :3, :3] = given[:, :3, :3]
     if not (np.all(np.isfinite(positions_of_joints)) and np.all(np.isfinite(T))):
         raise CalibrationError('joint positions and poses must be finite')
     groups = np.zeros(count, dtype=np.int64) if sets is None else np.array(sets, dtype=np.int64)
@@ -109,6 +108,13 @@ def measured(
     for k in range(result.set_count if count else 1):
         _check_set(robot, result, k)
     return result
+
+
+def rigid_positions(points: Floats) -> Floats:
+    """Return points (N, 3) as poses (N, 4, 4) without a rotation."""
+    T = np.tile(np.eye(4), (len(points), 1, 1))
+    T[:, :3, 3] = points
+    return T
 
 
 def _check_set(robot: Robot, given: Measured, k: int) -> None:
@@ -267,26 +273,41 @@ def _too_far_off(robot: Robot, middle: float, free: Free) -> str:
 
 
 def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free: Free) -> None:
-    turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
     mirrored, small = np.array(poses), np.array(poses)
     mirrored[:, 2, 3] *= -1.0
     small[:, :3, 3] *= 1e-3
+    axes = 'mirrored axes: one axis of the positions points the wrong way'
     for sentence, joints, others in (
         ('the positions are in millimetres, not metres', q, small),
-        ('mirrored axes: one axis of the positions points the wrong way', q, mirrored),
-        (
-            'the joint positions are in degrees, not radians',
-            np.where(turning, np.radians(q), q),
-            poses,
-        ),
+        (axes, q, mirrored),
+        (DEGREES, from_degrees(robot, q), poses),
     ):
         A = forward_kinematics(robot, joints)
         left = float(np.median(offsets_of(A, others, True, free).remainder))
-        if left * DECISIVE < middle and middle > ALIKE and left < NO_CALIBRATION:
-            raise CalibrationError(
-                f'{sentence}: with that undone {length_in_words(left)} remain of '
-                f'{length_in_words(middle)} (medians)'
-            )
+        if middle > ALIKE and left < NO_CALIBRATION:
+            refuse_mistake(sentence, left, middle)
+
+
+def from_degrees(robot: Robot, q: Floats) -> Floats:
+    """Return joint positions (N, n) whose angles were in degrees, rad or m."""
+    turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
+    return np.where(turning, np.radians(q), q)
+
+
+def refuse_mistake(sentence: str, left: float, middle: float) -> None:
+    """
+    Refuse rows that a mistake explains: with that undone much less of them is left (m).
+
+    Raises
+    ------
+    CalibrationError
+        So it is.
+    """
+    if left * DECISIVE < middle:
+        raise CalibrationError(
+            f'{sentence}: with that undone {length_in_words(left)} remain of '
+            f'{length_in_words(middle)} (medians)'
+        )
 
 
 def in_words(position: float, rotation: float, positions: bool) -> str:

@@ -168,8 +168,7 @@ def _moved_more(
         (name, factor + more if name == variable else factor)
         for name, factor in given.affine.coefficients
     )
-    sign = '-' if written < 0.0 else '+'
-    text = f'{given.text} {sign} {number_text(abs(written))}*{variable}'
+    text = _sum(given, written, f'{number_text(abs(written))}*{variable}')
     return Expression(text, replace(given.affine, coefficients=coefficients))
 
 
@@ -278,18 +277,12 @@ def _dh_rows(
 def _elementary_rows(
     description: RobotDescription, k: int, link: ElementaryMotion, found: Corrections
 ) -> list[Link]:
-    own = replace(
-        link,
-        argument=_added(
-            link.argument, found.get((k, 'own'), 0.0), link.axis[0] == 'R', description
-        ),
-    )
     extra: list[Link] = [
         ElementaryMotion(axis, _number(found[k, axis], axis[0] == 'R', description))
         for axis in ORDER
         if (k, axis) in found
     ]
-    return [*extra, own]
+    return [*extra, _joint_added(link, k, found, description)]
 
 
 def _shape_rows(
@@ -297,15 +290,7 @@ def _shape_rows(
 ) -> list[Link]:
     if link.joint is None:
         return [link]
-    joint = replace(
-        link.joint,
-        argument=_added(
-            link.joint.argument,
-            found.get((k, 'own'), 0.0),
-            link.joint.axis[0] == 'R',
-            description,
-        ),
-    )
+    joint = _joint_added(link.joint, k, found, description)
     numbers = [found.get((k, axis), 0.0) for axis in ORDER]
     if not any(numbers):
         return [replace(link, joint=joint)]
@@ -324,13 +309,10 @@ def _turned(given: Expression, turn: float, description: RobotDescription) -> Ex
     if turn == 0.0:
         return given
     text = '90' if description.angle_unit == 'deg' else 'pi/2'
-    sign = '-' if turn < 0.0 else '+'
-    if given.text == '0':
-        text = text if turn > 0.0 else f'-{text}'
-    else:
-        text = f'{given.text} {sign} {text}'
     affine = replace(given.affine, constant=given.affine.constant + turn)
-    return Expression(text, affine)
+    if given.text == '0':
+        return Expression(text if turn > 0.0 else f'-{text}', affine)
+    return Expression(_sum(given, turn, text), affine)
 
 
 def _added(
@@ -339,9 +321,20 @@ def _added(
     if value == 0.0:
         return given
     number = in_file_units(value, angle, description)
-    sign = '-' if number < 0.0 else '+'
     affine = replace(given.affine, constant=given.affine.constant + value)
-    return Expression(f'{given.text} {sign} {number_text(abs(number))}', affine)
+    return Expression(_sum(given, number, number_text(abs(number))), affine)
+
+
+def _sum(given: Expression, value: float, size: str) -> str:
+    # An expression and a number of this sign, whose size is written so.
+    return f'{given.text} {"-" if value < 0.0 else "+"} {size}'
+
+
+def _joint_added(
+    joint: ElementaryMotion, k: int, found: Corrections, description: RobotDescription
+) -> ElementaryMotion:
+    own, angle = found.get((k, 'own'), 0.0), joint.axis[0] == 'R'
+    return replace(joint, argument=_added(joint.argument, own, angle, description))
 
 
 def _number(value: float, angle: bool, description: RobotDescription) -> Expression:

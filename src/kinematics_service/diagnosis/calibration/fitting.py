@@ -30,8 +30,9 @@ MEDIAN, HUBER, OUTLIER, OUTLIER_OF_THREE = 1.538, 3.0, 6.0, 5.3
 ROBUST_ROUNDS, ROUNDS, SORTING_ROUNDS, KNOWN_STEPS = 12, 25, 8, 4
 # A step within this share of the standard deviations, and a change of the noise, ends it.
 ENOUGH = 1e-3
-# Degrees of freedom beyond two that the noise is taken to have at least.
-LEAST_FREEDOM = 1.0
+# Degrees of freedom beyond two that the noise is taken to have at least; a noise of no more than
+# the second is not told by the rows.
+LEAST_FREEDOM, UNTOLD = 1.0, 1.0
 HALVINGS = 5
 # Standard deviation (m) of a distance between points that is known.
 DISTANCE = 1e-5
@@ -400,5 +401,5 @@ def _evident_noise(
         squares = float(np.sum(remainders[used, kind] ** 2))
         least = USUAL_NOISE if free < FEW_ROWS else LEAST_NOISE
         found.append(max(float(np.sqrt(squares / max(free, 1.0))), least))
-        freedom.append(max(float(free), 1.0))
+        freedom.append(max(float(free), UNTOLD))
     return Noise(found[0], found[-1]), Noise(freedom[0], freedom[-1])

@@ -25,29 +25,23 @@ TOLD = 1.0 / 3.0
 
 
 @dataclass(frozen=True)
-class CalibratedParameter:
+class CalibratedParameter(ArmParameter):
     """
-    A parameter after the calibration.
+    A parameter after the calibration; angles are in rad, lengths in m, a lag in s.
 
     Attributes
     ----------
-    name, group, angle
-        As `ArmParameter` has them; angles are in rad, lengths in m, a lag in s, gear ratios are
-        shares.
     correction
-        What is added to the nominal number.
+        What is added to the nominal number; of a gear ratio a share of it.
     deviation
         Standard deviation of the correction.
     prior
         Standard deviation before.
     """
 
-    name: str
-    group: str
-    angle: bool
-    correction: float
-    deviation: float
-    prior: float
+    correction: float = 0.0
+    deviation: float = 0.0
+    prior: float = 0.0
 
     @property
     def unit(self) -> str:
@@ -61,8 +55,7 @@ class CalibratedParameter:
     @property
     def told(self) -> bool:
         """Return whether the poses tell it; otherwise it mostly stays where its prior has it."""
-        usual = min(self.prior, ArmParameter(self.name, self.group, self.angle).scale)
-        return self.deviation < TOLD * usual
+        return self.deviation < TOLD * min(self.prior, self.scale)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,5 +1,6 @@
-"""Measured poses read from recordings, as an audit reads them, with the joints at their times."""
+"""Measured poses of recordings with the joints at their times; and tables of touched points."""
 
+import csv
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -10,11 +11,11 @@ from ...errors import CalibrationError, KinematicsError
 from ...estimation.estimator import Estimator, EstimatorSettings
 from ...formats.recordings.block import UnreadableMessage
 from ...formats.recordings.columns import Column, StateTable
-from ...formats.recordings.open_file import open_source
-from ...formats.recordings.source import MOST_POSES, PoseTrack, RecordingSource, Selection
+from ...formats.recordings.open_file import TABLES, open_source
+from ...formats.recordings.source import PoseTrack, RecordingSource, Selection
 from ...kernel import Floats
 from ...robot.robot import Robot
-from ..audit.frames import matched
+from ..audit.frames import chosen_poses, matched
 from ..audit.ingest import Ingest
 from ..audit.neighbourhoods import Neighbourhoods
 from ..frame_check.diagnosis import diagnose_frames
@@ -39,9 +40,9 @@ class MeasuredRecording:
     kind
         Of their orientations, as `PoseTrack` has it.
     stamps : shape (N,), s
-        Since the first pose.
+        Since the first pose of the file.
     motion
-        Joint positions (K, n) at times (K,), s since the first pose; None if there are too few.
+        Joint positions (K, n) at times (K,), s since then; None if there are too few.
     rates : shape (N, n), rad/s or m/s
         Joint velocities; zero where they are not known.
     remarks
@@ -141,24 +142,19 @@ def _joined(
     if not len(matching):
         reason = reason or 'there is no pose'
         raise CalibrationError(f'{file}: {track.name}: {reason}')
+    chosen = chosen_poses(track, found, use)
     total = track.total or len(track.stamps)
-    chosen = matching[np.unique(np.linspace(0, len(matching) - 1, MOST_POSES).astype(int))]
-    if len(chosen) < len(matching) or len(track.stamps) < total:
-        remarks = [*remarks, f'{len(chosen):,} of {total:,} poses are used, evenly spread']
-    zero = found.stamps[chosen[0]]
-    motion = None
-    stamps_of_poses = (found.stamps[chosen] - zero) * 1e-9
-    if len(found.states_at) > 1:
-        motion = (found.states_at - zero) * 1e-9, found.states
+    if len(chosen.rows) < len(matching) or len(track.stamps) < total:
+        remarks = [*remarks, f'{len(chosen.rows):,} of {total:,} poses are used, evenly spread']
     return MeasuredRecording(
         file,
         track.name,
-        found.q[chosen],
-        track.poses[found.poses[chosen]],
+        chosen.q,
+        chosen.poses,
         track.kind,
-        stamps_of_poses,
-        motion,
-        _rates(robot, motion, stamps_of_poses),
+        chosen.stamps,
+        chosen.motion,
+        _rates(robot, chosen.motion, chosen.stamps),
         (*remarks, *([reason] if reason else []), *track.doubts),
     )
 
@@ -202,3 +198,73 @@ def without_lag(robot: Robot, given: MeasuredRecording) -> MeasuredRecording:
         joints.rates[joints.known],
         (*given.remarks, remark),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class TouchRecording:
+    """
+    Touches of one file.
+
+    Attributes
+    ----------
+    file
+        The file.
+    q : shape (N, n), rad or m
+    points : N
+        Names of the points touched.
+    remarks
+        Sentences on what was left out.
+    """
+
+    file: str
+    q: Floats
+    points: tuple[str, ...]
+    remarks: tuple[str, ...]
+
+
+def read_touches(file: Path, wanted: Selection, column: str) -> TouchRecording:
+    """
+    Return the joint positions of a table and the point touched at each row.
+
+    Rows without a name are left out.
+
+    Raises
+    ------
+    RecordingError
+        The file cannot be read.
+    CalibrationError
+        It is no table, has no such column, or a named row has no number for some joint.
+    """
+    if file.exists() and file.suffix.lower() not in TABLES:
+        raise CalibrationError(f'{file}: --same-point names a column of a table (.csv)')
+    with open_source(file, wanted) as source:
+        blocks = [one for one in source.blocks if not isinstance(one, UnreadableMessage)]
+        remarks = [remark.text for remark in source.remarks]
+    q = np.concatenate([one.positions for one in blocks])
+    names = np.array(_column(file, column)[: len(q)])
+    named = names != ''
+    missing = np.flatnonzero(named & ~np.all(np.isfinite(q), axis=1))
+    if len(missing):
+        raise CalibrationError(
+            f'{file}: row {missing[0]}, counted from 0, has no number for some joint'
+        )
+    if not np.all(named):
+        left = int(np.sum(~named))
+        what = 'row names no point and is' if left == 1 else 'rows name no point and are'
+        remarks.append(f'{left} {what} left out')
+    return TouchRecording(str(file), q[named], tuple(names[named].tolist()), tuple(remarks))
+
+
+def _column(file: Path, column: str) -> list[str]:
+    # The cells of the rows that the table's reader takes, empty lines being none.
+    with file.open(encoding='utf-8-sig', newline='') as stream:
+        first = next(line for line in stream if line.strip())
+        delimiter = next((c for c in ',;\t' if c in first), ' ')
+        header = [cell.strip() for cell in next(csv.reader([first], delimiter=delimiter))]
+        if column not in header:
+            raise CalibrationError(
+                f'{file}: there is no column {column!r}; the header has {", ".join(header)}'
+            )
+        at = header.index(column)
+        rows = (row for row in csv.reader(stream, delimiter=delimiter) if any(map(str.strip, row)))
+        return [row[at].strip() if at < len(row) else '' for row in rows]

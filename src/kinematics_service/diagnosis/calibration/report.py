@@ -14,6 +14,8 @@ from .identified_table import CalibratedParameter
 
 # Outliers named in a sentence.
 MOST_NAMED = 8
+# What a document says of a parameter.
+OF_PARAMETER = ('name', 'group', 'unit', 'correction', 'deviation', 'prior', 'told')
 
 
 def kind_of(found: Calibration) -> str:
@@ -48,7 +50,13 @@ def sentences_of(found: Calibration) -> Iterator[str]:
         )
     row = 'touch' if found.points else 'pose'
     noise = in_words(found.noise.position, found.noise.rotation, found.positions)
-    yield f'What the arm cannot explain is {noise} for each number of a {row}'
+    if found.noise_told:
+        yield f'What the arm cannot explain is {noise} for each number of a {row}'
+    else:
+        yield (
+            f'So few numbers do not tell the noise: {noise} for each number of a {row} is '
+            'assumed, and deviations are by that (--noise gives that of the instrument)'
+        )
     kind = kind_of(found)
     yield (
         f'These {kind} tell {found.known} directions of the {len(found.parameters)} parameters; '
@@ -129,49 +137,32 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
     """Return everything as a document, in SI units."""
     return {
         'robot': found.robot.name,
-        'files': list(files),
+        'files': files,
         'poses': found.count,
         'positions_only': found.positions,
         'accepted': found.accepted,
-        'refusals': list(found.refusals),
+        'refusals': found.refusals,
         'explained': {
             'decided': found.explained.decided,
-            'sentences': list(found.explained.sentences),
+            'sentences': found.explained.sentences,
         },
-        'outliers': list(found.outliers),
+        'outliers': found.outliers,
         'errors': {'as_given': found.as_given._asdict(), **_errors(found.without)},
         'errors_with_outliers': _errors(found.with_outliers),
-        'noise': dict(found.noise._asdict()),
+        'noise': found.noise._asdict(),
         'known': found.known,
         'possible': found.possible,
         'singular_values': found.singular_values,
         'parameters': [
-            {
-                'name': one.name,
-                'group': one.group,
-                'unit': one.unit,
-                'correction': one.correction,
-                'deviation': one.deviation,
-                'prior': one.prior,
-                'told': one.told,
-            }
-            for one in found.parameters
+            {name: getattr(one, name) for name in OF_PARAMETER} for one in found.parameters
         ],
         'covariance': found.covariance,
-        'combinations': [
-            {
-                'names': list(one.names),
-                'determined': one.determined,
-                'coefficients': list(one.coefficients),
-                'sentence': one.sentence,
-            }
-            for one in found.combinations
-        ],
+        'combinations': [vars(one) for one in found.combinations],
         'points': [
             {
                 'name': one.name,
-                'position': list(one.position),
-                'deviation': list(one.deviation),
+                'position': one.position,
+                'deviation': one.deviation,
                 'touches': one.count,
             }
             for one in found.points
@@ -181,7 +172,7 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
         'base_starts': found.base_starts,
         'tool_starts': found.tool_starts,
         'frame_check': None if found.frames is None else found.frames.sentence,
-        'remarks': list(found.remarks),
+        'remarks': found.remarks,
         'sentences': list(sentences_of(found)),
     }
 

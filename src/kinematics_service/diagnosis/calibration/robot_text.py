@@ -187,7 +187,8 @@ def certificate(
         f'error before ({fitted} fitted): {errors("before")} rms; after: {errors("after")}',
         f'error of {kind_of(found)} held out, over {BLOCKS} blocks of rows: before '
         f'{errors("held_out_before")}; after {errors("held_out")}',
-        f'noise: {in_words(found.noise.position, found.noise.rotation, found.positions)} of '
+        f'noise{"" if found.noise_told else " (assumed)"}: '
+        f'{in_words(found.noise.position, found.noise.rotation, found.positions)} of '
         f'each number of a {"touch" if found.points else "pose"}',
         f'told by these {kind_of(found)}: {found.known} directions of {len(found.parameters)} '
         f'parameters; by any such {kind_of(found)}: {found.possible}',

@@ -34,12 +34,15 @@ from ..frame_check.errors import MOST, length_in_words
 from ..frame_check.hypotheses import Hypothesis
 from .checking import (
     ALIKE,
-    DECISIVE,
+    DEGREES,
     LEAST,
     NO_CALIBRATION,
     Measured,
     check_different,
     explained_by_joints,
+    from_degrees,
+    refuse_mistake,
+    rigid_positions,
     value_in_words,
 )
 from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint
@@ -65,7 +68,7 @@ TOUCHES, STEPS, LONGEST_STEP = 1e-13, 60, 0.3
 # What remains of a scale, as a share of it, where nothing tells it.
 NO_SCALE = 1e-7
 # No joint (rad) turns farther: more is in degrees.
-DEGREES = 13.0
+FAR_TURNED = 13.0
 # Where a number is off by its deviation the squares that remain should grow by 1; if by this much
 # more, deviations of other numbers do not hold there.
 BENT = 3.0
@@ -144,8 +147,7 @@ class SamePointParameters(ChosenParameters):
         apart: Mapping[tuple[str, str], float],
     ) -> None:
         self.touches, self.arm, self.apart = touches, arm, _checked(apart, touches.names)
-        count = len(touches.q)
-        poses = np.tile(np.eye(4), (count, 1, 1))
+        poses = rigid_positions(np.zeros((len(touches.q), 3)))
         super().__init__(robot, Measured(touches.q, poses, True, touches.point), (), arm.table)
         self.every = (
             *arm.table,
@@ -204,7 +206,7 @@ class SamePointParameters(ChosenParameters):
             tuple(self._chain(k, start.tip) for k in range(len(names))),
             point,
             q,
-            _positions(start.points[point]),
+            rigid_positions(start.points[point]),
             True,
             known_distances=tuple(
                 KnownDistance(
@@ -273,7 +275,7 @@ class SamePointParameters(ChosenParameters):
             problem,
             q=touching[exact],
             sets=point[exact],
-            poses=_positions(self.start.points[point[exact]]),
+            poses=rigid_positions(self.start.points[point[exact]]),
         )
         scales = np.array([one.scale for one in problem.parameters]) / problem.prior
         zero = np.zeros(len(scales))
@@ -369,12 +371,6 @@ def _on_deviations(problem: FitProblem, found: Identified) -> list[str]:
     ]
 
 
-def _positions(points: Floats) -> Floats:
-    T = np.tile(np.eye(4), (len(points), 1, 1))
-    T[:, :3, 3] = points
-    return T
-
-
 def _started(robot: Robot, q: Floats, point: Integers, free: bool) -> _Start:
     # The worst rows of each round do not count in the next one.
     poses = forward_kinematics(robot, q)
@@ -412,15 +408,11 @@ def _check_touches(robot: Robot, touches: Touches, start: _Start) -> None:
     middle = float(np.median(start.distances))
     if middle < ALIKE:
         return
-    turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
-    joints = np.where(turning, np.radians(touches.q), touches.q)
-    left = float(np.median(_started(robot, joints, touches.point, free=True).distances))
+    left = _started(robot, from_degrees(robot, touches.q), touches.point, free=True).distances
     # Angles so small bring the tip to nearly one point, whatever was touched.
-    if left * DECISIVE < middle and np.max(np.abs(touches.q[:, turning]), initial=0.0) > DEGREES:
-        raise CalibrationError(
-            'the joint positions are in degrees, not radians: with that undone '
-            f'{length_in_words(left)} remain of {length_in_words(middle)} (medians)'
-        )
+    turning = [kind != 'prismatic' for kind in robot.joint_types]
+    if np.max(np.abs(touches.q[:, turning]), initial=0.0) > FAR_TURNED:
+        refuse_mistake(DEGREES, float(np.median(left)), middle)
     if middle > NO_CALIBRATION:
         raise CalibrationError(
             f'half of the touches are more than {length_in_words(middle)} from their points: no '

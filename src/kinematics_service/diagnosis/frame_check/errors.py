@@ -77,6 +77,11 @@ class Errors(NamedTuple):
         """Return both RMS values, in mm or m and in deg."""
         return f'{length_in_words(self.position_rms)}, {angle_in_words(self.rotation_rms)}'
 
+    def cells(self) -> list[str]:
+        """Return all four in words, in their order."""
+        words = (length_in_words, length_in_words, angle_in_words, angle_in_words)
+        return [in_words(value) for in_words, value in zip(words, self)]
+
 
 def errors_of(position: Floats, rotation: Floats) -> Errors:
     """Return the errors of remainders, position (N, 3) in m and rotation (N, 3) in rad."""

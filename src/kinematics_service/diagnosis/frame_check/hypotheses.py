@@ -189,48 +189,35 @@ def read_as(robot: Robot, convention: str) -> Robot:
 def _of_poses(poses: Floats) -> Iterator[Hypothesis]:
     R, p = poses[:, :3, :3], poses[:, :3, 3]
     Rt = np.swapaxes(R, 1, 2)
+    x, y, z, w = quaternions_of(poses).T
+    from_wxyz, from_xyzw = (
+        rotation_of_quaternion(np.stack(numbers, axis=1))
+        for numbers in ((y, z, w, x), (w, x, y, z))
+    )
 
-    def with_(rotations: Floats, positions: Floats) -> Floats:
+    def undone(
+        key: str, sentence: str, rotations: Floats, positions: Floats, unit: float = 1.0
+    ) -> Hypothesis:
         T = np.array(poses)
         T[:, :3, :3], T[:, :3, 3] = rotations, positions
-        return T
+        return Hypothesis(key, sentence, poses=T, unit=unit)
 
-    def turned(M: Floats, v: Floats) -> Floats:
-        return np.asarray(np.einsum('nij,nj->ni', M, v))
+    yield undone('millimetres', 'the poses are in millimetres, not metres', R, 1e-3 * p)
+    lengths = 'the lengths of the table are in millimetres, not metres'
+    yield undone('millimetres', lengths, R, 1e3 * p, 1e-3)
+    positions = 'the positions are in tool axes, not in base axes'
+    yield undone('tool_axes', positions, R, _turned(R, p))
+    inverse = 'the poses are those of the base in the tool frame'
+    yield undone('tool_axes', inverse, Rt, -_turned(Rt, p))
+    yield undone('tool_axes', 'the orientations are those of the base in tool axes', Rt, p)
+    read = 'the quaternions are w x y z, and are read as x y z w'
+    yield undone('quaternion_order', read, from_wxyz, p)
+    were_read = 'the quaternions are x y z w, and were read as w x y z'
+    yield undone('quaternion_order', were_read, from_xyzw, p)
 
-    yield Hypothesis(
-        'millimetres', 'the poses are in millimetres, not metres', poses=with_(R, 1e-3 * p)
-    )
-    yield Hypothesis(
-        'millimetres',
-        'the lengths of the table are in millimetres, not metres',
-        poses=with_(R, 1e3 * p),
-        unit=1e-3,
-    )
-    yield Hypothesis(
-        'tool_axes',
-        'the positions are in tool axes, not in base axes',
-        poses=with_(R, turned(R, p)),
-    )
-    yield Hypothesis(
-        'tool_axes',
-        'the poses are those of the base in the tool frame',
-        poses=with_(Rt, -turned(Rt, p)),
-    )
-    yield Hypothesis(
-        'tool_axes', 'the orientations are those of the base in tool axes', poses=with_(Rt, p)
-    )
-    x, y, z, w = quaternions_of(poses).T
-    yield Hypothesis(
-        'quaternion_order',
-        'the quaternions are w x y z, and are read as x y z w',
-        poses=with_(rotation_of_quaternion(np.stack([y, z, w, x], axis=1)), p),
-    )
-    yield Hypothesis(
-        'quaternion_order',
-        'the quaternions are x y z w, and were read as w x y z',
-        poses=with_(rotation_of_quaternion(np.stack([w, x, y, z], axis=1)), p),
-    )
+
+def _turned(M: Floats, v: Floats) -> Floats:
+    return np.asarray(np.einsum('nij,nj->ni', M, v))
 
 
 def quaternions_of(poses: Floats) -> Floats:

@@ -4,6 +4,7 @@ Constant offsets of base and tool between two sources of poses: X and Y of B_i =
 Every function solves H such problems at once: one more hypothesis costs little.
 """
 
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -100,14 +101,8 @@ def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = STE
     for _ in range(steps):
         step = solved(jacobian(A, fit, scale), residual(fit, scale))
         new = _fit(A, B, *_moved(fit, step, scale), scale)
-        better = new.score < fit.score
         gained = np.max(1.0 - new.score / np.maximum(fit.score, 1e-300), initial=0.0)
-        fit = Fit(
-            *(
-                np.where(better.reshape(-1, *[1] * (one.ndim - 1)), other, one)
-                for one, other in zip(fit, new)
-            )
-        )
+        fit = _better(fit, new)
         if gained < ENOUGH:
             break
     return fit
@@ -119,6 +114,17 @@ def _fit(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
     rotation = rotation_vector(B[..., :3, :3] @ np.swapaxes(M[..., :3, :3], -1, -2))
     squares = np.sum((position / scale) ** 2, axis=-1) + np.sum(rotation**2, axis=-1)
     return Fit(X, Y, position, rotation, np.sqrt(np.mean(squares, axis=-1)))
+
+
+def _better(fit: Fit, new: Fit) -> Fit:
+    # Of each problem the fit that leaves less.
+    less = new.score < fit.score
+    return Fit(
+        *(
+            np.where(less.reshape(-1, *[1] * (one.ndim - 1)), other, one)
+            for one, other in zip(fit, new)
+        )
+    )
 
 
 def residual(fit: Fit, scale: Floats) -> Floats:
@@ -213,31 +219,22 @@ def _small(step: Floats, scale: Floats) -> Floats:
 
 def _closed_form(A: Floats, B: Floats, scale: Floats) -> tuple[Floats, Floats]:
     # Returns that of several rotations, each with its best translations, that leaves least.
-    best: Fit | None = None
-    for RX, RY in _rotations(A, B):
-        X, Y = np.zeros((len(A), 4, 4)), np.zeros((len(A), 4, 4))
-        X[:, :3, :3], Y[:, :3, :3] = RX, RY
-        X[:, 3, 3] = Y[:, 3, 3] = 1.0
-        # p_B = t_X + R_X p_A + R_X R_A t_Y: linear in both.
-        RXA = RX[:, None] @ A[..., :3, :3]
-        M = np.concatenate([np.broadcast_to(np.eye(3), RXA.shape), RXA], axis=-1)
-        rest = B[..., :3, 3] - np.einsum('hij,hnj->hni', RX, A[..., :3, 3])
-        t = solved(M.reshape(len(A), -1, 6), rest.reshape(len(A), -1))
-        X[:, :3, 3], Y[:, :3, 3] = t[:, :3], t[:, 3:]
-        fit = _fit(A, B, X, Y, scale)
-        if best is None:
-            best = fit
-            continue
-        better = (fit.score < best.score)[:, None, None]
-        best = Fit(
-            np.where(better, fit.X, best.X),
-            np.where(better, fit.Y, best.Y),
-            fit.position,
-            fit.rotation,
-            np.minimum(fit.score, best.score),
-        )
-    assert best is not None
+    fits = (_translated(A, B, scale, *rotations) for rotations in _rotations(A, B))
+    best = reduce(_better, fits)
     return best.X, best.Y
+
+
+def _translated(A: Floats, B: Floats, scale: Floats, RX: Floats, RY: Floats) -> Fit:
+    X, Y = np.zeros((len(A), 4, 4)), np.zeros((len(A), 4, 4))
+    X[:, :3, :3], Y[:, :3, :3] = RX, RY
+    X[:, 3, 3] = Y[:, 3, 3] = 1.0
+    # p_B = t_X + R_X p_A + R_X R_A t_Y: linear in both.
+    RXA = RX[:, None] @ A[..., :3, :3]
+    M = np.concatenate([np.broadcast_to(np.eye(3), RXA.shape), RXA], axis=-1)
+    rest = B[..., :3, 3] - np.einsum('hij,hnj->hni', RX, A[..., :3, 3])
+    t = solved(M.reshape(len(A), -1, 6), rest.reshape(len(A), -1))
+    X[:, :3, 3], Y[:, :3, 3] = t[:, :3], t[:, 3:]
+    return _fit(A, B, X, Y, scale)
 
 
 def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:

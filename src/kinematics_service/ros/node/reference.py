@@ -27,7 +27,7 @@ from ..messages.topics import REFERENCE_POSE, TARGET_POSE_QOS
 from ..parameters.settings import ReferenceLimits
 
 if TYPE_CHECKING:
-    from ...diagnosis.frame_check import FrameDiagnosis
+    from ...diagnosis.frame_check.diagnosis import FrameDiagnosis
 
 # A pose between two joint states that are further apart (ns) is not compared.
 LONGEST_GAP = 100_000_000
@@ -184,7 +184,7 @@ class Reference:
         way: list[tuple[int, Floats]],
     ) -> None:
         # Imported if there is a second source: most nodes have none.
-        from ...diagnosis.frame_check import diagnose_frames
+        from ...diagnosis.frame_check.diagnosis import diagnose_frames
 
         pairs = sorted(pairs, key=lambda pair: pair[0])
         stamps = np.array([pair[0] for pair in pairs])
@@ -207,7 +207,8 @@ class Reference:
 
 def frames_status(found: 'FrameDiagnosis', limits: ReferenceLimits) -> StatusText:
     """Return how far the robot file is from what was heard, judged by limits."""
-    from ...diagnosis.frame_check import FrameLimits, PoseLimit
+    from ...diagnosis.frame_check.errors import PoseLimit
+    from ...diagnosis.frame_check.judgement import FrameLimits
 
     judge = FrameLimits(
         PoseLimit(limits.position_warn, limits.angle_warn),

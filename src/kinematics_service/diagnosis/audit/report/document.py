@@ -14,7 +14,7 @@ from ....kinematics.tool_state import evaluate
 from ....rigid_motion import roll_pitch_yaw
 from ....robot.measures import MEASURES, Level
 from ....version import __version__
-from ...frame_check import TestedCause
+from ...frame_check.causes import TestedCause
 from ..auditing import Audit
 from ..frames import NotCompared
 from ..stretches import badness, watched_values
@@ -56,12 +56,8 @@ def document_of(audit: Audit) -> dict[str, Any]:
         'topic': audit.topic,
         'planned': audit.planned,
         'robot': robot.name,
-        'joint_names': robot.joint_names,
-        'base_frame': robot.base_frame,
-        'tool_frame': robot.tool_frame,
-        'measure': robot.thresholds.measure,
-        'warn': robot.thresholds.warn,
-        'stop': robot.thresholds.stop,
+        **_chosen(robot, 'joint_names', 'base_frame', 'tool_frame'),
+        **_chosen(robot.thresholds, 'measure', 'warn', 'stop'),
         'level': verdict.level.name,
         'verdict': [{'level': s.level.name, 'sentence': s.text} for s in verdict.sentences],
         'messages': {
@@ -147,32 +143,28 @@ def _plan(number: int, check: PlanCheck) -> dict[str, Any]:
         'closure': None if check.closure is None else _closure(check.closure),
         'joints': [
             {
-                'name': joint.name,
-                'limits': joint.limits,
-                'speed': joint.speed,
-                **{
-                    name: {'value': extreme.value, **_moment(extreme.moment)}
-                    for name, extreme in (
-                        ('least', joint.least),
-                        ('greatest', joint.greatest),
-                        ('fastest', joint.fastest),
-                    )
-                },
+                **_chosen(joint, 'name', 'limits', 'speed'),
+                **{name: _extreme(joint, name) for name in ('least', 'greatest', 'fastest')},
             }
             for joint in check.joints
         ],
         'speeds': [
             {
-                'of': speed.of,
-                'verdict': speed.verdict,
-                'limit': speed.limit,
-                'lower': speed.lower,
-                'upper': speed.upper,
+                **_chosen(speed, 'of', 'verdict', 'limit', 'lower', 'upper'),
                 **_moment(speed.moment),
             }
             for speed in check.speeds
         ],
     }
+
+
+def _chosen(one: object, *names: str) -> dict[str, Any]:
+    return {name: getattr(one, name) for name in names}
+
+
+def _extreme(joint: object, name: str) -> dict[str, Any]:
+    extreme = getattr(joint, name)
+    return {'value': extreme.value, **_moment(extreme.moment)}
 
 
 def _closure(closure: PlanClosure) -> dict[str, Any]:
@@ -214,10 +206,7 @@ def _frames(audit: Audit) -> dict[str, Any] | None:
     diagnosis = report.diagnosis
     return {
         **source,
-        'considered': report.considered,
-        'matched': report.matched,
-        'unmatched': report.unmatched,
-        'doubts': report.doubts,
+        **_chosen(report, 'considered', 'matched', 'unmatched', 'doubts'),
         'level': report.level.name,
         'sentence': report.sentence,
         'warn': report.limits.warn._asdict(),
@@ -235,10 +224,7 @@ def _frames(audit: Audit) -> dict[str, Any] | None:
 
 def _cause(cause: TestedCause) -> dict[str, Any]:
     return {
-        'key': cause.key,
-        'sentence': cause.sentence,
-        'value': cause.value,
-        'ratio': cause.ratio,
+        **vars(cause),
         'errors': cause.errors._asdict(),
         'base_offset': offset_of(cause.base_offset),
         'tool_offset': offset_of(cause.tool_offset),

@@ -7,20 +7,26 @@ paths.
 
 import math
 from collections.abc import Callable
+from functools import partial
 from html import escape
 
 from ....estimation.estimator import ACCEPTED
-from ....page import MOST, document, more_of, resource, table
+from ....page import MOST, Column, document, more_of, resource, table, table_of
 from ....robot.measures import MEASURES
 from ....version import __version__
 from ..auditing import Audit
 from ..findings import count, seconds
+from ..joints import JointReport
+from ..reported_velocities import VelocityCheck
+from ..stretches import Stretch
 from ..verdict import AuditVerdict, judged_in_words, verdict_of
 from .page_charts import interval_chart, joint_charts, measure_charts, tool_charts
 from .page_frames import frame_section
 from .page_header import Provenance, header
 from .page_plans import plan_section
 
+# In the place of a number that is not known.
+NOTHING = '&ndash;'
 SIGNS = {'OK': '&#10003; fine', 'WARN': '&#9650; WARN', 'ERROR': '&#9632; ERROR'}
 
 
@@ -71,60 +77,42 @@ def _at(audit: Audit, row: int) -> str:
 
 def _singularities(audit: Audit) -> str:
     measure = MEASURES[audit.robot.thresholds.measure]
-    unit = f', {measure.unit}' if measure.unit else ''
-    text = ['<h2>Near singularities</h2>\n', measure_charts(audit)]
+    worst = f'worst {measure.name.replace("_", " ")}{f", {measure.unit}" if measure.unit else ""}'
+    text = f'<h2>Near singularities</h2>\n{measure_charts(audit)}'
     if not audit.stretches:
         none = f'<p>None of the {judged_in_words(audit)} judged is near a singularity.</p>\n'
-        return ''.join([*text, none])
-    rows = []
-    for stretch in audit.stretches[:MOST]:
-        names = '<br>'.join(
-            f'{escape(one.name)}: {one.distance:.3g} rad at {_at(audit, one.row)}'.replace(
-                ' ', '&nbsp;'
-            )
-            for one in stretch.factors
-        )
-        rows.append(
-            [
-                f'{stretch.begin:.3f} s',
-                seconds(stretch.seconds),
-                seconds(stretch.stopped) if stretch.stopped else '',
-                _tag(stretch.level.name),
-                names or '(the robot file names no factors)',
-                f'{stretch.value:.3g}',
-                _at(audit, stretch.worst),
-                escape(stretch.lost),
-                escape(stretch.fighting),
-            ]
-        )
-    headers = [
-        'begins',
-        'lasts',
-        'time at stop',
-        'level',
-        'which',
-        f'worst {measure.name.replace("_", " ")}{unit}',
-        'at',
-        'tool motion lost there',
-        'joints against each other',
-    ]
-    text.append(table(headers, rows, (0, 1, 2, 5, 6)))
-    return ''.join(text) + more_of(len(audit.stretches))
+        return text + none
+    columns = (
+        Column('begins', lambda one: f'{one.begin:.3f} s', True),
+        Column('lasts', lambda one: seconds(one.seconds), True),
+        Column('time at stop', lambda one: seconds(one.stopped) if one.stopped else '', True),
+        Column('level', lambda one: _tag(one.level.name)),
+        Column('which', partial(_factors, audit)),
+        Column(worst, lambda one: f'{one.value:.3g}', True),
+        Column('at', lambda one: _at(audit, one.worst), True),
+        Column('tool motion lost there', lambda one: escape(one.lost)),
+        Column('joints against each other', lambda one: escape(one.fighting)),
+    )
+    return text + table_of(columns, audit.stretches[:MOST]) + more_of(len(audit.stretches))
+
+
+def _factors(audit: Audit, stretch: Stretch) -> str:
+    names = (
+        f'{escape(one.name)}: {one.distance:.3g} rad at {_at(audit, one.row)}'
+        for one in stretch.factors
+    )
+    return '<br>'.join(names).replace(' ', '&nbsp;') or '(the robot file names no factors)'
 
 
 def _moments(audit: Audit) -> str:
-    rows = [
-        [
-            escape(moment.what),
-            escape(moment.value),
-            _at(audit, moment.row),
-            f'{audit.timeline.messages[moment.row]:,}',
-            _pose(audit, moment.row),
-        ]
-        for moment in audit.moments
-    ]
-    headers = ['what', 'value', 'at', 'message', 'joints there']
-    return '<h2>Worst moments</h2>\n' + table(headers, rows, (1, 2, 3))
+    columns = (
+        Column('what', lambda one: escape(one.what)),
+        Column('value', lambda one: escape(one.value), True),
+        Column('at', lambda one: _at(audit, one.row), True),
+        Column('message', lambda one: f'{audit.timeline.messages[one.row]:,}', True),
+        Column('joints there', lambda one: _pose(audit, one.row)),
+    )
+    return '<h2>Worst moments</h2>\n' + table_of(columns, audit.moments)
 
 
 def _pose(audit: Audit, row: int) -> str:
@@ -137,58 +125,60 @@ def _pose(audit: Audit, row: int) -> str:
 
 
 def _joints(audit: Audit) -> str:
-    rows = []
-    for joint in audit.joints:
-        scale, unit = (1.0, 'm') if joint.sliding else (math.degrees(1.0), '&deg;')
-
-        def shown(value: float, scale: float = scale, unit: str = unit) -> str:
-            return f'{scale * value:.4g}{unit}' if math.isfinite(value) else '&ndash;'
-
-        check = joint.check
-        compared = '&ndash;' if check is None else f'{shown(check.rms)}/s'
-        lag = '' if check is None or not check.lag else f'{1e3 * check.lag:+.3g} ms'
-        factor = '' if check is None or check.scale == 1.0 else f'&times; {check.scale:.3g}'
-        rows.append(
-            [
-                escape(joint.name),
-                f'{shown(joint.least)} to {shown(joint.greatest)}'.replace(' ', '&nbsp;'),
-                f'{shown(joint.lower)} to {shown(joint.upper)}'.replace(' ', '&nbsp;')
-                if math.isfinite(joint.upper) or math.isfinite(joint.lower)
-                else 'none',
-                f'{joint.beyond:,}' if joint.beyond else '',
-                f'{joint.touching:,}' if joint.touching else '',
-                f'{shown(joint.fastest)}/s' if math.isfinite(joint.fastest) else '&ndash;',
-                f'{shown(joint.velocity_limit)}/s'
-                if math.isfinite(joint.velocity_limit)
-                else 'none',
-                f'{joint.too_fast:,}' if joint.too_fast else '',
-                compared,
-                '&ndash;' if check is None else f'{shown(check.worst)}/s',
-                f'{lag} {factor}'.strip(),
-            ]
-        )
-    headers = [
-        'joint',
-        'range',
-        'limits',
-        'beyond (messages)',
-        'at the limit',
-        'fastest',
-        'its limit',
-        'above (messages)',
-        'velocity error, rms',
-        'worst',
-        'lag, scale',
-    ]
-    text = '<h2>Joints</h2>\n' + table(headers, rows, tuple(range(3, 11)))
+    columns = (
+        Column('joint', lambda joint: escape(joint.name)),
+        Column('range', lambda joint: _span(joint, joint.least, joint.greatest)),
+        Column('limits', lambda joint: _span(joint, joint.lower, joint.upper)),
+        Column('beyond (messages)', lambda joint: _some(joint.beyond), True),
+        Column('at the limit', lambda joint: _some(joint.touching), True),
+        Column('fastest', lambda joint: _speed(joint, joint.fastest), True),
+        Column('its limit', lambda joint: _speed(joint, joint.velocity_limit, 'none'), True),
+        Column('above (messages)', lambda joint: _some(joint.too_fast), True),
+        Column('velocity error, rms', lambda joint: _error(joint, 'rms'), True),
+        Column('worst', lambda joint: _error(joint, 'worst'), True),
+        Column('lag, scale', lambda joint: _lag_and_scale(joint.check), True),
+    )
+    text = '<h2>Joints</h2>\n' + table_of(columns, audit.joints)
     if any(joint.check is not None for joint in audit.joints):
         text += (
             '<p class="soft">Velocity error: reported velocity minus the difference of the '
             'positions over its interval.</p>\n'
         )
-    if all(joint.check is None for joint in audit.joints) and not audit.planned:
+    elif not audit.planned:
         text += '<p class="soft">No reported velocities to compare with the positions.</p>\n'
     return text + joint_charts(audit)
+
+
+def _shown(joint: JointReport, value: float) -> str:
+    if not math.isfinite(value):
+        return NOTHING
+    return f'{value:.4g}m' if joint.sliding else f'{math.degrees(1.0) * value:.4g}&deg;'
+
+
+def _span(joint: JointReport, low: float, high: float) -> str:
+    if not (math.isfinite(low) or math.isfinite(high)):
+        return 'none'
+    return f'{_shown(joint, low)} to {_shown(joint, high)}'.replace(' ', '&nbsp;')
+
+
+def _some(number: int) -> str:
+    return f'{number:,}' if number else ''
+
+
+def _speed(joint: JointReport, speed: float, otherwise: str = NOTHING) -> str:
+    return f'{_shown(joint, speed)}/s' if math.isfinite(speed) else otherwise
+
+
+def _error(joint: JointReport, which: str) -> str:
+    return NOTHING if joint.check is None else f'{_shown(joint, getattr(joint.check, which))}/s'
+
+
+def _lag_and_scale(check: VelocityCheck | None) -> str:
+    if check is None:
+        return ''
+    lag = f'{1e3 * check.lag:+.3g} ms' if check.lag else ''
+    factor = '' if check.scale == 1.0 else f'&times; {check.scale:.3g}'
+    return f'{lag} {factor}'.strip()
 
 
 def _tool(audit: Audit) -> str:
@@ -219,24 +209,26 @@ def _stream(audit: Audit) -> str:
     ]
     text = '<h2>Messages</h2>\n' + table(['', ''], rows, (1,))
     if audit.examples:
-        first = [
-            [escape(reason), f'{one.message:,}', escape(one.sentence)]
-            for reason, one in audit.examples.items()
-        ]
-        text += table(['first one without a state', 'message', ''], first, (1,))
+        first = (
+            Column('first one without a state', lambda one: escape(one[0])),
+            Column('message', lambda one: f'{one[1].message:,}', True),
+            Column('', lambda one: escape(one[1].sentence)),
+        )
+        text += table_of(first, audit.examples.items())
     if stream.gaps:
-        gaps = [
-            [f'{gap.message:,}', seconds(gap.seconds), f'{gap.after * 1e-9:.3f} s']
-            for gap in stream.gaps[:MOST]
-        ]
-        text += table(['gap before message', 'lasts', 'after the stamp'], gaps, (0, 1, 2))
-        text += more_of(stream.gap_count)
+        gaps = (
+            Column('gap before message', lambda gap: f'{gap.message:,}', True),
+            Column('lasts', lambda gap: seconds(gap.seconds), True),
+            Column('after the stamp', lambda gap: f'{gap.after * 1e-9:.3f} s', True),
+        )
+        text += table_of(gaps, stream.gaps[:MOST]) + more_of(stream.gap_count)
     if len(stream.orders) > 1:
-        orders = [
-            [f'{one.first:,}', f'{one.messages:,}', escape(', '.join(one.joints))]
-            for one in stream.orders[:MOST]
-        ]
-        text += table(['first message', 'messages', 'joints in this order'], orders, (0, 1))
+        orders = (
+            Column('first message', lambda one: f'{one.first:,}', True),
+            Column('messages', lambda one: f'{one.messages:,}', True),
+            Column('joints in this order', lambda one: escape(', '.join(one.joints))),
+        )
+        text += table_of(orders, stream.orders[:MOST])
     return text + interval_chart(audit)
 
 

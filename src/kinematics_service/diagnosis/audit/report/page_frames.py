@@ -7,7 +7,7 @@ import numpy as np
 from ....kernel import Floats
 from ....page import table
 from ....rigid_motion import roll_pitch_yaw
-from ...frame_check.errors import angle_in_words, length_in_words
+from ...frame_check.errors import Errors
 from ..auditing import Audit
 from ..frames import FrameReport, NotCompared
 from .page_charts import frame_charts
@@ -71,15 +71,8 @@ def _notes(report: FrameReport) -> str:
     return f'<p class="soft">{compared}{unmatched}{judged}</p>\n{doubts}'
 
 
-def _errors(name: str, errors: tuple[float, float, float, float]) -> list[str]:
-    p_rms, p_max, r_rms, r_max = errors
-    return [
-        escape(name),
-        length_in_words(p_rms),
-        length_in_words(p_max),
-        angle_in_words(r_rms),
-        angle_in_words(r_max),
-    ]
+def _errors(name: str, errors: Errors) -> list[str]:
+    return [escape(name), *errors.cells()]
 
 
 def _offset(name: str, T: Floats) -> list[str]:

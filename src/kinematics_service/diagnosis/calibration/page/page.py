@@ -11,7 +11,7 @@ from ....kernel import Floats
 from ....page import document, facts, resource, table
 from ....robot.file.parts.parameters import TABLE_GROUPS
 from ....version import __version__
-from ...frame_check.errors import Errors, angle_in_words, length_in_words
+from ...frame_check.errors import Errors
 from ..calibration import Calibration
 from ..identified_table import CalibratedParameter
 from ..knowledge import KNOWN
@@ -93,15 +93,10 @@ def _errors(found: Calibration) -> str:
             ('calibrated, those left out as well', every.after),
             ('held out, calibrated, those left out as well', every.held_out),
         )
-    rows = []
-    for name, one in named:
-        cells = [length_in_words(one.position_rms), length_in_words(one.position_max)]
-        if not found.positions:
-            cells += [angle_in_words(one.rotation_rms), angle_in_words(one.rotation_max)]
-        rows.append([escape(name), *map(not_nothing, cells)])
-    headers = [kind_of(found), 'position rms', 'largest']
-    headers += [] if found.positions else ['orientation rms', 'largest']
-    return table(headers, rows, range(1, len(headers)))
+    headers = [kind_of(found), 'position rms', 'largest', 'orientation rms', 'largest']
+    count = 3 if found.positions else len(headers)
+    rows = ([escape(name), *map(not_nothing, one.cells())][:count] for name, one in named)
+    return table(headers[:count], rows, range(1, count))
 
 
 def _rows(found: Calibration) -> Floats:

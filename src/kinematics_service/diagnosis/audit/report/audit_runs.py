@@ -1,24 +1,45 @@
 """Recordings audited one after the other, by processes of this machine, or by a dask cluster."""
 
+import multiprocessing
 import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass
+from multiprocessing.connection import wait
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-if TYPE_CHECKING:
-    from ..diagnosis.audit.auditing import Audit
-    from ..diagnosis.audit.frames import FrameSettings
-    from ..diagnosis.audit.planned import PlanSettings
-    from ..diagnosis.audit.report.summary import Summary
-    from ..estimation.estimator import EstimatorSettings
-    from ..formats.recordings.source import Selection
-    from ..kinematics.plans.verdicts import PlanCheck
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 
-Progress = Callable[[int], None]
+from ....errors import KinematicsError
+from ....estimation.estimator import EstimatorSettings
+from ....formats.recordings.open_file import open_source
+from ....formats.recordings.source import Selection
+from ....kinematics.plans.verdicts import PlanCheck
+from ....kinematics.sweep import results_of_workers
+from ....printing import json_text
+from ....robot.measures import Level
+from ..auditing import Audit, AuditProgress, audit
+from ..frames import FrameSettings
+from ..plan_findings import joints_refuted
+from ..planned import PlanSettings
+from .bag_writer import open_writer
+from .document import document_of
+from .page import page_of
+from .page_header import origin_of
+from .summary import Summary, summary_of
+
+# Is called with the messages, or files, that are done; and what opens one for so many.
+Done = Callable[[int], None]
+Bar = Callable[[int | None], AbstractContextManager[Done]]
+
+
+def _no_bar(total: int | None) -> AbstractContextManager[Done]:
+    return nullcontext(lambda _: None)
 
 
 @dataclass(frozen=True)
@@ -47,10 +68,10 @@ class Run:
     file: Path
     robot: str
     date: str
-    reading: 'Selection'
-    settings: 'EstimatorSettings'
-    frames: 'FrameSettings'
-    plans: 'PlanSettings'
+    reading: Selection
+    settings: EstimatorSettings
+    frames: FrameSettings
+    plans: PlanSettings
     failures: tuple[str, ...] | None
     html: bool
     json: bool
@@ -62,23 +83,16 @@ class Outcome(NamedTuple):
 
     run: Run
     error: str
-    summary: 'Summary | None' = None
+    summary: Summary | None = None
     html: str = ''
     json: str = ''
     failed: bool = True
 
 
-def outcome_of(run: Run, bar: 'Callable[[int | None], Any] | None' = None) -> Outcome:
+def outcome_of(run: Run, bar: Bar = _no_bar) -> Outcome:
     """Return the outcome of one run; a fault of its file is an outcome, too."""
-    from ..diagnosis.audit.report.document import document_of
-    from ..diagnosis.audit.report.page import page_of
-    from ..diagnosis.audit.report.page_header import origin_of
-    from ..diagnosis.audit.report.summary import summary_of
-    from ..errors import KinematicsError
-    from ..printing import json_text
-
     try:
-        finished = _audited(run, bar or _no_bar)
+        finished = _audited(run, bar)
     except KinematicsError as error:
         return Outcome(run, str(error))
     return Outcome(
@@ -91,36 +105,20 @@ def outcome_of(run: Run, bar: 'Callable[[int | None], Any] | None' = None) -> Ou
     )
 
 
-def _audited(run: Run, bar: Callable[[int | None], Any]) -> 'Audit':
-    from ..diagnosis.audit.auditing import AuditProgress, audit
-    from ..formats.recordings.open_file import open_source
-
+def _audited(run: Run, bar: Bar) -> Audit:
     reading = run.reading
     with ExitStack() as stack:
         source = stack.enter_context(open_source(run.file, reading))
         part: Callable[[Any], None] = lambda _: None  # noqa: E731
         if run.out is not None:
-            from ..diagnosis.audit.report.bag_writer import open_writer
-
             writer = open_writer(run.out, reading.robot, reading.joint_prefix)
             part = stack.enter_context(writer).write
         progress = stack.enter_context(bar(source.total))
-        listener = AuditProgress(progress, part)
-        return audit(
-            source,
-            reading.robot,
-            str(run.file),
-            run.settings,
-            listener,
-            run.frames,
-            run.plans,
-        )
+        listener, file = AuditProgress(progress, part), str(run.file)
+        return audit(source, reading.robot, file, run.settings, listener, run.frames, run.plans)
 
 
-def _failed(finished: 'Audit', wanted: tuple[str, ...] | None) -> bool:
-    from ..diagnosis.audit.plan_findings import joints_refuted
-    from ..robot.measures import Level
-
+def _failed(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
     wanted = wanted or _usual_failures(finished)
     worst = max((stretch.level for stretch in finished.stretches), default=Level.OK)
     frames = finished.frames
@@ -143,24 +141,24 @@ def _failed(finished: 'Audit', wanted: tuple[str, ...] | None) -> bool:
     return (unjudged and wanted != ('never',)) or any(met[word] for word in wanted)
 
 
-def _usual_failures(finished: 'Audit') -> tuple[str, ...]:
+def _usual_failures(finished: Audit) -> tuple[str, ...]:
     if not finished.planned:
         return ('never',)
     limited = finished.asked.speed_limit is not None
     return ('stop', 'undecided', 'speed') if limited else ('stop', 'undecided')
 
 
-def _verdicts(plan: 'PlanCheck') -> list[str | None]:
+def _verdicts(plan: PlanCheck) -> list[str | None]:
     return [*_closed_and_regular(plan), *(speed.verdict for speed in plan.speeds)]
 
 
-def _closed_and_regular(plan: 'PlanCheck') -> list[str | None]:
+def _closed_and_regular(plan: PlanCheck) -> list[str | None]:
     # A loop that does not close is as bad as a singular pose: the motion ends there.
     closure = plan.closure
     return [plan.singularity.verdict, *([] if closure is None else [closure.verdict])]
 
 
-def _no_frames(finished: 'Audit', run: Run) -> str:
+def _no_frames(finished: Audit, run: Run) -> str:
     # A gate that was asked for and has nothing to judge must not pass unnoticed.
     if finished.frames is not None or 'frames' not in (run.failures or ()):
         return ''
@@ -173,8 +171,6 @@ def _no_frames(finished: 'Audit', run: Run) -> str:
 def outcomes(runs: Sequence[Run], jobs: int, workers: str | None) -> Iterator[Outcome]:
     """Yield the outcome of each run, in their order."""
     if workers is not None:
-        from ..kinematics.sweep import results_of_workers
-
         yield from _counted(results_of_workers(outcome_of, runs, workers), len(runs))
     elif jobs == 1 or len(runs) == 1:
         for run in runs:
@@ -184,10 +180,6 @@ def outcomes(runs: Sequence[Run], jobs: int, workers: str | None) -> Iterator[Ou
 
 
 def _by_processes(runs: Sequence[Run], jobs: int) -> Iterator[Outcome]:
-    # Every command is imported at every start, and these are heavy.
-    import multiprocessing
-    from concurrent.futures import ProcessPoolExecutor
-
     context = multiprocessing.get_context('spawn')
     with ProcessPoolExecutor(jobs, context, _live_with_the_parent) as pool:
         try:
@@ -200,9 +192,6 @@ def _by_processes(runs: Sequence[Run], jobs: int) -> Iterator[Outcome]:
 
 def _live_with_the_parent() -> None:
     # The parent handles signals; without it nobody needs the result.
-    import multiprocessing
-    from multiprocessing.connection import wait
-
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     assert parent is not None
@@ -215,21 +204,12 @@ def _live_with_the_parent() -> None:
 
 
 @contextmanager
-def _no_bar(total: int | None) -> Iterator[Progress]:
-    yield lambda _: None
-
-
-@contextmanager
-def _bar(total: int | None, noun: str = 'messages') -> Iterator[Progress]:
+def _bar(total: int | None, noun: str = 'messages') -> Iterator[Done]:
     # Shows a bar on standard error while it works, on a terminal only, and removes it in the end.
-    from rich.console import Console
-
     console = Console(stderr=True)
     if not console.is_terminal:
         yield lambda _: None
         return
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
-
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(noun, total=total)

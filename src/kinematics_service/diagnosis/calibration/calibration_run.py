@@ -1,0 +1,284 @@
+"""A calibration from its recordings to its outputs, as the command makes it."""
+
+import math
+import sys
+from collections.abc import Callable, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Any, NamedTuple, TextIO
+
+import numpy as np
+
+from ...errors import CalibrationError
+from ...estimation.estimator import EstimatorSettings
+from ...formats.recordings.source import Selection
+from ...kernel import Floats
+from ...kinematics.uncertainty.parameters import parameters_of
+from ...output_file import write_file
+from ...printing import Output, heading, json_text, plain, table
+from ...robot.bundled import find_robot_file
+from ...robot.loops import refuse_loops
+from ...robot.robot import Robot
+from ..frame_check.errors import PoseLimit
+from .calibration import Calibration, calibrate
+from .checking import Measured, rigid_positions
+from .chosen_parameters import ChosenParameters, asks_for_gears
+from .collecting import CollectedPoses
+from .page.page import PageOrigin, page_of
+from .proposal import propose_poses, table_text, trajectory_text
+from .reading import read_measured, read_touches, without_lag
+from .report import cells_of, document_of, kind_of, sentences_of
+from .robot_text import CalibrationOrigin, Frames, calibrated_text
+
+# A joint as fast (rad/s, m/s) as this makes a lag matter.
+MOVING = 0.05
+
+Tell = Callable[[str], None]
+
+
+class Fitting(NamedTuple):
+    """
+    What is fitted, and by what knowledge.
+
+    Attributes
+    ----------
+    fit, fix, own
+        As `calibrate` takes them.
+    limit
+        Usual errors of the table, instead of those of the robot file.
+    noise
+        Of the instrument: m and rad.
+    check
+        Whether mistakes are looked for.
+    """
+
+    fit: tuple[str, ...]
+    fix: tuple[str, ...]
+    own: tuple[str, ...]
+    limit: PoseLimit | None
+    noise: tuple[float, float] | None
+    check: bool
+
+
+class Outputs(NamedTuple):
+    """
+    The files of a calibration, None where they are not wanted.
+
+    Attributes
+    ----------
+    robot, html, json
+        The robot file, the page, the document; `-` is the standard output.
+    plans
+        Files of proposed poses.
+    frames
+        Whose base and tool the robot file has.
+    anyway
+        Whether it is written of what is no calibration.
+    """
+
+    robot: Path | None
+    html: Path | None
+    json: Path | None
+    plans: Sequence[Path]
+    frames: Frames
+    anyway: bool
+
+    @property
+    def printed(self) -> bool:
+        """Return whether the document is the standard output."""
+        return str(self.json) == '-'
+
+    @property
+    def stream(self) -> TextIO:
+        """Return where lines for a person go."""
+        return sys.stderr if self.printed else sys.stdout
+
+
+class CalibratedPoses(NamedTuple):
+    """
+    A calibration and where it is from.
+
+    Attributes
+    ----------
+    files, remarks
+        The files, and sentences on reading them.
+    q, poses : shapes (N, n) and (N, 4, 4)
+        Of the first set, for known poses.
+    """
+
+    found: Calibration
+    files: Sequence[str]
+    remarks: Sequence[str]
+    q: Floats
+    poses: Floats
+
+
+class CalibrationRun(NamedTuple):
+    """The calibrations of one arm from recordings, touches or poses that were heard."""
+
+    arm: Robot
+    fitting: Fitting
+
+    def check_names(self) -> None:
+        """
+        Refuse, before there is any pose, what a calibration would refuse with all of them.
+
+        Raises
+        ------
+        CalibrationError
+            The arm has closed loops, a word is no parameter, or nothing is left to be fitted.
+        """
+        arm, fitting = self.arm, self.fitting
+        refuse_loops(arm.description, 'the calibration')
+        q = np.zeros((1, arm.dof))
+        given = Measured(q, np.eye(4)[None], False, np.zeros(1, dtype=np.int64), q)
+        every = parameters_of(arm, asks_for_gears(fitting.fit)).table
+        ChosenParameters(arm, given, fitting.own, every).fitted(fitting.fit, fitting.fix)
+
+    def of_recordings(
+        self, files: Sequence[Path], reading: Selection, gap: float | None, tell: Tell
+    ) -> CalibratedPoses:
+        """
+        Return the calibration from poses of recordings, a set each.
+
+        Parameters
+        ----------
+        gap : s
+            Largest time between the joint states around a pose; None: three usual intervals.
+        """
+        settings = EstimatorSettings(reading.joint_prefix)
+        given = [
+            without_lag(self.arm, read_measured(file, reading, settings, gap)) for file in files
+        ]
+        if len({one.positions for one in given}) > 1:
+            raise CalibrationError('some files have poses and others positions alone')
+        found = self._calibrated(
+            np.concatenate([one.q for one in given]),
+            tell,
+            poses=np.concatenate([one.measured for one in given]),
+            sets=np.repeat(np.arange(len(given)), [len(one.q) for one in given]),
+            qdot=np.concatenate([one.rates for one in given]),
+            read=given[0].kind,
+        )
+        remarks = [remark for one in given for remark in one.remarks]
+        return CalibratedPoses(
+            found, [one.file for one in given], remarks, given[0].q, given[0].poses
+        )
+
+    def of_touches(
+        self,
+        files: Sequence[Path],
+        reading: Selection,
+        column: str,
+        apart: dict[tuple[str, str], float],
+        tell: Tell,
+    ) -> CalibratedPoses:
+        """Return the calibration from points, named in a column, with distances between them."""
+        given = [read_touches(file, reading, column) for file in files]
+        q = np.concatenate([one.q for one in given])
+        marks = [mark for one in given for mark in one.points]
+        found = self._calibrated(q, tell, same_point=marks, apart=apart)
+        points = {one.name: one.position for one in found.points}
+        remarks = [remark for one in given for remark in one.remarks]
+        poses = rigid_positions(np.array([points[mark] for mark in marks]))
+        return CalibratedPoses(found, [one.file for one in given], remarks, q, poses)
+
+    def of_heard(self, poses: CollectedPoses, tell: Tell = lambda phase: None) -> Calibration:
+        """Return the calibration from poses of a running robot."""
+        return self._calibrated(poses.q, tell, poses=poses.poses, qdot=poses.rates)
+
+    def _calibrated(
+        self, q: Floats, tell: Tell, qdot: Floats | None = None, **rows: Any
+    ) -> Calibration:
+        moves = qdot is not None and np.max(np.abs(qdot)) > MOVING
+        fit, fix, own, _, noise, check = self.fitting
+        return calibrate(
+            self.arm,
+            q,
+            qdot=qdot if moves else None,
+            fit=fit,
+            fix=fix,
+            own=own,
+            tolerances=self._tolerances(),
+            noise=noise,
+            check=check,
+            progress=tell,
+            **rows,
+        )
+
+    def _tolerances(self) -> dict[str, float]:
+        # What the robot file says of single numbers holds beside the option.
+        limit = self.fitting.limit
+        if limit is None:
+            return {}
+        named = dict(self.arm.description.tolerances.named)
+        return {
+            one.name: size
+            for one in parameters_of(self.arm).table
+            if one.name not in named
+            and math.isfinite(size := limit.angle if one.angle else limit.position)
+        }
+
+
+def write_robot_file(data: CalibratedPoses, robot: str, outputs: Outputs) -> str:
+    """Write the robot file of a calibration, if it is one, and return the line that says so."""
+    if outputs.robot is None or not (data.found.accepted or outputs.anyway):
+        return ''
+    date = datetime.now().astimezone().date().isoformat()
+    names = ', '.join(Path(one).name for one in data.files)
+    text = calibrated_text(
+        data.found,
+        find_robot_file(robot).read_text(encoding='utf-8'),
+        data.q,
+        data.poses,
+        CalibrationOrigin(names, date),
+        outputs.frames,
+        outputs.anyway,
+    )
+    write_file(outputs.robot, text)
+    return f'wrote {outputs.robot}; next: python -m kinematics_service check {outputs.robot}\n'
+
+
+def write_report(data: CalibratedPoses, robot: str, outputs: Outputs) -> None:
+    """Write page and document of a calibration, and print what was found."""
+    found = data.found
+    if outputs.html is not None:
+        date = datetime.now().astimezone().isoformat(' ', 'seconds')
+        origin = PageOrigin(
+            tuple(data.files), str(find_robot_file(robot)), date, tuple(data.remarks)
+        )
+        write_file(outputs.html, page_of(found, origin))
+    if outputs.json is not None:
+        text = json_text({**document_of(found, data.files), 'reading': data.remarks})
+        if outputs.printed:
+            print(text)
+            return
+        write_file(outputs.json, text + '\n')
+    out = Output()
+    first, *others = sentences_of(found)
+    sentences = [first, *data.remarks, *others]
+    if not found.accepted:
+        unwritten = 'no robot file is written without --anyway'
+        file = 'written anyway' if outputs.anyway else unwritten
+        out.print(plain(f'{sentences.pop(0)}; {file}.'), '')
+    names = ', '.join(data.files)
+    out.print(heading(f'{found.robot.name}: {found.count} {kind_of(found)} of {names}'), '')
+    out.print(*(plain(f'  {sentence}.') for sentence in sentences), '')
+    rows = table('  parameter', 'correction', 'deviation', '')
+    for one in found.parameters:
+        name, *cells = cells_of(one)
+        rows.add_row(f'  {name}', *cells)
+    out.print(rows)
+
+
+def write_proposal(
+    arm: Robot, count: int, outputs: Outputs, positions: bool, after: Calibration | None = None
+) -> None:
+    """Write the poses to measure next into plans, or print them where there are none."""
+    proposed = propose_poses(arm, count, after, positions)
+    for file in outputs.plans:
+        text = table_text if file.suffix.lower() == '.csv' else trajectory_text
+        write_file(file, text(proposed))
+        print(f'wrote {file}: {count} poses', file=outputs.stream)
+    if not outputs.plans:
+        print(table_text(proposed), end='', file=outputs.stream)
