@@ -136,12 +136,7 @@ def test_a_compressed_bag_is_read(tmp_path, capsys, store):  # noqa: F811
 
 
 @pytest.mark.parametrize('begin', [b'', b'\x50\x2a\x4d\x18\x02\x00\x00\x00ab'])
-def test_a_compressed_bag_that_grows_without_bounds_is_not_unpacked(
-    tmp_path,
-    capsys,
-    store,
-    begin,
-):
+def test_a_compressed_bag_that_grows_is_not_unpacked(tmp_path, capsys, store, begin):  # noqa: F811
     def bomb(zstd, data):
         # Frames of zeros behind the bag, each 7,000 times as small; before it what is skipped.
         return begin + zstd.compress(data) + 50 * zstd.compress(bytes(2**23))
