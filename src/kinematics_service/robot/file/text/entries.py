@@ -108,6 +108,15 @@ def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
     return check
 
 
+def called(**words: str) -> dict[str, str]:
+    """Return the accepted word for each of the other words people use for it."""
+    return {
+        other: accepted.rstrip('_')
+        for accepted, others in words.items()
+        for other in others.split()
+    }
+
+
 def meant_by(
     text: str, accepted: tuple[str, ...], also: Mapping[str, str] | None = None
 ) -> str | None:
