@@ -9,8 +9,7 @@ from ... import kernel
 from ...errors import PlanError
 from ...kernel import Chain, Floats
 from ...robot.robot import Robot
-from .moments import moment_at
-from .polynomials import Pieces, PolynomialMotion
+from .polynomials import Pieces, PolynomialMotion, moment_at
 from .verdicts import PlanSpeed, PlanVerdict
 
 TOOL = 'tool'

@@ -17,8 +17,7 @@ from ...robot.clearance_bounds import find_bounds, strokes_of
 from ...robot.robot import Robot
 from ..clearance import clearances
 from ..singularity import singularity
-from .moments import moment_at
-from .polynomials import Pieces, PolynomialMotion, Which, joined
+from .polynomials import Pieces, PolynomialMotion, Which, joined, moment_at
 from .verdicts import PlanSingularity, PlanVerdict
 
 # A clearance that exceeds the threshold by less than this share proves no more than its own pose.
