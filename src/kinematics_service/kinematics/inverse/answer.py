@@ -11,7 +11,7 @@ from ...kernel import Floats
 from ...robot.clearance_bounds import Reach
 from ...robot.robot import Robot
 from ...robot.task import ROW_NAMES
-from .closed import NO_POSTURE, POSTURES
+from .closed_forms import NO_POSTURE, POSTURES
 from .families import SolutionFamily, isolated_or_not, nearer
 from .multiple import with_multiplicities
 from .plan import InversePlan

@@ -14,7 +14,6 @@ from ... import kernel
 from ...kernel import Floats
 from ...rigid_motion import inverse
 from ...robot.robot import AnyRobot, Robot, as_robot
-from .algebraic import Eliminated, eliminated_solutions, solutions_beside
 from .answer import (
     LEFT_FREE,
     answer,
@@ -25,7 +24,8 @@ from .answer import (
     not_exact,
     result_of,
 )
-from .closed import NO_POSTURE, closed_solutions, room_for, solutions_of
+from .closed_forms import NO_POSTURE, closed_solutions, room_for, solutions_of
+from .elimination import Eliminated, eliminated_solutions, solutions_beside
 from .families import SUSPECT, isolated_or_not, tangent
 from .multiple import with_multiplicities
 from .plan import elimination_of, plan_for
