@@ -286,6 +286,15 @@ def checked_list(
     return result if isinstance(result, list) else []
 
 
+def checked_mapping(data: Any, path: Path, report: FaultReport, noun: str) -> dict[str, Any]:
+    """
+    Return a mapping of names that the user chooses; empty where there is none or has a fault.
+    """
+    if data is not None and not isinstance(data, dict):
+        report.fault(path, f'expected a mapping of {noun}, not {shown(data)}')
+    return data if isinstance(data, dict) else {}
+
+
 def _reported(check: Check, data: Any, path: Path, report: FaultReport) -> Any:
     try:
         return check(data)
