@@ -18,7 +18,7 @@ import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.estimator import Estimator, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
-from kinematics_service.robot.loops import close_at
+from kinematics_service.robot.closed_poses import close_at
 
 ROUNDS, MESSAGES = 40, 400
 GRID = 3601  # directions of a rod in the dense search

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...kernel import Floats, Integers
-from ...robot.loops import closes_at
+from ...robot.closed_poses import closes_at
 from ...robot.robot import Robot
 from ..closure import why_not_closed
 from ..forward import twist
