@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import CalibrationError
-from ...formats.factory.ur_calibration import JOINTS, UrCalibration, read_ur_calibration
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import screw_z
@@ -23,6 +22,7 @@ from .checking import apart
 from .corrections import corrected_robot
 from .parameters import ENDS, parameters_of
 from .robot_text import CalibrationOrigin, Frames, calibrated_text, placed_robot
+from .ur_calibration import JOINTS, UrCalibration, read_ur_calibration
 
 # Poses that the corrections are found by; the others of the seeded ones prove them.
 FOUND_BY = 100
