@@ -10,7 +10,7 @@ from random_robots import CONVENTIONS, random_arm
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.kinematics import singularity_rates
-from kinematics_service.robot.loops import closed_poses
+from kinematics_service.robot.closed_poses import closed_poses
 from kinematics_service.robot.robot import build_robot
 from kinematics_service.robot.task import seeded_poses
 

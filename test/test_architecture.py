@@ -48,7 +48,6 @@ ROOMS = (
     'symbolic/formulas',
     'formats/urdf',
     'formats/recordings',
-    'formats/factory',
     'diagnosis/frame_check',
     'diagnosis/audit',
     'diagnosis/audit/report',

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -111,6 +112,38 @@ def test_what_is_no_file_is_refused_and_not_waited_for(tmp_path, capsys, suffix)
     link.symlink_to('/dev/zero')
     for file in (pipe, link):
         assert planar(capsys, file) == f'{file}: is a device or a named pipe: give a file'
+
+
+def packed_bag(folder, store, pack):  # noqa: F811
+    """Write a bag of a hundred joint states whose file is compressed, after `pack`."""
+    zstd = pytest.importorskip('rosbags.rosbag2.reader').zstd
+    robot = robot_of('planar_2r')
+    write_bag(folder, store, joint_states(store, samples_of(robot, *motion(robot, 100))))
+    (file,) = folder.glob('*.mcap')
+    packed = file.with_name(f'{file.name}.zstd')
+    packed.write_bytes(pack(zstd, file.read_bytes()))
+    file.unlink()
+    metadata = folder / 'metadata.yaml'
+    text = metadata.read_text().replace(file.name, packed.name)
+    text = re.sub('compression_format: .*', 'compression_format: zstd', text)
+    metadata.write_text(re.sub('compression_mode: .*', 'compression_mode: FILE', text))
+    return packed
+
+
+def test_a_compressed_bag_is_read(tmp_path, capsys, store):  # noqa: F811
+    packed_bag(tmp_path / 'bag', store, lambda zstd, data: zstd.compress(data))
+    assert document(capsys, tmp_path / 'bag', '--robot', 'planar_2r')['messages']['total'] == 100
+
+
+@pytest.mark.parametrize('begin', [b'', b'\x50\x2a\x4d\x18\x02\x00\x00\x00ab'])
+def test_a_compressed_bag_that_grows_is_not_unpacked(tmp_path, capsys, store, begin):  # noqa: F811
+    def bomb(zstd, data):
+        # Frames of zeros behind the bag, each 7,000 times as small; before it what is skipped.
+        return begin + zstd.compress(data) + 50 * zstd.compress(bytes(2**23))
+
+    file = packed_bag(tmp_path / 'bag', store, bomb)
+    text = planar(capsys, tmp_path / 'bag')
+    assert text.startswith(f'{file}: unpacks to more than 64 MiB')
 
 
 @pytest.mark.slow

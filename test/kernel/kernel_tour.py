@@ -26,7 +26,8 @@ from kinematics_service.kinematics.inverse.screws import screws_of
 from kinematics_service.kinematics.inverse.search import refinement
 from kinematics_service.kinematics.inverse.target import PROVED, ik_target_of
 from kinematics_service.rigid_motion import inverse
-from kinematics_service.robot.loops import close_at, closure_of
+from kinematics_service.robot.closed_poses import close_at
+from kinematics_service.robot.loops import closure_of
 from kinematics_service.robot.robot import Robot
 from kinematics_service.robot.task import ROW_NAMES
 

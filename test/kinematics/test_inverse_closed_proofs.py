@@ -16,7 +16,7 @@ from general_arms import apart, text_of
 
 import kinematics_service as ks
 from kinematics_service.robot.clearance_bounds import reach_of
-from kinematics_service.robot.loops import closed_poses
+from kinematics_service.robot.closed_poses import closed_poses
 from kinematics_service.robot.task import seeded_poses
 
 H = math.pi / 2

@@ -21,7 +21,7 @@ from kinematics_service.kernel.compiled import VARIABLE
 from kinematics_service.kinematics.acceleration import jacobian_rate
 from kinematics_service.kinematics.singularity import flat_loop
 from kinematics_service.rigid_motion import rotation_of_roll_pitch_yaw
-from kinematics_service.robot.loops import closes_at
+from kinematics_service.robot.closed_poses import closes_at
 
 POSES = 60
 

@@ -22,7 +22,7 @@ from kinematics_service import kernel
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.kernel.compiled import VARIABLE
 from kinematics_service.kinematics.singularity import flat_loop
-from kinematics_service.robot.loops import close_at, closes_at, tried_poses
+from kinematics_service.robot.closed_poses import close_at, closes_at, tried_poses
 
 every_arm = pytest.mark.parametrize('name', LOOPED)
 # Angles of pins are quotients of lengths that carry round-off.

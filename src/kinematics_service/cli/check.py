@@ -15,10 +15,11 @@ from ..estimation.status_text import structure_in_words
 from ..kernel import Floats
 from ..kinematics.tool_state import evaluate
 from ..printing import Output, facts, heading, plain, table
+from ..robot.closed_poses import tried_poses
 from ..robot.file.parts.convention_table import CONVENTIONS
 from ..robot.file.parts.description import Placement, PointDescription
 from ..robot.file.parts.loop_groups import group_name, loop_groups, passive_of
-from ..robot.loops import other_branches, tried_poses
+from ..robot.loops import other_branches
 from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES, seeded_poses
 from .accuracy_report import tolerances_in_words, uncertainty_in_words

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from ..kernel import Floats
+from ..robot.closed_poses import close_at
 from ..robot.file.parts.loop_groups import closed_together, group_in_words
-from ..robot.loops import close_at
 from ..robot.robot import Robot
 
 

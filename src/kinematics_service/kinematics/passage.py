@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .. import kernel
 from ..kernel import Floats
-from ..robot.loops import close_at
+from ..robot.closed_poses import close_at
 from ..robot.measures import Level
 from ..robot.robot import Robot
 from ..robot.task import ROW_NAMES, seeded_poses

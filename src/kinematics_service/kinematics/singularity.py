@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .. import kernel
 from ..kernel import Floats
 from ..robot.measure_places import MeasurePlaces
-from ..robot.measures import MEASURES, Level
+from ..robot.measures import Level
 from ..robot.robot import AnyRobot, Robot, as_robot
 from . import singularity_rates as measure_rates
 from .clearance import clearances
@@ -131,200 +131,167 @@ class _cached(Generic[T]):
         return value
 
 
-class _OnePose(Singularity):
+class _Measured(Singularity):
     """
-    The measures of one pose, each taken out of the kernel's row when it is first asked for.
+    Measures that are taken out of the kernel's rows when they are first asked for.
 
     Made of keywords it has their values: so `dataclasses.replace` makes one.
-    """
 
-    _state: ToolState
-    _row: Floats
-
-    def __init__(
-        self, state: ToolState | None = None, row: Floats | None = None, **values: Any
-    ) -> None:
-        if state is None:
-            super().__init__(**values)
-        else:
-            kept = self.__dict__
-            kept['_state'], kept['_row'] = state, row
-
-    def _vector(self, begin: int, end: int) -> Floats:
-        return _read_only(self._row[begin:end])
-
-    @property
-    def _places(self) -> MeasurePlaces:
-        return self._state.robot.measure_places
-
-    @_cached
-    def determinant(self) -> float | None:
-        return self._row.item(kernel.DETERMINANT) if self._state.robot.task.square else None
-
-    @_cached
-    def manipulability(self) -> float:
-        return self._row.item(kernel.MANIPULABILITY)
-
-    @_cached
-    def condition_number(self) -> float:
-        return self._row.item(kernel.CONDITION_NUMBER)
-
-    @_cached
-    def smallest_singular_value(self) -> float:
-        return self._row.item(kernel.SMALLEST_SINGULAR_VALUE)
-
-    @_cached
-    def singular_values(self) -> Floats:
-        return self._vector(self._places.sigma, self._places.judged)
-
-    @_cached
-    def rank(self) -> int:
-        return int(self._row.item(kernel.RANK))
-
-    @_cached
-    def generic_rank(self) -> int:
-        return self._state.robot.task.generic_rank
-
-    @_cached
-    def distance(self) -> float:
-        return self._row.item(kernel.DISTANCE)
-
-    @_cached
-    def nearest_singular(self) -> Floats | None:
-        pose = self._vector(self._places.pose, self._places.width)
-        return None if math.isnan(pose[0]) else pose
-
-    @_cached
-    def decided(self) -> bool:
-        return self._row.item(self._places.judged + kernel.DECIDED) != 0.0
-
-    @_cached
-    def clearance(self) -> float:
-        state = self._state
-        return clearances(state.robot, np.array(state.q[None])).item(0)
-
-    @_cached
-    def lost_direction(self) -> Floats:
-        return self._vector(self._places.lost, self._places.motion)
-
-    @_cached
-    def joint_motion(self) -> Floats:
-        return self._vector(self._places.motion, self._places.way)
-
-    @_cached
-    def way_out(self) -> Floats:
-        return self._vector(self._places.way, self._places.sigma)
-
-    @_cached
-    def rate(self) -> float | None:
-        if not self._state.moving:
-            return None
-        return float(measure_rates.rates(self._state, self._row[None])[0])
-
-    @_cached
-    def time_to_warning(self) -> float | None:
-        if self.rate is None:
-            return None
-        robot = self._state.robot
-        values = measure_rates.watched(robot, self._row[None])
-        return float(measure_rates.times_to_warning(robot, values, np.array([self.rate]))[0])
-
-    @_cached
-    def level(self) -> Level:
-        return _LEVELS[int(self._row.item(self._places.judged + kernel.LEVEL))]
-
-    @_cached
-    def factors(self) -> FactorMeasures | None:
-        robot, places = self._state.robot, self._places
-        names = robot.factors.names
-        if not names:
-            return None
-        return FactorMeasures(
-            names=names,
-            estimates=self._vector(places.distances, places.results),
-            results=self._vector(places.results, places.pose).reshape(len(names), 1 + robot.dof),
-            column_scales=robot.task.column_scales,
-        )
-
-
-class _ManyPoses(Singularity):
-    """
-    The measures of a batch; singular poses are looked for when something is asked that needs them.
-
-    `_first` are the measures by first order.
+    Attributes
+    ----------
+    _first : shape (width,), or (..., width) for a batch
+        Those of a batch are by first order: its singular poses are looked for when something is
+        asked that needs them.
     """
 
     _state: ToolState
     _first: Floats
 
     def __init__(
-        self, state: ToolState | None = None, first: Floats | None = None, **values: Any
+        self,
+        state: ToolState | None = None,
+        first: Floats | None = None,
+        found: Floats | None = None,
+        **values: Any,
     ) -> None:
-        kept = self.__dict__
         if state is None:
             super().__init__(**values)
         else:
-            kept.update(values, _state=state, _first=first)
+            kept = self.__dict__
+            kept['_state'], kept['_first'] = state, first
+            if found is not None:
+                kept['_found'] = found
 
-    def _column(self, table: Floats, begin: int, end: int | None = None) -> Floats:
-        part = table[:, begin] if end is None else table[:, begin:end]
-        return _read_only(part.reshape(*self._state.row.shape[:-1], *part.shape[1:]))
+    @property
+    def _robot(self) -> Robot:
+        return self._state.robot
+
+    @property
+    def _places(self) -> MeasurePlaces:
+        return self._state.robot.measure_places
 
     @_cached
     def _found(self) -> Floats:
-        state = self._state
-        if state.measures is not None:
-            return state.measures
-        return measure_rates.searched(state, self._first)
+        found = measure_rates.searched(self._state, _flat(self._first))
+        return found.reshape(self._first.shape)
 
     @property
     def _watched(self) -> Floats:
         # What the level depends on.
-        by_distance = self._state.robot.thresholds.measure == 'distance'
-        return self._found if by_distance else self._first
+        return self._found if self._robot.thresholds.measure == 'distance' else self._first
+
+    def _shown(self, numbers: Floats) -> Any:
+        # Of a number for each pose, (N,).
+        leading = self._first.shape[:-1]
+        return _read_only(numbers.reshape(leading)) if leading else numbers.item()
 
     @_cached
-    def distance(self) -> Floats:
-        return self._column(self._found, kernel.DISTANCE)
+    def determinant(self) -> Any:
+        square = self._state.robot.task.square
+        return _column(self._first, kernel.DETERMINANT) if square else None
 
     @_cached
-    def nearest_singular(self) -> Floats:
-        places = self._state.robot.measure_places
-        return self._column(self._found, places.pose, places.width)
+    def manipulability(self) -> Any:
+        return _column(self._first, kernel.MANIPULABILITY)
 
     @_cached
-    def decided(self) -> Floats:
-        places = self._state.robot.measure_places
-        return _read_only(self._column(self._found, places.judged + kernel.DECIDED) != 0.0)
+    def condition_number(self) -> Any:
+        return _column(self._first, kernel.CONDITION_NUMBER)
 
     @_cached
-    def level(self) -> Floats:
-        places = self._state.robot.measure_places
-        return _read_only(
-            self._column(self._watched, places.judged + kernel.LEVEL).astype(np.int64)
-        )
+    def smallest_singular_value(self) -> Any:
+        return _column(self._first, kernel.SMALLEST_SINGULAR_VALUE)
 
     @_cached
-    def rate(self) -> Floats | None:
+    def singular_values(self) -> Floats:
+        return _part(self._first, self._places.sigma, self._places.judged)
+
+    @_cached
+    def rank(self) -> Any:
+        rank = _column(self._first, kernel.RANK)
+        return int(rank) if self._first.ndim == 1 else _read_only(rank.astype(int))
+
+    @_cached
+    def generic_rank(self) -> int:
+        return self._robot.task.generic_rank
+
+    @_cached
+    def distance(self) -> Any:
+        return _column(self._found, kernel.DISTANCE)
+
+    @_cached
+    def nearest_singular(self) -> Floats | None:
+        poses = _part(self._found, self._places.pose, self._places.width)
+        return None if poses.ndim == 1 and math.isnan(poses[0]) else poses
+
+    @_cached
+    def decided(self) -> Any:
+        k = self._state.robot.measure_places.judged + kernel.DECIDED
+        decided = _column(self._found, k) != 0.0
+        return decided if self._first.ndim == 1 else _read_only(decided)
+
+    @_cached
+    def clearance(self) -> Any:
+        return self._shown(clearances(self._robot, np.array(_flat(self._state.q))))
+
+    @_cached
+    def lost_direction(self) -> Floats:
+        return _part(self._first, self._places.lost, self._places.motion)
+
+    @_cached
+    def joint_motion(self) -> Floats:
+        return _part(self._first, self._places.motion, self._places.way)
+
+    @_cached
+    def way_out(self) -> Floats:
+        return _part(self._first, self._places.way, self._places.sigma)
+
+    @_cached
+    def rate(self) -> Any:
         if not self._state.moving:
             return None
-        rates = measure_rates.rates(self._state, self._watched)
-        return _read_only(rates.reshape(self._state.row.shape[:-1]))
+        return self._shown(measure_rates.rates(self._state, _flat(self._watched)))
 
     @_cached
-    def time_to_warning(self) -> Floats | None:
+    def time_to_warning(self) -> Any:
         if self.rate is None:
             return None
-        robot = self._state.robot
-        values = measure_rates.watched(robot, self._watched)
-        times = measure_rates.times_to_warning(robot, values, self.rate.reshape(-1))
-        return _read_only(times.reshape(self.rate.shape))
+        values = measure_rates.watched(self._robot, _flat(self._watched))
+        rates = np.reshape(self.rate, -1)
+        return self._shown(measure_rates.times_to_warning(self._robot, values, rates))
 
     @_cached
-    def clearance(self) -> Floats:
-        q = np.ascontiguousarray(self._state.q)
-        radii = clearances(self._state.robot, q.reshape(-1, q.shape[-1]))
-        return _read_only(radii.reshape(q.shape[:-1]))
+    def level(self) -> Any:
+        k = self._state.robot.measure_places.judged + kernel.LEVEL
+        if self._first.ndim == 1:
+            return _LEVELS[int(self._first.item(k))]
+        return _read_only(self._watched[..., k].astype(int))
+
+    @_cached
+    def factors(self) -> FactorMeasures | None:
+        robot, places, first = self._robot, self._places, self._first
+        names, leading = robot.factors.names, first.shape[:-1]
+        if not names:
+            return None
+        results = _part(first, places.results, places.pose)
+        return FactorMeasures(
+            names=names,
+            estimates=_part(first, places.distances, places.results),
+            results=results.reshape(*leading, len(names), 1 + robot.dof),
+            column_scales=np.broadcast_to(robot.task.column_scales, (*leading, robot.dof)),
+        )
+
+
+def _column(measures: Floats, k: int) -> Any:
+    return measures.item(k) if measures.ndim == 1 else _read_only(measures[..., k])
+
+
+def _part(measures: Floats, begin: int, end: int) -> Floats:
+    return _read_only(measures[..., begin:end])
+
+
+def _flat(table: Floats) -> Floats:
+    return table.reshape(-1, table.shape[-1])
 
 
 _LEVELS = tuple(Level)
@@ -382,46 +349,13 @@ def _measure(state: ToolState) -> Floats:
 
 def singularity_of(state: ToolState) -> Singularity:
     """Return the measures of an evaluated state (depth JACOBIAN or more)."""
-    if state.joints is not None:
-        return _of_batch(state)
-    row = state.measures
-    return _OnePose(state, _measure(state) if row is None else row)
-
-
-def _of_batch(state: ToolState) -> Singularity:
-    robot, n = state.robot, state.robot.dof
-    leading = state.row.shape[:-1]
-    places = robot.measure_places
-    measures = measure_rates.measures_of(state) if state.measures is None else state.measures
-    measures.setflags(write=False)
-    table = measures.reshape(*leading, measures.shape[-1])
-    names = robot.factors.names
-    factors = None
-    if names:
-        factors = FactorMeasures(
-            names=names,
-            estimates=table[..., places.distances : places.results],
-            results=table[..., places.results : places.pose].reshape(*leading, len(names), 1 + n),
-            column_scales=np.broadcast_to(robot.task.column_scales, (*leading, n)),
-        )
-    return _ManyPoses(
-        state,
-        measures,
-        **{
-            name: table[..., measure.column]
-            if robot.task.square or not measure.of_square
-            else None
-            for name, measure in MEASURES.items()
-            if name != 'distance'
-        },
-        singular_values=table[..., places.sigma : places.judged],
-        rank=table[..., kernel.RANK].astype(int),
-        generic_rank=robot.task.generic_rank,
-        lost_direction=table[..., places.lost : places.motion],
-        joint_motion=table[..., places.motion : places.way],
-        way_out=table[..., places.way : places.sigma],
-        factors=factors,
-    )
+    measures = state.measures
+    if state.joints is None:
+        row = _measure(state) if measures is None else measures
+        return _Measured(state, row, row)
+    table = measure_rates.measures_of(state) if measures is None else measures
+    table = table.reshape(*state.row.shape[:-1], table.shape[-1])
+    return _Measured(state, table, None if measures is None else table)
 
 
 def singularity(

@@ -20,7 +20,7 @@ from .chain import FrozenArrays
 from .file.parts.description import RobotDescription
 from .file.parts.loop_groups import group_name, loop_groups, passive_of
 from .file.text.expression_syntax import operands_of, postorder, syntax_tree
-from .measure_batch import measure_table
+from .measure_places import measure_places
 from .task import Task
 
 # The product of the factors is the determinant where log|det| - sum(k log|f|) is the same at all
@@ -254,7 +254,7 @@ def with_loops(factors: Factors, description: RobotDescription, chain: Chain) ->
 def _product_is_the_determinant(factors: Factors, chain: Chain, task: Task, q: Floats) -> bool:
     if not task.square or task.structurally_deficient:
         return False
-    determinants = np.abs(measure_table(chain, task, q)[:, kernel.DETERMINANT])
+    determinants = np.abs(_measure_table(chain, task, q)[:, kernel.DETERMINANT])
     values = np.abs(factors.evaluate(q)[..., 0])
     # Not np.median: it imports a package for the start of every node.
     usable = determinants > TOO_SINGULAR * np.sort(determinants)[len(determinants) // 2]
@@ -280,7 +280,7 @@ def _check_zeros(factors: Factors, k: int, name: str, chain: Chain, task: Task, 
     if not np.any(reached):
         return
     zero = zero[reached]
-    table = measure_table(chain, task, zero)
+    table = _measure_table(chain, task, zero)
     share = 1.0 / table[:, kernel.CONDITION_NUMBER]
     worst = int(np.argmax(share))
     if share[worst] > (NEARLY_SINGULAR if factors.approximate[k] else SINGULAR):
@@ -289,3 +289,16 @@ def _check_zeros(factors: Factors, k: int, name: str, chain: Chain, task: Task, 
             f'factor {name!r} ({factors.texts[k]}) is zero at q = [{pose}], which is no singular '
             f'pose: the smallest singular value there is {share[worst]:.2g} of the largest'
         )
+
+
+_NO_FACTORS = kernel.Tape(np.empty(0, dtype=np.int64), np.empty(0), np.empty(0, dtype=np.int64))
+
+
+def _measure_table(chain: Chain, task: Task, q: Floats) -> Floats:
+    """Return the measures at joint positions q (N, n), one row each; no factors, no thresholds."""
+    rows = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
+    kernel.evaluate(chain, q, chain.at_rest.reshape(1, -1), kernel.JACOBIAN, rows)
+    arm = kernel.Arm(chain, task.kernel_rows, _NO_FACTORS, False, kernel.DISTANCE, 0.0, 0.0)
+    measures = np.empty((len(q), measure_places(chain.dof, len(task.rows)).width))
+    kernel.measure(arm, rows, q, measures)
+    return measures

@@ -13,12 +13,13 @@ from ..errors import Fault, KinematicsError, PointError, RobotFileError
 from ..kernel import Arm, Chain, Floats
 from .bundled import find_robot_file
 from .chain import FrozenArrays
+from .closed_poses import closed_poses
 from .factors import Factors, read_factors, with_loops
 from .file.parts.description import Factor, RobotDescription
 from .file.parts.loop_groups import group_name, loop_groups
 from .file.reader import parse_robot, read_robot_file
 from .joint_spans import joint_spans
-from .loops import chain_of, closed_poses, closure_of, variables_of
+from .loops import chain_of, closure_of, variables_of
 from .measure_places import MeasurePlaces, measure_places
 from .measures import MEASURES, Thresholds, thresholds_for
 from .points import TOOL, Point, chain_to, described_point, ending_at, known_points

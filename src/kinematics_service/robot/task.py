@@ -11,7 +11,7 @@ from .. import kernel
 from ..errors import KinematicsError
 from ..kernel import Chain, Floats, Integers, TaskRows
 from .chain import FrozenArrays
-from .loops import closed_poses
+from .closed_poses import closed_poses
 
 ROW_NAMES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 

@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import CalibrationError
-from ...formats.factory.ur_calibration import JOINTS, UrCalibration, read_ur_calibration
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...kinematics.uncertainty.parameters import parameters_of
@@ -24,6 +23,7 @@ from .calibration import calibrate
 from .checking import apart
 from .corrections import corrected_robot
 from .robot_text import CalibrationOrigin, Frames, calibrated_text, placed_robot
+from .ur_calibration import JOINTS, UrCalibration, read_ur_calibration
 
 # Poses that the corrections are found by; the others of the seeded ones prove them.
 FOUND_BY = 100

@@ -11,7 +11,7 @@ from ... import kernel
 from ...errors import LoopError
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
-from ...robot.loops import closes_at
+from ...robot.closed_poses import closes_at
 from .angle_orders import order_hypotheses_of
 from .errors import (
     EXPLAINED,

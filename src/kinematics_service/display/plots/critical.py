@@ -7,7 +7,7 @@ import numpy as np
 from ...kernel import Floats
 from ...kinematics.singularity import singularity
 from ...kinematics.tool_state import evaluate
-from ...robot.loops import closed_poses, closes_at
+from ...robot.closed_poses import closed_poses, closes_at
 from ...robot.robot import Robot
 from ...robot.task import SEED
 from .plane import Plane

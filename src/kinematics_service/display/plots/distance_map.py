@@ -9,8 +9,8 @@ from ...errors import PlotError
 from ...kernel import Floats
 from ...kinematics.singularity import singularity
 from ...kinematics.sweep import map_batches
+from ...robot.closed_poses import closed_poses, closes_at
 from ...robot.file.parts.loop_groups import all_in_words
-from ...robot.loops import closed_poses, closes_at
 from ...robot.robot import Robot
 from ...robot.task import SEED
 from .ranges import clear_pose, finite_ranges, random_positions

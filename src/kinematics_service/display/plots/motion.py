@@ -9,7 +9,7 @@ from ...errors import PlotError
 from ...formats.recordings.recording import read_recording
 from ...kernel import Floats, Integers
 from ...kinematics.trajectory import TRAJECTORIES
-from ...robot.loops import closes_at
+from ...robot.closed_poses import closes_at
 from ...robot.measures import Level
 from ...robot.robot import Robot
 

@@ -12,7 +12,7 @@ from ...errors import PlotError
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...robot.chain import FrozenArrays
-from ...robot.loops import closed_poses
+from ...robot.closed_poses import closed_poses
 from ...robot.robot import Robot
 from ...robot.task import SEED
 from .captions import short

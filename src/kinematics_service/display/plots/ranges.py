@@ -10,7 +10,7 @@ from ... import kernel
 from ...kernel import Floats
 from ...kinematics.singularity import singularity
 from ...kinematics.tool_state import evaluate
-from ...robot.loops import closed_poses
+from ...robot.closed_poses import closed_poses
 from ...robot.robot import Robot
 from ...robot.task import SEED
 

@@ -14,8 +14,8 @@ from ...kernel import Floats, Integers
 from ...kinematics.singularity import singularity_of
 from ...kinematics.sweep import map_batches
 from ...kinematics.tool_state import evaluate
+from ...robot.closed_poses import closes_at
 from ...robot.file.parts.loop_groups import not_all_closed
-from ...robot.loops import closes_at
 from ...robot.robot import Robot
 from ...robot.task import SEED
 from .plane import Plane

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
-from ...robot.loops import closed_poses
+from ...robot.closed_poses import closed_poses
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 

@@ -10,7 +10,7 @@ import viser
 from ...kernel import Floats
 from ...kinematics.singular_poses import singular_poses
 from ...kinematics.singularity import singularity
-from ...robot.loops import closed_poses
+from ...robot.closed_poses import closed_poses
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses

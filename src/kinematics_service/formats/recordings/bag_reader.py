@@ -3,8 +3,10 @@ Bags of ROS 2 (MCAP, sqlite3) and ROS 1, read without ROS; with the writer the o
 rosbags.
 """
 
+import shutil
+import tempfile
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +26,11 @@ TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
 SECOND = 1_000_000_000
 INSTALL = "bags need rosbags: pip install '.[bag]' in its checkout, or pip install rosbags"
 MOST_LISTED = 20
+# A compressed file of joint states is some ten times as large when it is unpacked, and may be this
+# many times; small ones may have this many bytes.
+MOST_TIMES, LEAST_UNPACKED = 200, 2**26
+# Bytes unpacked at once.
+AT_ONCE = 2**20
 MAGIC = {
     '.mcap': (b'\x89MCAP0\r\n', 'an MCAP file'),
     '.db3': (b'SQLite format 3', 'an sqlite3 bag'),
@@ -100,6 +107,7 @@ def _check(path: Path) -> None:
             raise RecordingError(
                 f'{path}: is a directory without metadata.yaml, so it is not a rosbag2 bag'
             )
+        _refuse_to_grow(path)
         return
     with path.open('rb') as stream:
         head = stream.read(16)
@@ -111,6 +119,27 @@ def _check(path: Path) -> None:
     for suffix, (start, what) in MAGIC.items():
         if head.startswith(start) and path.suffix.lower() != suffix:
             raise RecordingError(f'{path}: looks like {what}: rename it to *{suffix}')
+
+
+def _refuse_to_grow(folder: Path) -> None:
+    # rosbags unpacks whole files of a compressed bag before it looks at them.
+    from rosbags.rosbag2 import reader
+
+    zstd = getattr(reader, 'zstd', None) or reader.zstandard  # by the version of rosbags
+    for file in folder.iterdir():
+        if not file.is_file():
+            continue
+        most = max(MOST_TIMES * file.stat().st_size, LEAST_UNPACKED)
+        most = min(most, shutil.disk_usage(tempfile.gettempdir()).free)
+        size = 0
+        with suppress(zstd.ZstdError, EOFError), zstd.open(file, 'rb') as stream:
+            while data := stream.read(AT_ONCE):
+                size += len(data)
+                if size > most:
+                    raise RecordingError(
+                        f'{file}: unpacks to more than {most >> 20} MiB: unpack it yourself (zstd '
+                        '-d) if that is meant'
+                    )
 
 
 def _types_of(fields: Any) -> Iterator[str]:

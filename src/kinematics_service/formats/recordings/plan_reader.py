@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -130,22 +130,9 @@ def _planned(data: Mapping[str, Any], where: str) -> PlannedTrajectory:
     for k, point in enumerate(points):
         _check_keys(point, f'{where}: points[{k}]')
 
-    def column(key: str) -> Floats | None:
-        rows = [point.get(key) or [] for point in points]
-        return _table(rows, tuple(map(str, names)), key, where)
-
     times = [_seconds(point.get('time_from_start'), k, where) for k, point in enumerate(points)]
-    positions = column('positions')
-    return _checked(
-        PlannedTrajectory(
-            tuple(map(str, names)),
-            np.array(times),
-            np.zeros((0, 0)) if positions is None else positions,
-            column('velocities'),
-            column('accelerations'),
-        ),
-        where,
-    )
+    names = tuple(map(str, names))
+    return _trajectory(names, times, lambda key: [one.get(key) or [] for one in points], where)
 
 
 def _check_keys(point: Mapping[str, Any], where: str) -> None:
@@ -159,27 +146,24 @@ def _check_keys(point: Mapping[str, Any], where: str) -> None:
 def trajectory_of_message(message: Any) -> PlannedTrajectory:
     """Return the trajectory of a JointTrajectory message."""
     names = tuple(map(str, message.joint_names))
-
-    def column(key: str) -> Floats | None:
-        return _table(
-            [getattr(point, key) for point in message.points], names, key, 'a trajectory'
-        )
-
-    times = [
-        point.time_from_start.sec + point.time_from_start.nanosec * 1e-9
-        for point in message.points
-    ]
-    positions = column('positions')
-    return _checked(
-        PlannedTrajectory(
-            names,
-            np.array(times),
-            np.zeros((0, 0)) if positions is None else positions,
-            column('velocities'),
-            column('accelerations'),
-        ),
-        'a trajectory',
+    points = message.points
+    times = [one.time_from_start.sec + one.time_from_start.nanosec * 1e-9 for one in points]
+    return _trajectory(
+        names, times, lambda key: [getattr(one, key) for one in points], 'a trajectory'
     )
+
+
+def _trajectory(
+    names: tuple[str, ...], times: list[float], rows: Callable[[str], list[Any]], where: str
+) -> PlannedTrajectory:
+    # Of the rows of numbers, one a point, that a key has.
+    positions, velocities, accelerations = (
+        _table(rows(key), names, key, where) for key in SINGULAR
+    )
+    if positions is None:
+        positions = np.zeros((0, 0))
+    planned = PlannedTrajectory(names, np.array(times), positions, velocities, accelerations)
+    return _checked(planned, where)
 
 
 def _table(rows: Sequence[Any], names: tuple[str, ...], key: str, where: str) -> Floats | None:

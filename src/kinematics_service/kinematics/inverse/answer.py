@@ -1,6 +1,7 @@
 """The result for the user: solutions and families, or the nearest pose if there are none."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -10,11 +11,11 @@ from ...kernel import Floats
 from ...robot.clearance_bounds import Reach
 from ...robot.robot import Robot
 from ...robot.task import ROW_NAMES
-from .closed import NO_POSTURE, POSTURES
+from .closed_forms import NO_POSTURE, POSTURES
 from .families import SolutionFamily, isolated_or_not, nearer
 from .multiple import with_multiplicities
+from .plan import InversePlan
 from .problem import IkProblem
-from .representatives import representatives
 from .result import Complete, IkFamily, IkResult, IkSolution, Method, NearestPose, Posture, Status
 from .search import DistinctSolutions, LeastError, refined, starts
 from .target import IkTarget
@@ -239,3 +240,30 @@ def nearest_pose(problem: IkProblem, q: Floats, error: float) -> NearestPose:
     """Return the distance of the tool from the target at joint positions (n,)."""
     linear, angular = kernel.parts_of_error(problem.target.residual, np.array(q))
     return NearestPose(q.copy(), error, linear, angular)
+
+
+class Representatives(NamedTuple):
+    """
+    Joint positions with the turns chosen.
+
+    Attributes
+    ----------
+    q : shape (m, n), rad or m
+        Inside the limits if any turn is; the nearest to `near` of those.
+    outside : shape (m, n)
+        Which joints are beyond their limits.
+    margin : shape (m,)
+        Distance to the nearest limit, rad or m; negative beyond one.
+    """
+
+    q: Floats
+    outside: npt.NDArray[np.bool_]
+    margin: Floats
+
+
+def representatives(robot: Robot, plan: InversePlan, q: Floats, near: Floats) -> Representatives:
+    """Return the representatives of joint positions (m, n) nearest to `near` (n,)."""
+    q = np.array(q, dtype=np.float64, order='C')
+    kernel.representatives(plan.joints, near, q)
+    room = np.minimum(q - plan.limits[:, 0], plan.limits[:, 1] - q)
+    return Representatives(q, room < -kernel.AT_LIMIT, room.min(axis=1))

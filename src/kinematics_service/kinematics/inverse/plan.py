@@ -14,7 +14,7 @@ from ...kernel import Floats
 from ...rigid_motion import inverse
 from ...robot.chain import FrozenArrays
 from ...robot.clearance_bounds import Reach, reach_of
-from ...robot.loops import closed_poses
+from ...robot.closed_poses import closed_poses
 from ...robot.robot import Robot
 from ...robot.task import ROW_NAMES, least_motion, seeded_poses
 from ..forward import forward_kinematics

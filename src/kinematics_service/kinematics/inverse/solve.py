@@ -3,6 +3,7 @@ Inverse kinematics: candidates, each proved by forward kinematics, sorted into s
 families.
 """
 
+import functools
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -10,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import kernel
+from ...kernel import Floats
 from ...rigid_motion import inverse
-from ...robot.robot import AnyRobot, as_robot
-from .algebraic import Eliminated, eliminated_solutions, solutions_beside
+from ...robot.robot import AnyRobot, Robot, as_robot
 from .answer import (
     LEFT_FREE,
     answer,
@@ -23,20 +24,22 @@ from .answer import (
     not_exact,
     result_of,
 )
-from .closed import NO_POSTURE, closed_solutions, solutions_of
+from .closed_forms import NO_POSTURE, closed_solutions, room_for, solutions_of
+from .elimination import Eliminated, eliminated_solutions, solutions_beside
 from .families import SUSPECT, isolated_or_not, tangent
-from .first import first_solution
 from .multiple import with_multiplicities
 from .plan import elimination_of, plan_for
 from .problem import IkProblem, near_or_middle
-from .redundant import dimension, redundant_family
+from .redundant import dimension, into_limits, redundant_family
 from .result import IkFamily, IkResult, Method
 from .screws import screws_of
-from .search import DistinctSolutions, LeastError, distinct, reached, search
+from .search import DistinctSolutions, LeastError, distinct, reached, refinement, search, starts
 from .target import ik_target_of
 
 # How far off a target is reached (m, rad): what a person types has seven digits.
 TOLERANCE = 1e-6
+# Number of starts tried for one solution before the search for all.
+STARTS = 256
 
 
 def inverse_kinematics(
@@ -104,7 +107,7 @@ def inverse_kinematics(
         checked = checked.within_tolerance()
     problem = IkProblem(robot, checked, plan, near_or_middle(robot, plan, near), seed)
     if not all_solutions:
-        proved = first_solution(problem)
+        proved = _first_solution(problem)
         if proved.count and checked.is_reached_at(proved.q[0], proved.miss(0)):
             return _one(problem, proved)
         result = _exact_or_near(problem, respect_limits)
@@ -296,3 +299,32 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
         return replace(result, complete='partial')
     reason = f'a solution inside the limits{not_exact(target, error)}; others were not looked for'
     return IkResult(solutions_of(problem, proved), (), 'solved', reason, method, None, 'partial')
+
+
+def _first_solution(problem: IkProblem) -> kernel.Solutions:
+    """
+    Return the first solution inside the limits, nothing if none was met.
+
+    In closed form it is the nearest to `near`; by refinement from there, or from seeded starts if
+    that leads nowhere, it is one near by.
+    """
+    plan = problem.plan
+    if plan.closed is not None:
+        return closed_solutions(problem, plan.closed, True)
+    bounds = plan.limits if plan.redundant else None
+    solution = room_for(1, problem)
+    kernel.first_solution(
+        refinement(problem.target, plan, True, bounds, held=True),
+        plan.joints,
+        problem.near,
+        problem.target.proved,
+        _starts(problem.robot, problem.target.rows, problem.target.axis, problem.seed),
+        solution,
+    )
+    return solution
+
+
+@functools.lru_cache(maxsize=128)
+def _starts(robot: Robot, rows: tuple[str, ...], axis: str, seed: int) -> Floats:
+    random = np.random.default_rng(seed)
+    return into_limits(robot, starts(robot, plan_for(robot, rows, axis), random, STARTS), random)

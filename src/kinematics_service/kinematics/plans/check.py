@@ -13,9 +13,8 @@ from ...robot.measures import MEASURES
 from ...robot.robot import AnyRobot, Robot, as_robot
 from .closed_plan import ClosedPlan
 from .extremes import largest
-from .moments import moment_at
 from .point_speed import TOOL, speed_over_plan
-from .polynomials import PolynomialMotion, polynomial_motion
+from .polynomials import PolynomialMotion, moment_at, polynomial_motion
 from .singular_proof import singularity_of_plan
 from .verdicts import JointExtreme, PlanCheck, PlanJoint
 

@@ -11,14 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ...kernel import Floats, Integers
-from ...robot.loops import closes_at
+from ...robot.closed_poses import closes_at
 from ...robot.robot import Robot
 from ..closure import why_not_closed
 from ..forward import twist
 from ..singularity import singularity
-from .moments import moment_at
 from .point_speed import SLACK, TOOL, chain_to
-from .polynomials import Pieces, PolynomialMotion
+from .polynomials import Pieces, PolynomialMotion, moment_at
 from .verdicts import PlanClosure, PlanSingularity, PlanSpeed, PlanVerdict
 
 # Between two samples the fastest joint moves no more than this (rad, or as a share of the

@@ -9,8 +9,7 @@ from ... import kernel
 from ...errors import PlanError
 from ...kernel import Chain, Floats
 from ...robot.robot import Robot
-from .moments import moment_at
-from .polynomials import Pieces, PolynomialMotion
+from .polynomials import Pieces, PolynomialMotion, moment_at
 from .verdicts import PlanSpeed, PlanVerdict
 
 TOOL = 'tool'
@@ -117,37 +116,26 @@ def chain_to(robot: Robot, of: str) -> Chain | None:
     PlanError
         There is no such point.
     """
-    table = robot.chain.table
     if of == TOOL:
         return robot.chain
-    if robot.chain.loops:
-        return _behind_loops(robot, of)
     if of.isdecimal() and int(of) <= robot.rows:
-        return _shortened(robot, int(table.frame_parent[int(of)]), table.frame_offset[int(of)])
-    if of in robot.joint_names:
-        entry = int(np.argmax(table.joint == robot.joint_names.index(of)))
+        chain = robot.point(int(of)).chain
+        return chain if chain.entries else None
+    # A joint that stands in a loop's own chain has no axis in the table.
+    joints = () if robot.chain.loops else robot.joint_names
+    if of in joints:
+        table = robot.chain.table
+        entry = int(np.argmax(table.joint == joints.index(of)))
         element = int(np.searchsorted(table.first_entry, entry, side='right')) - 1
         return _shortened(robot, element - 1, table.before[element])
-    expected = (TOOL, f'a frame from 0 to {robot.rows}', *robot.joint_names)
+    frames = f'of a frame (0 to {robot.rows})'
+    give = f'with closed loops give {TOOL} or the number {frames}'
+    if joints:
+        give = f'give {TOOL}, the number {frames}, or a joint ({", ".join(joints)})'
     raise PlanError(
-        f'{robot.name} has no point {of!r}: give {TOOL}, the number of a frame (0 to '
-        f'{robot.rows}), or a joint ({", ".join(robot.joint_names)})',
+        f'{robot.name} has no point {of!r}: {give}',
         'speed_of',
-        expected,
-        of,
-    )
-
-
-def _behind_loops(robot: Robot, of: str) -> Chain:
-    # A joint that stands in a loop's own chain has no axis in the table.
-    if of.isdecimal() and int(of) <= robot.rows:
-        return robot.point(int(of)).chain
-    expected = (TOOL, f'a frame from 0 to {robot.rows}')
-    raise PlanError(
-        f'{robot.name} has no point {of!r}: with closed loops give {TOOL} or the number of a '
-        f'frame (0 to {robot.rows})',
-        'speed_of',
-        expected,
+        (TOOL, f'a frame from 0 to {robot.rows}', *joints),
         of,
     )
 

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...kernel import Floats, Integers
+from .verdicts import PlanMoment
 
 Which: TypeAlias = npt.NDArray[np.bool_] | slice
 
@@ -137,3 +138,11 @@ def polynomial_motion(
         6 * d - 3 * (v0 + v1) - 0.5 * (a0 - a1),
     ]
     return PolynomialMotion(times[:-1], durations, np.stack(quintic, axis=1))
+
+
+def moment_at(motion: PolynomialMotion, segment: int, s: float) -> PlanMoment:
+    """Return the moment at a share s of a segment."""
+    at, share = np.array([segment]), np.array([s])
+    time = float(motion.times(at, share)[0])
+    last = segment == len(motion.begins) - 1 and s == 1.0 and motion.durations[segment] > 0.0
+    return PlanMoment(time, segment + int(last), motion.positions(at, share)[0])

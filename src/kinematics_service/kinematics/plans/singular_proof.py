@@ -13,12 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kernel import Floats, Integers
-from ...robot.clearance_bounds import find_bounds, strokes_of
+from ...robot.clearance_bounds import moving_joints
 from ...robot.robot import Robot
 from ..clearance import clearances
 from ..singularity import singularity
-from .moments import moment_at
-from .polynomials import Pieces, PolynomialMotion, Which, joined
+from .polynomials import Pieces, PolynomialMotion, Which, joined, moment_at
 from .verdicts import PlanSingularity, PlanVerdict
 
 # A clearance that exceeds the threshold by less than this share proves no more than its own pose.
@@ -74,9 +73,8 @@ class _Proof:
 
     def __init__(self, robot: Robot, motion: PolynomialMotion, threshold: float) -> None:
         self._robot, self._motion, self._threshold = robot, motion, threshold
-        strokes = strokes_of(robot.chain, robot.limits)
         # The other joints change the rank of no pose, so their motion does not count.
-        self._moving = find_bounds(robot.chain, robot.task, np.maximum(strokes, 0.0)).moving
+        self._moving = moving_joints(robot.chain, robot.task)
         size = np.max(np.sum(np.abs(motion.coefficients), axis=1))
         self._round_off = ROUND_OFF + ROUND_OFF_SHARE * float(size)
         self._nearest = _FoundPose(math.inf, 0, 0.0, None)

@@ -6,12 +6,20 @@ import re
 import stat
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 from ...errors import Fault, RobotFileError
 from .parts.constants import Constants, read_constants
-from .parts.convention_table import CONVENTIONS
-from .parts.description import Constant, ElementaryMotion, JointType, Link, RobotDescription
+from .parts.convention_table import CONVENTIONS, Convention
+from .parts.description import (
+    Constant,
+    ElementaryMotion,
+    JointType,
+    Link,
+    PassiveJoint,
+    Placement,
+    RobotDescription,
+)
 from .parts.joints import (
     joint_type_of,
     names_given,
@@ -97,80 +105,48 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     """
     document = read_document(text, file)
     report = FaultReport(document)
-    data = document.data
-    if not isinstance(data, dict):
-        keys = ', '.join(RobotEntry.required)
-        report.fault((), f'expected a mapping with the keys {keys}, not {shown(data)}')
-        report.raise_faults()
+    data = _mapping(document.data, report)
     entry = checked(RobotEntry, data, (), report)
-    if entry.robot is not None and not ROBOT_NAME.fullmatch(entry.robot):
-        message = f'{quoted(entry.robot)} is not a name of letters, digits and underscores'
-        report.fault(('robot',), message)
+    _check_name(entry, report)
     units = _units(entry.units, report)
-
-    joint_entries = read_joint_entries(entry.joints, report) if 'joints' in data else []
-    joint_items = entry.joints if joint_entries else []
-    joint_types = [joint_type_of(joint) for joint in joint_entries]
-    constant_names = tuple(entry.constants) if isinstance(entry.constants, dict) else ()
-    variables = read_variables(joint_entries, constant_names, report)
-    moving = [variable for variable in variables if variable]
-    passive = read_passive(entry.loops, [*constant_names, *moving], report)
-    moving += [joint.name for joint in passive]
-    constants = read_constants(entry.constants, units, moving, report)
-    driven = _quantities(report, units, constants, joint_items, joint_types, variables)
-    types = {**driven.joint_types, **{joint.name: joint.type for joint in passive}}
-    quantities = replace(driven, joint_types=types) if passive else driven
+    names = _names(entry, data, units, report)
+    quantities, joint_types = names.quantities, names.joint_types
 
     joints = [
         joint
-        for index, (item, variable) in enumerate(zip(joint_entries, variables, strict=True))
+        for index, (item, variable) in enumerate(zip(names.joints, names.variables, strict=True))
         if (joint := read_joint(item, variable, index, quantities))
     ]
-    links = None
     convention = CONVENTIONS.get(entry.convention or '')
-    if 'links' in data:
-        # Rows are judged also where the convention is not known: by what they look like.
-        links = read_links(entry.links, convention or likely_convention(entry.links), quantities)
-        check_helical(links or (), quantities)
-        _check_movement(joint_entries, variables, data, links, quantities)
-        warn_of_size(links or (), quantities)
-    base = read_placement(entry.base, ('base',), 'base_link', quantities)
-    tool = read_placement(entry.tool, ('tool',), 'tool0', quantities)
-    if base and tool and base.frame == tool.frame:
-        report.fault(('tool', 'frame'), f'{quoted(tool.frame)} is also the base frame')
-    points = read_points(
-        entry.points, None if links is None else len(links), (base, tool), quantities
-    )
+    links = _links(entry, data, convention, names)
+    rows = None if links is None else len(links)
+    base, tool = _ends(entry, quantities)
+    points = read_points(entry.points, rows, (base, tool), quantities)
     loops = read_loops(
-        entry.loops, passive, links, points, convention, joints, joint_types, quantities
+        entry.loops, names.passive, links, points, convention, joints, joint_types, quantities
     )
-    singularity = read_singularity(entry.singularity, driven)
+    singularity = read_singularity(entry.singularity, names.driven)
     uncertainty = read_uncertainty(
         entry.uncertainty, joint_types, joints, links, entry.convention or '', quantities
     )
     if uncertainty and loops:
         report.fault(('uncertainty',), 'is not carried through closed loops: leave it out')
     known_poses = read_known_poses(entry.known_poses, joint_types, joints, quantities)
-    tolerances = read_tolerances(
-        entry.tolerance,
-        convention,
-        None if links is None else len(links),
-        len(joint_types),
-        quantities,
-    )
+    tolerances = read_tolerances(entry.tolerance, convention, rows, len(joint_types), quantities)
 
     report.raise_faults()
     if not (entry.robot and convention and links and base and tool and singularity):
         # Every part that is missing has a fault; were one forgotten, this is the safe end.
         _refuse(file, 'is incomplete')
-    _remark(entry, constants.constants, links, quantities)
+    constants = names.constants.constants
+    _remark(entry, constants, links, quantities)
     return RobotDescription(
         name=entry.robot,
         source=entry.source or '',
         convention=convention.name,
         angle_unit=units.angle,
         length_unit=units.length,
-        constants=constants.constants,
+        constants=constants,
         joints=tuple(joints),
         links=links,
         base=base,
@@ -205,6 +181,59 @@ def _units(data: Any, report: FaultReport) -> Units:
     return Units('deg' if entry.angle == 'deg' else 'rad', 'mm' if entry.length == 'mm' else 'm')
 
 
+def _mapping(data: Any, report: FaultReport) -> dict[str, Any]:
+    if not isinstance(data, dict):
+        keys = ', '.join(RobotEntry.required)
+        report.fault((), f'expected a mapping with the keys {keys}, not {shown(data)}')
+        report.raise_faults()
+    return dict(data)
+
+
+def _check_name(entry: RobotEntry, report: FaultReport) -> None:
+    if entry.robot is not None and not ROBOT_NAME.fullmatch(entry.robot):
+        message = f'{quoted(entry.robot)} is not a name of letters, digits and underscores'
+        report.fault(('robot',), message)
+
+
+class _Names(NamedTuple):
+    """
+    What expressions of the file may name: constants, variables of joints, passive joints.
+
+    Attributes
+    ----------
+    joints, joint_types, variables
+        For each joint its entry, and its type and variable, None where they are not understood.
+    passive
+        The joints that loops move.
+    driven, quantities
+        Readers of numbers: of the joints alone, and of passive ones as well.
+    """
+
+    joints: Sequence[JointEntry]
+    joint_types: Sequence[JointType | None]
+    variables: Sequence[str | None]
+    passive: Sequence[PassiveJoint]
+    constants: Constants
+    driven: Quantities
+    quantities: Quantities
+
+
+def _names(entry: RobotEntry, data: dict[str, Any], units: Units, report: FaultReport) -> _Names:
+    joints = read_joint_entries(entry.joints, report) if 'joints' in data else []
+    types = [joint_type_of(joint) for joint in joints]
+    constant_names = tuple(entry.constants) if isinstance(entry.constants, dict) else ()
+    variables = read_variables(joints, constant_names, report)
+    moving = [variable for variable in variables if variable]
+    passive = read_passive(entry.loops, [*constant_names, *moving], report)
+    moving += [joint.name for joint in passive]
+    constants = read_constants(entry.constants, units, moving, report)
+    items = entry.joints if joints else []
+    driven = _quantities(report, units, constants, items, types, variables)
+    with_passive = {**driven.joint_types, **{joint.name: joint.type for joint in passive}}
+    quantities = replace(driven, joint_types=with_passive) if passive else driven
+    return _Names(joints, types, variables, passive, constants, driven, quantities)
+
+
 def _quantities(
     report: FaultReport,
     units: Units,
@@ -229,6 +258,28 @@ def _quantities(
     return Quantities(
         report, units, values, known, frozenset(hidden), all_names_known, set(constants.used)
     )
+
+
+def _links(
+    entry: RobotEntry, data: dict[str, Any], convention: Convention | None, names: _Names
+) -> tuple[Link, ...] | None:
+    if 'links' not in data:
+        return None
+    quantities = names.quantities
+    # Rows are judged also where the convention is not known: by what they look like.
+    links = read_links(entry.links, convention or likely_convention(entry.links), quantities)
+    check_helical(links or (), quantities)
+    _check_movement(names.joints, names.variables, data, links, quantities)
+    warn_of_size(links or (), quantities)
+    return links
+
+
+def _ends(entry: RobotEntry, quantities: Quantities) -> tuple[Placement | None, Placement | None]:
+    base = read_placement(entry.base, ('base',), 'base_link', quantities)
+    tool = read_placement(entry.tool, ('tool',), 'tool0', quantities)
+    if base and tool and base.frame == tool.frame:
+        quantities.report.fault(('tool', 'frame'), f'{quoted(tool.frame)} is also the base frame')
+    return base, tool
 
 
 def _check_movement(

@@ -171,11 +171,9 @@ def _warn_of_limits(
 def _velocity(
     entry: JointEntry, joint_type: JointType, path: Path, quantities: Quantities
 ) -> float:
-    velocity = quantities.fixed(entry.velocity, KIND_OF[joint_type], path, usual=False)
+    velocity = quantities.above_zero(entry.velocity, KIND_OF[joint_type], path)
     if velocity is None:
         return math.inf
-    if velocity <= 0.0:
-        quantities.report.fault(path, f'must be above 0, not {entry.velocity}')
-    elif velocity > 100.0:
+    if velocity > 100.0:
         quantities.report.warn(path, f'{number(velocity)} per second is very fast: which unit?')
     return velocity

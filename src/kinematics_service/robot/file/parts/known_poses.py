@@ -9,7 +9,7 @@ from ..text.fault_report import number
 from ..text.yaml_document import Path
 from .description import JointDescription, JointType, KnownPose
 from .motions import pose_motion
-from .quantities import KIND_OF, Kind, Quantities
+from .quantities import KIND_OF, Quantities
 from .schema import KnownPoseEntry, ToleranceEntry
 
 EXACT = 1e-6  # m and rad: what a datasheet with six digits can promise
@@ -67,8 +67,8 @@ def _known_pose(
     tolerance = ToleranceEntry({})
     if entry.tolerance is not None:
         tolerance = checked(ToleranceEntry, entry.tolerance, tolerance_path, report)
-    xyz = _tolerance(tolerance.xyz, 'length', (*tolerance_path, 'xyz'), quantities)
-    rpy = _tolerance(tolerance.rpy, 'angle', (*tolerance_path, 'rpy'), quantities)
+    xyz = quantities.above_zero(tolerance.xyz, 'length', (*tolerance_path, 'xyz')) or EXACT
+    rpy = quantities.above_zero(tolerance.rpy, 'angle', (*tolerance_path, 'rpy')) or EXACT
     if entry.rpy is None:
         if tolerance.rpy is not None and 'rpy' not in data:
             report.fault((*tolerance_path, 'rpy'), 'the pose has no rpy that it could be of')
@@ -101,12 +101,3 @@ def _joint_vector(
             sentence = f'{number(value)} lies outside the limits {limits} of {joint.name!r}'
             quantities.report.remark((*path, index), sentence)
     return known
-
-
-def _tolerance(text: str | None, kind: Kind, path: Path, quantities: Quantities) -> float:
-    value = quantities.fixed(text, kind, path, usual=False)
-    if value is None:
-        return EXACT
-    if value <= 0.0:
-        quantities.report.fault(path, f'must be above 0, not {text}')
-    return value

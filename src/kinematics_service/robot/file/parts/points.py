@@ -4,8 +4,8 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from ..text.entries import checked
-from ..text.fault_report import quoted, shown
+from ..text.entries import checked, checked_mapping
+from ..text.fault_report import quoted
 from ..text.yaml_document import Path
 from .description import Placement, PointDescription
 from .motions import pose_motion
@@ -40,17 +40,12 @@ def read_points(
     quantities
         What the names in expressions mean.
     """
-    if data is None:
-        return ()
-    report = quantities.report
-    if not isinstance(data, dict):
-        report.fault(PATH, f'expected a mapping of names to {{row, xyz, rpy}}, not {shown(data)}')
-        return ()
-    if len(data) > MAX_POINTS:
-        report.fault(PATH, f'{len(data)} points (at most {MAX_POINTS})')
+    given = checked_mapping(data, PATH, quantities.report, 'names to {row, xyz, rpy}')
+    if len(given) > MAX_POINTS:
+        quantities.report.fault(PATH, f'{len(given)} points (at most {MAX_POINTS})')
         return ()
     frames = {place.frame: key for place, key in zip(placements, ('base', 'tool')) if place}
-    points = [_point(name, value, rows, frames, quantities) for name, value in data.items()]
+    points = [_point(name, value, rows, frames, quantities) for name, value in given.items()]
     return tuple(point for point in points if point is not None)
 
 

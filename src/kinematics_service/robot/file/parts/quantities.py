@@ -105,6 +105,16 @@ class Quantities:
             self._warn_of_units(expression.affine.constant, kind, path)
         return expression.affine.constant if expression else None
 
+    def above_zero(
+        self, text: str | None, kind: Kind, path: Path, *, usual: bool = False
+    ) -> float | None:
+        """Return a constant above 0, or None with its fault reported; `usual` as in `fixed`."""
+        value = self.fixed(text, kind, path, usual=usual)
+        if value is not None and value <= 0.0:
+            self.report.fault(path, f'must be above 0, not {text}')
+            return None
+        return value
+
     def fixed_expression(
         self, text: str | None, kind: Kind, path: Path, advice: str = ''
     ) -> Expression | None:

@@ -18,6 +18,7 @@ from ..text.entries import (
     Whole,
     Word,
     Words,
+    called,
     one_of,
 )
 from .convention_table import CONVENTIONS, QUANTITIES
@@ -27,28 +28,20 @@ from .measure_table import MEASURES
 CONVENTION_WORDS = {
     word: convention.name for convention in CONVENTIONS.values() for word in convention.also
 }
-JOINT_TYPES = {
-    **dict.fromkeys(
-        ('r', 'rot', 'rotary', 'rotational', 'rotation', 'rotating', 'hinge', 'pin', 'continuous')
-        + ('turning',),
-        'revolute',
-    ),
-    **dict.fromkeys(
-        ('p', 'slide', 'slider', 'sliding', 'linear', 'translational', 'translation', 'trans')
-        + ('telescopic',),
-        'prismatic',
-    ),
-    **dict.fromkeys(('h', 'screw'), 'helical'),
-}
-ANGLES = {'degree': 'deg', 'degrees': 'deg', 'radian': 'rad', 'radians': 'rad'}
-LENGTHS = {
-    **dict.fromkeys(('metre', 'metres', 'meter', 'meters', 'si'), 'm'),
-    **dict.fromkeys(('millimetre', 'millimetres', 'millimeter', 'millimeters'), 'mm'),
-}
-POSE_KEYS = {
-    **dict.fromkeys(('position', 'pos', 'translation', 'origin', 'p'), 'xyz'),
-    **dict.fromkeys(('orientation', 'rotation', 'rot', 'euler', 'roll_pitch_yaw'), 'rpy'),
-}
+JOINT_TYPES = called(
+    revolute='r rot rotary rotational rotation rotating hinge pin continuous turning',
+    prismatic='p slide slider sliding linear translational translation trans telescopic',
+    helical='h screw',
+)
+ANGLES = called(deg='degree degrees', rad='radian radians')
+LENGTHS = called(
+    m='metre metres meter meters si', mm='millimetre millimetres millimeter millimeters'
+)
+POSE_KEYS = called(
+    xyz='position pos translation origin p', rpy='orientation rotation rot euler roll_pitch_yaw'
+)
+ROWS = 'link frame after after_row'
+POSITIONS = 'joints angles positions'
 
 
 class RobotEntry(Entry):
@@ -56,14 +49,14 @@ class RobotEntry(Entry):
 
     noun = 'a robot file'
     required = ('robot', 'convention', 'joints', 'links')
-    also = {
-        'name': 'robot',
-        'reference': 'source',
-        **dict.fromkeys(('dh', 'table', 'rows', 'dh_table', 'dh_parameters'), 'links'),
-        'poses': 'known_poses',
-        **dict.fromkeys(('end_effector', 'ee', 'tcp'), 'tool'),
-        **dict.fromkeys(('errors', 'accuracy', 'covariance'), 'uncertainty'),
-    }
+    also = called(
+        robot='name',
+        source='reference',
+        links='dh table rows dh_table dh_parameters',
+        known_poses='poses',
+        tool='end_effector ee tcp',
+        uncertainty='errors accuracy covariance',
+    )
 
     robot: Word = None
     source: Citation = None
@@ -96,16 +89,12 @@ class JointEntry(Entry):
 
     noun = 'a joint'
     required = ('name', 'type')
-    also = {
-        **dict.fromkeys(('var', 'symbol', 'q'), 'variable'),
-        **dict.fromkeys(('kind', 'joint_type'), 'type'),
-        **dict.fromkeys(
-            ('lower', 'upper', 'min', 'max', 'range', 'qlim', 'q_min', 'q_max', 'lower_limit')
-            + ('upper_limit',),
-            'limits',
-        ),
-        **dict.fromkeys(('speed', 'vel', 'max_speed', 'max_velocity'), 'velocity'),
-    }
+    also = called(
+        variable='var symbol q',
+        type='kind joint_type',
+        limits='lower upper min max range qlim q_min q_max lower_limit upper_limit',
+        velocity='speed vel max_speed max_velocity',
+    )
 
     name: Word = None
     variable: Word = None
@@ -162,7 +151,7 @@ class PlacementEntry(PoseEntry):
     """The base or the tool."""
 
     noun = 'a placement'
-    also = {**POSE_KEYS, 'name': 'frame', 'link': 'frame'}
+    also = {**POSE_KEYS, **called(frame='name link')}
 
     frame: Word = None
 
@@ -172,7 +161,7 @@ class PointEntry(PoseEntry):
 
     noun = 'a point'
     required = ('row',)
-    also = {**POSE_KEYS, **dict.fromkeys(('link', 'frame', 'after', 'after_row'), 'row')}
+    also = {**POSE_KEYS, **called(row=ROWS)}
 
     row: Whole = None
 
@@ -182,13 +171,13 @@ class LoopEntry(Entry):
 
     noun = 'a loop'
     required = ('name', 'passive', 'links', 'meets', 'rows', 'assembled')
-    also = {
-        **dict.fromkeys(('start', 'begins', 'parts'), 'from'),
-        **dict.fromkeys(('to', 'end', 'ends', 'closes'), 'meets'),
-        **dict.fromkeys(('chain', 'table'), 'links'),
-        **dict.fromkeys(('coincide', 'components', 'equal'), 'rows'),
-        **dict.fromkeys(('assembly', 'at', 'closed'), 'assembled'),
-    }
+    also = called(
+        from_='start begins parts',
+        meets='to end ends closes',
+        links='chain table',
+        rows='coincide components equal',
+        assembled='assembly at closed',
+    )
 
     name: Word = None
     passive: Any = None
@@ -214,7 +203,7 @@ class LoopEndEntry(PoseEntry):
     """Where a loop parts from the table, or meets it."""
 
     noun = 'an end of a loop'
-    also = {**POSE_KEYS, **dict.fromkeys(('link', 'frame', 'after', 'after_row'), 'row')}
+    also = {**POSE_KEYS, **called(row=ROWS)}
 
     row: Whole = None
     point: Word = None
@@ -231,7 +220,7 @@ def assembled_entry(passive: tuple[str, ...]) -> type[Entry]:
             **dict.fromkeys(('q', *passive)),
             'noun': 'an assembly',
             'required': ('q', *passive),
-            'also': dict.fromkeys(('joints', 'angles', 'positions'), 'q'),
+            'also': called(q=POSITIONS),
         },
     )
 
@@ -250,7 +239,7 @@ class KnownPoseEntry(PoseEntry):
 
     noun = 'a known pose'
     required = ('q', 'xyz')
-    also = {**POSE_KEYS, **dict.fromkeys(('joints', 'angles', 'positions'), 'q')}
+    also = {**POSE_KEYS, **called(q=POSITIONS)}
 
     q: Numbers = None
     tolerance: Any = None
@@ -284,13 +273,13 @@ class UncertaintyEntry(Entry):
     """How far joints and table are off, as standard deviations and widths."""
 
     noun = 'uncertainty'
-    also = {
-        **dict.fromkeys(('noise', 'joint_noise', 'encoders'), 'encoder_noise'),
-        **dict.fromkeys(('resolution', 'step'), 'encoder_resolution'),
-        'play': 'backlash',
-        'velocity': 'velocity_noise',
-        'unmodelled': 'floor',
-    }
+    also = called(
+        encoder_noise='noise joint_noise encoders',
+        encoder_resolution='resolution step',
+        backlash='play',
+        velocity_noise='velocity',
+        floor='unmodelled',
+    )
 
     encoder_noise: Any = None
     encoder_resolution: Any = None
@@ -315,11 +304,9 @@ class TableToleranceEntry(Entry):
     """How far the numbers of the table may be off."""
 
     noun = 'a tolerance of the table'
-    also = {
-        **dict.fromkeys(('lengths', 'xyz', 'position'), 'length'),
-        **dict.fromkeys(('angles', 'rpy', 'rotation'), 'angle'),
-        **dict.fromkeys(('gears', 'ratio', 'ratios'), 'gear'),
-    }
+    also = called(
+        length='lengths xyz position', angle='angles rpy rotation', gear='gears ratio ratios'
+    )
 
     length: Number = None
     angle: Number = None

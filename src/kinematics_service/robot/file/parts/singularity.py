@@ -28,9 +28,7 @@ def read_singularity(data: Any, quantities: Quantities) -> SingularityDescriptio
     entry = checked(SingularityEntry, data, PATH, report)
     intact = report.fault_count == before
     task = None if entry.task is None else _task(entry.task, quantities)
-    length = quantities.fixed(entry.length, 'length', (*PATH, 'length'))
-    if length is not None and length <= 0.0:
-        report.fault((*PATH, 'length'), f'must be above 0, not {entry.length}')
+    length = quantities.above_zero(entry.length, 'length', (*PATH, 'length'), usual=True)
     factors = () if entry.factors is None else _factors(entry.factors, quantities)
     if not intact:
         return None  # what has been refused would be taken for the default

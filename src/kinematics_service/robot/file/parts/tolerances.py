@@ -3,8 +3,8 @@
 import re
 from typing import Any
 
-from ..text.entries import checked, checked_number
-from ..text.fault_report import quoted, shown
+from ..text.entries import checked, checked_mapping, checked_number
+from ..text.fault_report import quoted
 from ..text.yaml_document import Path
 from .convention_table import CONVENTIONS, Convention
 from .description import Tolerances
@@ -40,14 +40,11 @@ def read_tolerances(
         return Tolerances()
     report = quantities.report
     entry = checked(TableToleranceEntry, data, PATH, report)
-    length = _above_zero(entry.length, 'length', (*PATH, 'length'), quantities)
-    angle = _above_zero(entry.angle, 'angle', (*PATH, 'angle'), quantities)
-    gear = _above_zero(entry.gear, 'number', (*PATH, GEAR), quantities)
+    length = quantities.above_zero(entry.length, 'length', (*PATH, 'length'))
+    angle = quantities.above_zero(entry.angle, 'angle', (*PATH, 'angle'))
+    gear = quantities.above_zero(entry.gear, 'number', (*PATH, GEAR))
     named = []
-    of = {} if entry.of is None else entry.of
-    if not isinstance(of, dict):
-        report.fault((*PATH, 'of'), f'expected a mapping of names to numbers, not {shown(of)}')
-        of = {}
+    of = checked_mapping(entry.of, (*PATH, 'of'), report, 'names to numbers')
     for name, item in of.items():
         path = (*PATH, 'of', name)
         kind = kind_of(name, convention, rows, joints)
@@ -55,18 +52,10 @@ def read_tolerances(
             accepted = _accepted(convention, rows, joints)
             report.fault(path, f'{quoted(name)} is no number of this table (accepted: {accepted})')
             continue
-        value = _above_zero(checked_number(item, path, report), kind, path, quantities)
+        value = quantities.above_zero(checked_number(item, path, report), kind, path)
         if value is not None:
             named.append((name, value))
     return Tolerances(length, angle, gear, tuple(named))
-
-
-def _above_zero(text: str | None, kind: Kind, path: Path, quantities: Quantities) -> float | None:
-    value = quantities.fixed(text, kind, path, usual=False)
-    if value is not None and value <= 0.0:
-        quantities.report.fault(path, f'must be above 0, not {text}')
-        return None
-    return value
 
 
 def _axes_of(convention: Convention | None) -> dict[str, str]:

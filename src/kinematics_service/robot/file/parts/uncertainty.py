@@ -3,8 +3,16 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..text.entries import checked, checked_list, checked_number, choice, did_you_mean, meant_by
-from ..text.fault_report import quoted, shown
+from ..text.entries import (
+    checked,
+    checked_list,
+    checked_mapping,
+    checked_number,
+    choice,
+    did_you_mean,
+    meant_by,
+)
+from ..text.fault_report import quoted
 from ..text.yaml_document import Path
 from .description import JointDescription, JointType, Link, Uncertainty
 from .parameters import (
@@ -152,15 +160,9 @@ def _parameters(
     data: Any, known: Mapping[str, ArmParameter] | None, quantities: Quantities
 ) -> tuple[tuple[str, float], ...]:
     report, path = quantities.report, (*PATH, 'parameters')
-    if data is None:
-        return ()
-    if not isinstance(data, dict):
-        report.fault(
-            path, f'expected a mapping of parameters to standard deviations, not {shown(data)}'
-        )
-        return ()
+    given = checked_mapping(data, path, report, 'parameters to standard deviations')
     found = []
-    for name, item in data.items():
+    for name, item in given.items():
         text = checked_number(item, (*path, name), report)
         if known is None:
             continue
@@ -205,15 +207,9 @@ def _factor(
     data: Any, known: Mapping[str, ArmParameter] | None, quantities: Quantities
 ) -> tuple[tuple[str, tuple[float, ...]], ...]:
     report, path = quantities.report, (*PATH, 'covariance')
-    if data is None:
-        return ()
-    if not isinstance(data, dict):
-        report.fault(
-            path, f'expected a mapping of parameters to rows of L in L L^T, not {shown(data)}'
-        )
-        return ()
+    given = checked_mapping(data, path, report, 'parameters to rows of L in L L^T')
     found = []
-    for index, (name, item) in enumerate(data.items()):
+    for index, (name, item) in enumerate(given.items()):
         place = (*path, name)
         items = checked_list(item, place, report, 'a list of numbers, the row of L')
         if len(items) > index + 1:

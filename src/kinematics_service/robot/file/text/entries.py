@@ -108,6 +108,15 @@ def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
     return check
 
 
+def called(**words: str) -> dict[str, str]:
+    """Return the accepted word for each of the other words people use for it."""
+    return {
+        other: accepted.rstrip('_')
+        for accepted, others in words.items()
+        for other in others.split()
+    }
+
+
 def meant_by(
     text: str, accepted: tuple[str, ...], also: Mapping[str, str] | None = None
 ) -> str | None:
@@ -275,6 +284,15 @@ def checked_list(
     """Return the items of a list, or none with the fault reported."""
     result = _reported(_listed(length, noun), data, path, report)
     return result if isinstance(result, list) else []
+
+
+def checked_mapping(data: Any, path: Path, report: FaultReport, noun: str) -> dict[str, Any]:
+    """
+    Return a mapping of names that the user chooses; empty where there is none or has a fault.
+    """
+    if data is not None and not isinstance(data, dict):
+        report.fault(path, f'expected a mapping of {noun}, not {shown(data)}')
+    return data if isinstance(data, dict) else {}
 
 
 def _reported(check: Check, data: Any, path: Path, report: FaultReport) -> Any:

@@ -9,8 +9,8 @@ import sympy as sp  # type: ignore[import-untyped]
 
 from ....errors import FormulaError
 from ....kinematics.tool_state import evaluate
+from ....robot.closed_poses import closes_at
 from ....robot.file.parts.convention_table import QUANTITIES
-from ....robot.loops import closes_at
 from ....robot.robot import Robot
 from ..arm.numbers import DEGREE, Evaluation, Floats
 from ..arm.quantities import numeric, quantity_of, why_out_of_range

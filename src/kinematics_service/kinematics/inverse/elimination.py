@@ -7,7 +7,7 @@ import numpy as np
 from ... import kernel
 from ...kernel import Floats
 from ...rigid_motion import exponential
-from .closed import room_for
+from .closed_forms import room_for
 from .problem import IkProblem
 from .search import DistinctSolutions, refined, refinement
 from .target import residual_of

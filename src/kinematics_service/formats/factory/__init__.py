@@ -1,1 +1,0 @@
-"""Factory calibrations, as manufacturers store them."""
