@@ -15,7 +15,7 @@ import sympy as sp  # type: ignore[import-untyped]
 
 from ....robot.file.convention_table import QUANTITIES
 from ..arm.numbers import Evaluation, Floats, size_of
-from ..arm.quantities import symbolic
+from ..arm.quantities import expression_of
 from ..arm.table import general_row, row_matrix
 from ..statements.checks import Check, Mask, QuantityCheck
 from ..statements.solutions import SolutionCheck
@@ -301,7 +301,7 @@ def right_entry(check: QuantityCheck, i: int, j: int) -> Any:
         return None
     if check.quantity.kind == 'general':
         return row_matrix(general_row(check.names.table))[i, j]
-    matrix = symbolic(check.quantity, check.names.arm, check.reading)
+    matrix = expression_of(check.quantity, check.names.arm, check.reading)
     if matrix is None:
         return None
     if check.quantity.kind == 'jacobian' and check.quantity.part == 'all':

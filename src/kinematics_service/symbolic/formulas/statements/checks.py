@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from ....robot.robot import Robot
 from ..arm.numbers import DEGREE, Evaluation, Floats
-from ..arm.quantities import ROWS, TASK_ROWS, Quantity, Reading, numeric
+from ..arm.quantities import ROWS, TASK_ROWS, Quantity, Reading, value_of
 from ..arm.table import Table, general_row
 from ..arm.world import World
 from .names import FormulaNames, reading_of
@@ -177,7 +177,7 @@ class QuantityCheck(Check):
             return task_determinant(self.robot, world)[:, None, None]
         if quantity.kind == 'general':
             return _general(self.names.table, world)
-        return numeric(quantity, world, reading)
+        return np.asarray(value_of(quantity, world, reading))
 
     def cut(self, whole: Floats, quantity: Quantity) -> Floats:
         """Return the rows the person wrote, or the whole where its shape is another one."""

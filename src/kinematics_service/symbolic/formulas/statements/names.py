@@ -9,7 +9,7 @@ import sympy as sp  # type: ignore[import-untyped]
 
 from ....errors import FormulaError
 from ....robot.file.convention_table import QUANTITIES
-from ..arm.quantities import Quantity, Reading, quantity_of, symbolic, why_out_of_range
+from ..arm.quantities import Quantity, Reading, expression_of, quantity_of, why_out_of_range
 from ..arm.symbols import SymbolicArm
 from ..arm.table import Table
 from ..text.file import Settings
@@ -112,7 +112,7 @@ class FormulaNames:
             raise FormulaError(message, token.line, token.column)
         if reason := why_out_of_range(quantity, len(self.table.rows), joints, reading):
             raise FormulaError(reason, token.line, token.column)
-        return symbolic(quantity, self.arm, reading)
+        return expression_of(quantity, self.arm, reading)
 
     def unknown(self, token: FormulaToken) -> FormulaError:
         """Return the error about a name nothing is known of."""

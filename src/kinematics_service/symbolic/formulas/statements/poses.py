@@ -13,7 +13,7 @@ from ....robot.file.convention_table import QUANTITIES
 from ....robot.loops import closes_at
 from ....robot.robot import Robot
 from ..arm.numbers import DEGREE, Evaluation, Floats
-from ..arm.quantities import numeric, quantity_of, why_out_of_range
+from ..arm.quantities import quantity_of, value_of, why_out_of_range
 from ..arm.world import World
 from ..text.build import build, is_matrix, number
 from ..text.file import Raw, Settings
@@ -170,7 +170,7 @@ def _with_coordinates(
         rows, joints = len(names.table.rows), len(names.table.variables)
         if reason := why_out_of_range(quantity, rows, joints, reading):
             raise FormulaError(f'point: {reason}')
-        point = numeric(quantity, world, reading)[:, :, 0]
+        point = value_of(quantity, world, reading)[:, :, 0]
     located = {symbol: point[:, k] for k, symbol in enumerate(coordinates())}
     for (i, j), symbol in rotation_entries().items():
         located[symbol] = world.pose[:, i, j]
