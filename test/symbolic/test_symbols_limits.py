@@ -36,8 +36,9 @@ def families(name):
     """Return each factor of an arm as a function, with poses on it, rad and m."""
     exact, factors = derived(name).exact, derived(name).singular_set.factors
     n = len(exact.sampler.moving)
-    view = simplest_view(exact.frames, exact.arithmetic, exact.sampler.rows)
-    minors = minors_of(view, exact.sampler.rows, range(n), n, n)
+    rows = exact.sampler.rows
+    view = simplest_view(exact.J, exact.frames, exact.arithmetic, rows, range(n), n == 6)
+    minors = minors_of(view, rows, range(n), n)
     functions = [
         Numbers(factor.value, exact.arithmetic)
         for factor in product_of(minors, exact.arithmetic)[0].factors
