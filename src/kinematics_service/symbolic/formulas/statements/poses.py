@@ -184,12 +184,10 @@ def _given(raw: Raw, settings: Settings, names: FormulaNames) -> tuple[Any, floa
     symbol = names.constant(key) if joint is None else names.table.variables[joint]
     if symbol is None:
         known = ', '.join(s.name for s in (*names.table.variables, *names.table.constants))
-        message = f'at: {at.written!r} is neither a joint nor a constant (known: {known})'
-        raise FormulaError(message, at.line, at.column)
+        raise at.fault(f'at: {at.written!r} is neither a joint nor a constant (known: {known})')
     value = build(raw.right, lambda token: names.value(token, settings), number)
     if is_matrix(value) or not value.is_number:
-        message = f'at: {at.written} must be a number'
-        raise FormulaError(message, at.line, at.column)
+        raise at.fault(f'at: {at.written} must be a number')
     result = _number(value)
     turns = joint is not None and names.table.joint_types[joint] != 'prismatic'
     if turns and settings.degrees and not _has_unit(raw.right):

@@ -246,11 +246,10 @@ def _equation(tokens: list[FormulaToken], settings: Settings, local: bool, by_li
     sides = _split(tokens, ('=',))
     first = next(token for token in tokens if token.kind != 'newline')
     if len(sides) < 2:
-        message = (
+        raise first.fault(
             f'{first.written!r} begins no formula: expected NAME = ..., a setting such as '
             "'rows: angular first', or a comment after #"
         )
-        raise FormulaError(message, first.line, first.column)
     left = _of_a_jacobian(parse(_without_joints(_without_ampersands(sides[0])), tokens[-1]))
     right = sides[-1]
     while right and right[0].kind == 'newline':
@@ -266,8 +265,7 @@ def _of_a_jacobian(left: Node) -> Node:
         return left
     det, of = left.parts
     if of.text not in DETERMINANT_OF:
-        message = "the determinant of J is the one that is known: write 'det(J) = ...'"
-        raise FormulaError(message, det.at.line, det.at.column)
+        raise det.at.fault("the determinant of J is the one that is known: write 'det(J) = ...'")
     return replace(det, at=replace(det.at, written=f'{det.at.written}({of.at.written})'))
 
 

@@ -87,6 +87,10 @@ class FormulaToken:
     column: int
     spaced: bool
 
+    def fault(self, message: str) -> FormulaError:
+        """Return an error about what stands here."""
+        return FormulaError(message, self.line, self.column)
+
 
 def plain_letters(text: str) -> str:
     """
