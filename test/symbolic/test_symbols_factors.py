@@ -27,7 +27,7 @@ from kinematics_service.symbolic.file_factors import (
 )
 from kinematics_service.symbolic.output.report import report_of
 from kinematics_service.symbolic.output.text import text_of
-from kinematics_service.symbolic.singular_set import crossings_of
+from kinematics_service.symbolic.singular_set import FamilySearch, crossings_of
 
 LISTED = [
     name
@@ -290,7 +290,8 @@ def test_factors_of_large_and_small_numbers_are_seen_to_meet():
     assert max(abs(a) for a, _ in values[0].terms().values()) > 1e10
     product = factors.Factored(minor, tuple(factors.RealFactor(v, 1) for v in values), True)
     named = [SimpleNamespace(name='shoulder'), SimpleNamespace(name='sin(q1)')]
-    (crossing,) = crossings_of(product, named, exact.sampler, arithmetic, view.J[:3])
+    search = FamilySearch(exact.sampler, arithmetic)
+    (crossing,) = crossings_of(product, named, search, view.J[:3])
     assert crossing.within_limits
     q = np.array(crossing.pose)
     assert abs(math.sin(q[0])) < 1e-9

@@ -18,7 +18,7 @@ from .algebra.names import Names, names_of
 from .closed_loops import LoopEquations, closed_determinant, loops_of
 from .determinant import Minors, minors_of, simplest_view
 from .frames import Frames, frames_of
-from .minors import generic_rank, independent_columns, product_of, remainder_of
+from .minors import independent_columns, product_of, remainder_of
 from .sampled_poses import PoseSampler, row_indices, sampler_of
 from .singular_set import (
     Determinant,
@@ -317,7 +317,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
     # None where a factor is no single family unless half angles are looked at.
     sampler, arithmetic, writer = exact.sampler, exact.arithmetic, exact.writer
     n = len(sampler.moving)
-    rank = generic_rank(sampler)
+    rank = sampler.generic_rank
     columns = independent_columns(sampler)
     square = n == len(sampler.rows)
     tell('determinant')
@@ -337,7 +337,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
     tell('factors')
     product, rests = product_of(minors, arithmetic)
     tell('singular set')
-    search = FamilySearch(sampler, arithmetic, sampler.arm(sampler.random(200)))
+    search = FamilySearch(sampler, arithmetic)
     families = families_of(product, search)
     if families is None:
         return None
@@ -362,7 +362,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
         identically_zero=square and rank < n,
         split=product.complete,
     )
-    crossings = crossings_of(product, factors, sampler, arithmetic, J_t)
+    crossings = crossings_of(product, factors, search, J_t)
     complete = product.complete and not rests
     return SingularSet(determinant, factors, crossings, rank, dependent, complete)
 

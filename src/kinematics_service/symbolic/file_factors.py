@@ -121,11 +121,9 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
         product *= evaluated(expressions[name], derivation.names, q) ** factor.power
         reference *= evaluated(factor.expression, derivation.names, q) ** factor.power
     if derivation.singular_set.determinant.square:
-        arm = exact.sampler.arm(q)
-        scales = exact.sampler.row_scales
-        slides = [not turns for turns in arm.turns]
-        columns = np.where(slides, robot.task.length, 1.0)
-        reference = np.linalg.det(arm.J_t / scales[:, None] / columns)
+        sampler = exact.sampler
+        J_t = sampler.arm(q).J_t / sampler.row_scales[:, None] / sampler.column_scales
+        reference = np.linalg.det(J_t)
     if not derivation.singular_set.factors:
         return 0.0
     best = int(np.argmax(np.abs(reference)))

@@ -14,7 +14,6 @@ from .algebra.laurent import Laurent
 from .algebra.quotient import divided
 from .determinant import Minors
 from .sampled_poses import PoseSampler
-from .singular_geometry import rank_at
 from .trigonometry import Writer
 
 # Minors of more terms are not multiplied out to see whether the sum of squares is shorter.
@@ -116,7 +115,7 @@ def _is_square_of(expression: Any, function: Any) -> bool:
 
 def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:
     """Return the joints left when those that only repeat others are left out, first ones first."""
-    J_t = sampler.arm(sampler.random(200)).J_t
+    J_t = sampler.elsewhere.J_t
     stacked = J_t.reshape(-1, J_t.shape[2])
     full = _column_rank(stacked)
     kept = list(range(J_t.shape[2]))
@@ -130,8 +129,3 @@ def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:
 def _column_rank(stacked: Floats) -> int:
     sigma = np.linalg.svd(stacked, compute_uv=False)
     return int(np.sum(sigma > 1e-9 * sigma[0]))
-
-
-def generic_rank(sampler: PoseSampler) -> int:
-    """Return the rank of the task rows at most poses."""
-    return rank_at(sampler.arm(sampler.random(200)).J_t)

@@ -2,8 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from ..kernel import Floats
 from ..kinematics.forward import forward_kinematics, jacobian, link_frames
@@ -12,7 +14,7 @@ from ..robot.task import ROW_NAMES, seeded_poses
 from .algebra.arithmetic import Arithmetic
 from .algebra.numeric import substituted
 from .algebra.zeros import Box
-from .singular_geometry import ArmAtPoses
+from .singular_geometry import ArmAtPoses, rank_at
 
 # Enough for a coincidence to show, few enough for a second.
 POSES = 60
@@ -82,11 +84,10 @@ class PoseSampler:
             After which a joint's frames repeat.
         """
         low, high = np.array(self.robot.limits[list(self.moving)]).T / self.to_si
-        slides = np.array([self.robot.joint_types[j] == 'prismatic' for j in self.moving])
         # An angle has all its values within a period.
         turned = np.where(np.isfinite(high), high - periods, -periods / 2)
-        start = np.where(slides | np.isfinite(low), low, turned)
-        return Box(start, np.where(slides, high, np.minimum(high, start + periods)))
+        start = np.where(self.slides | np.isfinite(low), low, turned)
+        return Box(start, np.where(self.slides, high, np.minimum(high, start + periods)))
 
     def arm(self, q: Floats) -> ArmAtPoses:
         """Return the arm's numbers at poses in the file's units."""
@@ -130,6 +131,26 @@ class PoseSampler:
             worst = max(worst, float(np.max(np.abs(J[:, k] - column))))
         return worst
 
+    @cached_property
+    def elsewhere(self) -> ArmAtPoses:
+        """Return the arm at 200 poses anywhere."""
+        return self.arm(self.random(200))
+
+    @cached_property
+    def generic_rank(self) -> int:
+        """Return the rank of the task rows at most poses."""
+        return rank_at(self.elsewhere.J_t)
+
+    @property
+    def slides(self) -> npt.NDArray[np.bool_]:
+        """Return which of the moving joints are prismatic, shape (moving,)."""
+        return np.array([self.robot.joint_types[j] == 'prismatic' for j in self.moving])
+
+    @property
+    def column_scales(self) -> Floats:
+        """Return the factor of each column: the characteristic length of prismatic joints."""
+        return np.where(self.slides, self.robot.task.length, 1.0)
+
     @property
     def row_scales(self) -> Floats:
         """Return the factor of each task row: the characteristic length of angular ones."""
@@ -139,9 +160,9 @@ class PoseSampler:
         """Return the scaled task rows, axes of frame 0, shape (N, m, moving)."""
         R_t = np.swapaxes(frames[:, 0, :3, :3], 1, 2)
         turned = np.concatenate([R_t @ J[:, :3], R_t @ J[:, 3:]], axis=1)
-        slides = [self.robot.joint_types[j] == 'prismatic' for j in self.moving]
-        columns = np.where(slides, self.robot.task.length, 1.0)
-        return np.asarray(turned[:, list(self.rows)] * self.row_scales[:, None] * columns)
+        return np.asarray(
+            turned[:, list(self.rows)] * self.row_scales[:, None] * self.column_scales
+        )
 
 
 def sampler_of(robot: Robot, arithmetic: Arithmetic, rows: Sequence[int]) -> PoseSampler:
