@@ -82,20 +82,17 @@ def _candidates(
 ) -> Sequence[_Solved]:
     ring = arithmetic.ring
     turning, sliding = arithmetic.angle_index(variable), ring.index('number', variable)
-    terms = value.terms()
-    by_angle = {e[turning] for e in terms}
-    by_length = {e[sliding] for e in terms}
-    if by_angle == {0} and by_length in ({0, 1}, {1}):
-        above = _part(value, sliding, 1)
-        rest = _part(value, sliding, 0)
-        moves = int(_moves(above, arithmetic))
+    by_angle, by_length = value.by_power(turning), value.by_power(sliding)
+    nothing = ring.number(0)
+    if set(by_angle) == {0} and set(by_length) in ({0, 1}, {1}):
+        above, rest = by_length[1], by_length.get(0, nothing)
+        moves = int(arithmetic.moves(above.terms()))
         simple = (moves, 0, int(bool(rest)), 1, len(above), -index)
         return [_Solved(variable, sympy.Integer(0), above, above, rest, True, 1, simple)]
     multiple = max(by_angle)
-    if by_length != {0} or multiple < 1 or not by_angle <= {-multiple, 0, multiple}:
+    if set(by_length) != {0} or multiple < 1 or not set(by_angle) <= {-multiple, 0, multiple}:
         return []
-    above = _part(value, turning, multiple)
-    rest = _part(value, turning, 0)
+    above, rest = by_angle[multiple], by_angle.get(0, nothing)
     common = _common_turn(above, arithmetic)
     shift = sympy.Add(
         *(
@@ -104,27 +101,18 @@ def _candidates(
         )
     )
     pure = _times_monomial(above, [-e for e in common])
-    if _moves(pure, arithmetic):
+    if arithmetic.moves(pure.terms()):
         pure, shift = above, sympy.Integer(0)
     # f = A z + C + conj(A) / z = 2 Re A cos y - 2 Im A sin y + C.
-    conjugate = _part(value, turning, -multiple)
+    conjugate = by_angle.get(-multiple, nothing)
     if shift != 0:
         conjugate = _times_monomial(conjugate, list(common))
     cosine, sine = pure + conjugate, (pure - conjugate).times_i()
-    moves = int(_moves(cosine, arithmetic) or _moves(sine, arithmetic))
+    moves = int(arithmetic.moves(cosine.terms()) or arithmetic.moves(sine.terms()))
     parts = int(bool(cosine)) + int(bool(sine))
     times = sympy.Rational(multiple, arithmetic.units[variable])
     simplicity = (moves, abs(times - 1), int(bool(rest)), parts, len(pure), -index)
     return [_Solved(variable, shift, cosine, sine, rest, False, times, simplicity)]
-
-
-def _part(value: Laurent, index: int, exponent: int) -> Laurent:
-    terms = {
-        tuple(0 if k == index else x for k, x in enumerate(e)): c
-        for e, c in value.terms().items()
-        if e[index] == exponent
-    }
-    return from_terms(value.ring, terms, value.divisor)
 
 
 def _common_turn(value: Laurent, arithmetic: Arithmetic) -> tuple[int, ...]:
@@ -138,14 +126,6 @@ def _times_monomial(value: Laurent, turns: Sequence[int]) -> Laurent:
         (*(a + b for a, b in zip(e, turns)), *e[len(turns) :]): c for e, c in value.terms().items()
     }
     return from_terms(value.ring, terms, value.divisor)
-
-
-def _moves(value: Laurent, arithmetic: Arithmetic) -> bool:
-    moving = set(arithmetic.names.variables)
-    generators = arithmetic.ring.generators
-    return any(
-        e and generators[k].meaning in moving for t in value.terms() for k, e in enumerate(t)
-    )
 
 
 def _roots(solved: _Solved, writer: Writer) -> tuple[tuple[Any, ...], Any]:

@@ -70,30 +70,25 @@ def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmeti
     """
     if not rests:
         return sympy.Integer(1)
-    few = sum(map(len, rests)) <= MOST_WRITTEN
-    written = [
-        _as_product(rest, writer, arithmetic) if few else writer.expression(rest) for rest in rests
-    ]
+    written = [writer.expression(rest) for rest in rests]
+    if sum(map(len, rests)) <= MOST_WRITTEN:
+        products = [_product(rest, writer, arithmetic) for rest in rests]
+        written = [min(pair, key=sympy.count_ops) for pair in zip(products, written)]
     squares = sympy.factor_terms(sympy.Add(*_without_pythagoras([e**2 for e in written])))
     if sum(map(len, rests)) > MOST_SQUARED:
         return sympy.sqrt(squares)
     total = arithmetic.ring.number(0)
     for rest in rests:
         total = total + rest * rest
-    product = factored(total, arithmetic)
-    inside = writer.expression(product.constant)
-    for factor in product.factors:
-        inside *= writer.expression(factor.value) ** factor.power
-    shortest = min((inside, squares), key=sympy.count_ops)
-    return sympy.sqrt(shortest)
+    return sympy.sqrt(min((_product(total, writer, arithmetic), squares), key=sympy.count_ops))
 
 
-def _as_product(rest: Laurent, writer: Writer, arithmetic: Arithmetic) -> Any:
-    product = factored(rest, arithmetic)
+def _product(value: Laurent, writer: Writer, arithmetic: Arithmetic) -> Any:
+    product = factored(value, arithmetic)
     whole = writer.expression(product.constant)
     for factor in product.factors:
         whole *= writer.expression(factor.value) ** factor.power
-    return min((whole, writer.expression(rest)), key=sympy.count_ops)
+    return whole
 
 
 def _without_pythagoras(terms: Sequence[Any]) -> list[Any]:
