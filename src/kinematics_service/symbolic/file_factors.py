@@ -17,7 +17,14 @@ AGREEMENT = 1e-12
 POSES = 1000
 
 
-class FilePrinter(StrPrinter):  # type: ignore[misc]
+class DecimalPrinter(StrPrinter):  # type: ignore[misc]
+    """Sympy's own strings, with decimals where the file had decimals."""
+
+    def _print_Rational(self, expr: Any) -> str:
+        return decimal(expr) or f'{expr.p}/{expr.q}'
+
+
+class FilePrinter(DecimalPrinter):
     """Sympy expressions as a robot file writes them: no powers, decimals as decimals."""
 
     def _print_Pow(self, expr: Any, rational: bool = False) -> str:
@@ -34,9 +41,6 @@ class FilePrinter(StrPrinter):  # type: ignore[misc]
 
     def _print_atan(self, expr: Any) -> str:
         return f'atan2({self._print(expr.args[0])}, 1)'
-
-    def _print_Rational(self, expr: Any) -> str:
-        return decimal(expr) or f'{expr.p}/{expr.q}'
 
 
 def decimal(number: Any) -> str | None:
