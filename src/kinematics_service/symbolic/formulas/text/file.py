@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from ....errors import FormulaError
 from .syntax import Node, parse, parse_lines
@@ -26,11 +27,12 @@ DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
 DEPENDS = re.compile(r'[JTRADzop]\w*')
 JOINTS = re.compile(r'(?:q|theta|Theta|th|phi|d)\d*')
 
-CHOICES = {
-    'rows': ('linear first', 'angular first'),
-    'frame': ('base', 'tool'),
-    'units': ('rad', 'deg'),
-    'first frame': ('0', '1'),
+# What a setting may be, and what it sets.
+CHOICES: dict[str, dict[str, dict[str, Any]]] = {
+    'rows': {'linear first': {'angular_first': False}, 'angular first': {'angular_first': True}},
+    'frame': {'base': {'axes': 'base'}, 'tool': {'axes': 'tool'}},
+    'units': {'rad': {'degrees': False}, 'deg': {'degrees': True}},
+    'first frame': {'0': {'first_frame': 0}, '1': {'first_frame': 1}},
 }
 
 
@@ -303,14 +305,7 @@ def _set(settings: Settings, name: str, text: str, line: int, column: int) -> Se
         if word not in CHOICES[name]:
             accepted = ' or '.join(repr(choice) for choice in CHOICES[name])
             raise FormulaError(f'{name}: {word!r} is not accepted: {accepted}', line, column)
-        match name:
-            case 'rows':
-                return replace(settings, angular_first=word == 'angular first')
-            case 'frame':
-                return replace(settings, axes=word)
-            case 'units':
-                return replace(settings, degrees=word == 'deg')
-        return replace(settings, first_frame=int(word))
+        return replace(settings, **CHOICES[name][word])
     if name == 'point':
         return replace(
             settings, point='' if word in ('', 'tool') else _one_name(text, line, column)
