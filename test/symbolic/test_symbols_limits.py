@@ -59,7 +59,7 @@ def decided(name, low, high, *functions):
     """Return what is known of the zeros of functions of an arm within limits."""
     arithmetic = derived(name).exact.arithmetic
     robot = limited(robot_of(name), low, high)
-    search = FamilySearch(sampler_of(robot, arithmetic, row_indices(robot)), arithmetic)
+    search = FamilySearch(sampler_of(robot, arithmetic), arithmetic)
     return search.zero_within_limits(functions)
 
 

@@ -19,14 +19,13 @@ from .closed_loops import LoopEquations, closed_determinant, loops_of
 from .determinant import Minors, minors_of, simplest_view
 from .frames import Frames, frames_of
 from .minors import independent_columns, product_of, remainder_of
-from .sampled_poses import PoseSampler, row_indices, sampler_of
+from .sampled_poses import PoseSampler, sampler_of
 from .singular_set import (
     Determinant,
     FamilySearch,
     SingularSet,
     crossings_of,
     families_of,
-    row_names,
     singular_factors,
 )
 from .trigonometry import Writer, writer_of
@@ -258,7 +257,7 @@ def derive(
         tell(f'Jacobian: {name}')
         found[name] = way(frames, arithmetic)
     J = found['geometric']
-    sampler = sampler_of(robot, arithmetic, row_indices(robot))
+    sampler = sampler_of(robot, arithmetic)
     exact = Exact(arithmetic, frames, writer, sampler, J)
     loops = loops_of(robot, arm, arithmetic, tell)
     if loops:
@@ -331,7 +330,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
     dependent = tuple(_dependent(sampler, names)) if rank < min(n, len(sampler.rows)) else ()
     if minors is None:
         determinant = Determinant(
-            False, None, None, None, '', row_names(sampler.rows), (), 0, False, False
+            False, None, None, None, '', sampler.robot.task.rows, (), 0, False, False
         )
         return SingularSet(determinant, (), (), rank, dependent, False)
     tell('factors')
@@ -356,7 +355,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
         constant=constant,
         remainder=remainder,
         view=f'axes of {minors.view.axes}, point: {minors.view.point}',
-        rows=row_names(sampler.rows),
+        rows=sampler.robot.task.rows,
         columns=tuple(names[j] for j in minors.columns),
         minors=len(minors.values),
         identically_zero=square and rank < n,

@@ -1,6 +1,5 @@
 """An arm's numbers at poses given in the file's units, for what is found by looking at poses."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -37,15 +36,17 @@ class PoseSampler:
         Positions of the others.
     to_si : shape (moving,)
         Multiplies a joint position of the file's length unit; 1 for angles.
-    rows
-        Indices of the task rows.
     """
 
     robot: Robot
     moving: tuple[int, ...]
     still: Floats
     to_si: Floats
-    rows: tuple[int, ...]
+
+    @property
+    def rows(self) -> tuple[int, ...]:
+        """Return the indices of the task rows."""
+        return row_indices(self.robot)
 
     def whole(self, q: Floats) -> Floats:
         """
@@ -106,7 +107,9 @@ class PoseSampler:
         types = robot.joint_types
         return ArmAtPoses(
             J,
-            self.task_block(J, frames),
+            task_rows(robot, J, frames[:, 0, :3, :3])
+            * self.row_scales[:, None]
+            * self.column_scales,
             frames,
             axes,
             origins,
@@ -156,16 +159,8 @@ class PoseSampler:
         """Return the factor of each task row: the characteristic length of angular ones."""
         return np.array([self.robot.task.length if i >= 3 else 1.0 for i in self.rows])
 
-    def task_block(self, J: Floats, frames: Floats) -> Floats:
-        """Return the scaled task rows, axes of frame 0, shape (N, m, moving)."""
-        R_t = np.swapaxes(frames[:, 0, :3, :3], 1, 2)
-        turned = np.concatenate([R_t @ J[:, :3], R_t @ J[:, 3:]], axis=1)
-        return np.asarray(
-            turned[:, list(self.rows)] * self.row_scales[:, None] * self.column_scales
-        )
 
-
-def sampler_of(robot: Robot, arithmetic: Arithmetic, rows: Sequence[int]) -> PoseSampler:
+def sampler_of(robot: Robot, arithmetic: Arithmetic) -> PoseSampler:
     """Return the sampler of a derivation."""
     names = arithmetic.names
     unit = 0.001 if robot.description.length_unit == 'mm' else 1.0
@@ -181,9 +176,27 @@ def sampler_of(robot: Robot, arithmetic: Arithmetic, rows: Sequence[int]) -> Pos
         value = substituted(names.meanings[name], names.values)
         degrees = robot.description.angle_unit == 'deg' and not slides
         still[j] = value * (unit if slides else np.pi / 180 if degrees else 1.0)
-    return PoseSampler(robot, tuple(moving), still, np.array(to_si), tuple(rows))
+    return PoseSampler(robot, tuple(moving), still, np.array(to_si))
 
 
 def row_indices(robot: Robot) -> tuple[int, ...]:
     """Return the task rows as indices among x y z rx ry rz."""
     return tuple(ROW_NAMES.index(name) for name in robot.task.rows)
+
+
+def task_rows(robot: Robot, J: Floats, R: Floats) -> Floats:
+    """
+    Return the task rows of Jacobians, axes of frame 0, shape (..., m, n).
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    J : shape (..., 6, n)
+        Base axes.
+    R : shape (..., 3, 3)
+        The rotation of frame 0 in the base frame.
+    """
+    R_t = np.swapaxes(R, -1, -2)
+    turned = np.concatenate([R_t @ J[..., :3, :], R_t @ J[..., 3:, :]], axis=-2)
+    return np.asarray(turned[..., list(row_indices(robot)), :])

@@ -13,7 +13,6 @@ import sympy
 
 from ..kernel import Floats
 from ..robot.robot import Robot
-from ..robot.task import ROW_NAMES
 from .algebra.arithmetic import Arithmetic
 from .algebra.factors import Factored, RealFactor, stays_whole
 from .algebra.laurent import Laurent
@@ -404,8 +403,3 @@ def crossings_of(
 
 def _as_tuple(pose: Floats | None) -> tuple[float, ...] | None:
     return None if pose is None else tuple(pose.tolist())
-
-
-def row_names(rows: Sequence[int]) -> tuple[str, ...]:
-    """Return names of task rows."""
-    return tuple(ROW_NAMES[i] for i in rows)

@@ -12,7 +12,6 @@ from .symbols import SymbolicArm
 from .world import World
 
 ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
-TASK_ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
 ACCEPTED = (
     'T, T_03 (frame 0 to 3), T_2 or A_2 (row 2), A_i (any row), R, R_2, p, p_14, o_2, z_2, '
