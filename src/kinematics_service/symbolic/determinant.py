@@ -94,7 +94,7 @@ def simplest_view(
     if not any_point:
         views = [
             View(in_axes_of(J, T), f'frame {k}', 'the tool')
-            for k, T in enumerate(frames.in_base if turnable else [frames.base])
+            for k, T in enumerate(frames.in_base if turnable else frames.in_base[:1])
         ]
         return min(views, key=lambda v: sum(len(v.J[i][j]) for i in rows for j in columns))
     best: tuple[tuple[int, int, int], View] | None = None

@@ -28,15 +28,12 @@ class Family:
         When they exist, a sympy relation; None: always.
     free
         Where all of these are 0 every value of that joint is a solution; empty: nowhere.
-    equation
-        The factor, which is 0 there.
     """
 
     variable: Any
     solutions: tuple[Any, ...]
     condition: Any
     free: tuple[Any, ...]
-    equation: Any
 
 
 @dataclass(frozen=True)
@@ -55,14 +52,13 @@ class _Solved:
 
 def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
     """Return where a factor vanishes."""
-    equation = writer.expression(value)
     found = [
         solved
         for index, variable in enumerate(arithmetic.names.variables)
         for solved in _candidates(value, arithmetic, variable, index)
     ]
     if not found:
-        return Family(None, (), None, (), equation)
+        return Family(None, (), None, ())
     best = min(found, key=lambda solved: solved.simplicity)
     solutions, condition = _roots(best, writer)
     offset = 0 if best.slides else arithmetic.offsets[best.variable]
@@ -70,7 +66,7 @@ def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
     parts = [writer.expression(part) for part in (best.cosine, best.sine, best.rest)]
     moving = any(_has_joint(part, writer) for part in parts[:2])
     free = tuple(dict.fromkeys(part for part in parts if part != 0)) if moving else ()
-    return Family(best.variable, shifted, condition, free, equation)
+    return Family(best.variable, shifted, condition, free)
 
 
 def _divided(angle: Any, multiple: int) -> Any:
