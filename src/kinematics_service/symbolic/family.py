@@ -96,13 +96,13 @@ def _candidates(
             for e, v in zip(common, arithmetic.names.variables)
         )
     )
-    pure = _times_monomial(above, [-e for e in common])
+    pure = above * from_terms(ring, {tuple(-e for e in common): (1, 0)})
     if arithmetic.moves(pure.terms()):
         pure, shift = above, sympy.Integer(0)
     # f = A z + C + conj(A) / z = 2 Re A cos y - 2 Im A sin y + C.
     conjugate = by_angle.get(-multiple, nothing)
     if shift != 0:
-        conjugate = _times_monomial(conjugate, list(common))
+        conjugate = conjugate * from_terms(ring, {common: (1, 0)})
     cosine, sine = pure + conjugate, (pure - conjugate).times_i()
     moves = int(arithmetic.moves(cosine.terms()) or arithmetic.moves(sine.terms()))
     parts = int(bool(cosine)) + int(bool(sine))
@@ -115,13 +115,6 @@ def _common_turn(value: Laurent, arithmetic: Arithmetic) -> tuple[int, ...]:
     n = len(arithmetic.names.variables)
     turns = {e[:n] for e in value.terms()}
     return next(iter(turns)) if len(turns) == 1 else (0,) * n
-
-
-def _times_monomial(value: Laurent, turns: Sequence[int]) -> Laurent:
-    terms = {
-        (*(a + b for a, b in zip(e, turns)), *e[len(turns) :]): c for e, c in value.terms().items()
-    }
-    return from_terms(value.ring, terms, value.divisor)
 
 
 def _roots(solved: _Solved, writer: Writer) -> tuple[tuple[Any, ...], Any]:
