@@ -145,10 +145,9 @@ class Check(ABC):
         same = float(np.ptp(self.right, axis=0).max()) < 1e-12
         return still and same and bool(self.poses.chosen)
 
-    def passes(self, i: int, j: int, expression: Any) -> bool:
-        """Return whether the formula is right at (i, j) with another expression there."""
-        values = self.evaluation.of(expression)
-        return bool(self.agrees(values, self.right[:, i, j]))
+    def passes(self, expression: Any, right: Floats) -> bool:
+        """Return whether another expression has these values, shape (N,)."""
+        return bool(self.agrees(self.evaluation.of(expression), right))
 
 
 class QuantityCheck(Check):

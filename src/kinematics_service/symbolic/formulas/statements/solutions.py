@@ -308,6 +308,6 @@ class SolutionCheck(Check):
         reached = search.reached({self.variable: here}, asked, limits)
         return bool(np.mean(reached[asked]) >= MOST_POSES)
 
-    def passes(self, i: int, j: int, expression: Any) -> bool:
+    def passes(self, expression: Any, right: Floats) -> bool:
         """Return whether another formula gives the joint back at enough poses."""
         return float(np.mean(self.hits(self.evaluation.of(expression)))) >= BRANCH
