@@ -27,7 +27,7 @@ from kinematics_service.symbolic.file_factors import (
 )
 from kinematics_service.symbolic.output.report import report_of
 from kinematics_service.symbolic.output.text import text_of
-from kinematics_service.symbolic.singular_set import crossings_of
+from kinematics_service.symbolic.singular_set import FamilySearch, crossings_of
 
 LISTED = [
     name
@@ -281,15 +281,17 @@ def test_a_length_that_vanishes_divides_no_polynomial_without_it():
 def test_factors_of_large_and_small_numbers_are_seen_to_meet():
     # Fractions for odd angles have a dozen digits: one factor is 1e11 times the other.
     exact = sliding().exact
-    arithmetic, view = exact.arithmetic, simplest_view(exact.frames, exact.arithmetic, (0, 1, 2))
-    (minor,) = minors_of(view, (0, 1, 2), range(3), 3, 3).values
+    arithmetic, three = exact.arithmetic, (0, 1, 2)
+    view = simplest_view(exact.J, exact.frames, arithmetic, three, three, any_point=False)
+    (minor,) = minors_of(view, three, three, 3).values
     q1 = sliding().variables[0]
     sine = arithmetic.exponential((0, {q1: 1})) - arithmetic.exponential((0, {q1: -1}))
     values = [factors.factored(minor, arithmetic).factors[0].value, sine.times_i(3).scaled(1, 2)]
     assert max(abs(a) for a, _ in values[0].terms().values()) > 1e10
     product = factors.Factored(minor, tuple(factors.RealFactor(v, 1) for v in values), True)
     named = [SimpleNamespace(name='shoulder'), SimpleNamespace(name='sin(q1)')]
-    (crossing,) = crossings_of(product, named, exact.sampler, arithmetic, view.J[:3])
+    search = FamilySearch(exact.sampler, arithmetic)
+    (crossing,) = crossings_of(product, named, search, view.J[:3])
     assert crossing.within_limits
     q = np.array(crossing.pose)
     assert abs(math.sin(q[0])) < 1e-9

@@ -16,7 +16,7 @@ from kinematics_service.symbolic.determinant import minors_of, simplest_view
 from kinematics_service.symbolic.minors import product_of
 from kinematics_service.symbolic.output.report import Sentence, report_of
 from kinematics_service.symbolic.sampled_poses import row_indices, sampler_of
-from kinematics_service.symbolic.singular_set import family_poses, zero_within_limits
+from kinematics_service.symbolic.singular_set import FamilySearch
 
 ARMS = ['anthropomorphic_3r', 'scara_hsr065', 'rrp_elementary', 'ur3e', 'offset_stanford_dh']
 NARROW = 0.02
@@ -36,13 +36,15 @@ def families(name):
     """Return each factor of an arm as a function, with poses on it, rad and m."""
     exact, factors = derived(name).exact, derived(name).singular_set.factors
     n = len(exact.sampler.moving)
-    view = simplest_view(exact.frames, exact.arithmetic, exact.sampler.rows)
-    minors = minors_of(view, exact.sampler.rows, range(n), n, n)
+    rows = exact.sampler.rows
+    view = simplest_view(exact.J, exact.frames, exact.arithmetic, rows, range(n), n == 6)
+    minors = minors_of(view, rows, range(n), n)
     functions = [
         Numbers(factor.value, exact.arithmetic)
         for factor in product_of(minors, exact.arithmetic)[0].factors
     ]
-    return [(f, g, family_poses(exact.sampler, [g])) for f, g in zip(factors, functions)]
+    search = FamilySearch(exact.sampler, exact.arithmetic)
+    return [(f, g, search.poses([g])) for f, g in zip(factors, functions)]
 
 
 def sigma(robot, q):
@@ -57,7 +59,8 @@ def decided(name, low, high, *functions):
     """Return what is known of the zeros of functions of an arm within limits."""
     arithmetic = derived(name).exact.arithmetic
     robot = limited(robot_of(name), low, high)
-    return zero_within_limits(sampler_of(robot, arithmetic, row_indices(robot)), functions)
+    search = FamilySearch(sampler_of(robot, arithmetic), arithmetic)
+    return search.zero_within_limits(functions)
 
 
 @pytest.mark.parametrize('name', marked(ARMS))

@@ -19,10 +19,10 @@ from node_process import processor_seconds
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.symbolic.output.code import code_of
+from kinematics_service.symbolic.output.documents import markdown_of
 from kinematics_service.symbolic.output.html import html_of
 from kinematics_service.symbolic.output.json_output import json_of
 from kinematics_service.symbolic.output.latex import latex_of
-from kinematics_service.symbolic.output.markdown import markdown_of
 from kinematics_service.symbolic.output.report import report_of
 from kinematics_service.symbolic.output.text import text_of
 from kinematics_service.symbolic.path import along, parse_path

@@ -21,8 +21,9 @@ def families(name):
     """Return the Jacobian that is factored, and a function that makes families of some factors."""
     exact = derived(name).exact
     n = len(exact.sampler.moving)
-    view = simplest_view(exact.frames, exact.arithmetic, exact.sampler.rows)
-    product, _ = product_of(minors_of(view, exact.sampler.rows, range(n), n, n), exact.arithmetic)
+    rows = exact.sampler.rows
+    view = simplest_view(exact.J, exact.frames, exact.arithmetic, rows, range(n), n == 6)
+    product, _ = product_of(minors_of(view, rows, range(n), n), exact.arithmetic)
     names = [factor.name for factor in derived(name).singular_set.factors]
     values = dict(zip(names, (factor.value for factor in product.factors)))
     J = tuple(view.J[i] for i in exact.sampler.rows)

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Optional
+from typing import TYPE_CHECKING, Annotated, Optional
 
 import typer
 
@@ -158,22 +158,16 @@ def _document(
     span: tuple[float, float],
     plot: Path | None,
 ) -> str:
+    from ..symbolic.output.code import code_of
+    from ..symbolic.output.documents import document_of
     from ..symbolic.path import along, parse_path
 
     if code is not None:
-        from ..symbolic.output.code import code_of
-
         return code_of(derivation, code.value)
     given = None if path is None else along(derivation, parse_path(path, derivation))
     if plot is not None and given is not None:
         _plot(given, span, plot)
-    if format is Format.json:
-        from ..symbolic.output.json_output import json_of
-
-        return json_of(derivation, given, span)
-    from ..symbolic.output.report import report_of
-
-    return _written(format)(report_of(derivation, frame, given, span))
+    return document_of(derivation, format.value, frame, given, span)
 
 
 def _plot(along: 'PathAlong', span: tuple[float, float], file: Path) -> None:
@@ -188,24 +182,6 @@ def _plot(along: 'PathAlong', span: tuple[float, float], file: Path) -> None:
     motion = PlottedMotion(times, q, qdot, 'the path', False, np.array([], dtype=int))
     marked = [crossing.time for crossing in along.crossings(*span)]
     save_picture(velocity_picture(along.derivation.robot, motion, marked), file, other='.png')
-
-
-def _written(format: Format) -> Callable[[Any], str]:
-    if format is Format.markdown:
-        from ..symbolic.output.markdown import markdown_of
-
-        return markdown_of
-    if format is Format.latex:
-        from ..symbolic.output.latex import latex_of
-
-        return latex_of
-    if format is Format.html:
-        from ..symbolic.output.html import html_of
-
-        return html_of
-    from ..symbolic.output.text import text_of
-
-    return text_of
 
 
 def _write(derivation: 'Derivation', file: Path) -> None:

@@ -16,17 +16,16 @@ from .algebra.arithmetic import Arithmetic, arithmetic_of
 from .algebra.matrices import Matrix
 from .algebra.names import Names, names_of
 from .closed_loops import LoopEquations, closed_determinant, loops_of
-from .determinant import Minors, View, minors_of, simplest_view
+from .determinant import Minors, minors_of, simplest_view
 from .frames import Frames, frames_of
-from .minors import generic_rank, independent_columns, product_of, remainder_of
-from .sampled_poses import PoseSampler, row_indices, sampler_of
+from .minors import independent_columns, product_of, remainder_of
+from .sampled_poses import PoseSampler, sampler_of
 from .singular_set import (
     Determinant,
     FamilySearch,
     SingularSet,
     crossings_of,
     families_of,
-    row_names,
     singular_factors,
 )
 from .trigonometry import Writer, writer_of
@@ -258,7 +257,7 @@ def derive(
         tell(f'Jacobian: {name}')
         found[name] = way(frames, arithmetic)
     J = found['geometric']
-    sampler = sampler_of(robot, arithmetic, row_indices(robot))
+    sampler = sampler_of(robot, arithmetic)
     exact = Exact(arithmetic, frames, writer, sampler, J)
     loops = loops_of(robot, arm, arithmetic, tell)
     if loops:
@@ -317,27 +316,27 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
     # None where a factor is no single family unless half angles are looked at.
     sampler, arithmetic, writer = exact.sampler, exact.arithmetic, exact.writer
     n = len(sampler.moving)
-    rank = generic_rank(sampler)
+    rank = sampler.generic_rank
     columns = independent_columns(sampler)
     square = n == len(sampler.rows)
     tell('determinant')
-    if not square or rank < n:
-        # Sums of squared minors depend on the point: it stays the tool.
-        minors = _tool_minors(exact, columns, rank)
-    else:
-        view = simplest_view(exact.frames, arithmetic, sampler.rows)
-        minors = minors_of(view, sampler.rows, range(n), n, n)
+    minors: Minors | None = None
+    if comb(len(columns), rank) * comb(len(sampler.rows), rank) <= MOST_MINORS:
+        # Sums of squared minors depend on the point, unless six rows have full rank: their ratios
+        # do not.
+        view = simplest_view(exact.J, exact.frames, arithmetic, sampler.rows, columns, rank == 6)
+        minors = minors_of(view, sampler.rows, columns, rank)
     names = [v.name for v in arithmetic.names.variables]
     dependent = tuple(_dependent(sampler, names)) if rank < min(n, len(sampler.rows)) else ()
     if minors is None:
         determinant = Determinant(
-            False, None, None, None, '', row_names(sampler.rows), (), 0, False, False
+            False, None, None, None, '', sampler.robot.task.rows, (), 0, False, False
         )
         return SingularSet(determinant, (), (), rank, dependent, False)
     tell('factors')
     product, rests = product_of(minors, arithmetic)
     tell('singular set')
-    search = FamilySearch(sampler, arithmetic, sampler.arm(sampler.random(200)))
+    search = FamilySearch(sampler, arithmetic)
     families = families_of(product, search)
     if families is None:
         return None
@@ -356,31 +355,15 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
         constant=constant,
         remainder=remainder,
         view=f'axes of {minors.view.axes}, point: {minors.view.point}',
-        rows=row_names(sampler.rows),
+        rows=sampler.robot.task.rows,
         columns=tuple(names[j] for j in minors.columns),
         minors=len(minors.values),
         identically_zero=square and rank < n,
         split=product.complete,
     )
-    crossings = crossings_of(product, factors, sampler, arithmetic, J_t)
+    crossings = crossings_of(product, factors, search, J_t)
     complete = product.complete and not rests
     return SingularSet(determinant, factors, crossings, rank, dependent, complete)
-
-
-def _tool_minors(exact: Exact, columns: tuple[int, ...], rank: int) -> Minors | None:
-    sampler = exact.sampler
-    if comb(len(columns), rank) * comb(len(sampler.rows), rank) > MOST_MINORS:
-        return None
-    if len(columns) > len(sampler.rows) and len(sampler.rows) == 6 and rank == 6:
-        # Six rows of full rank: the ratios of the minors do not depend on the point.
-        view = simplest_view(exact.frames, exact.arithmetic, sampler.rows)
-    else:
-        rows = set(sampler.rows)
-        turnable = all(part <= rows or not part & rows for part in ({0, 1, 2}, {3, 4, 5}))
-        frames = ['0', *map(str, range(1, len(exact.frames.rows) + 1))] if turnable else ['0']
-        views = [View(exact.jacobian_in(f), f'frame {f}', 'the tool') for f in frames]
-        view = min(views, key=lambda v: sum(len(v.J[i][j]) for i in rows for j in columns))
-    return minors_of(view, sampler.rows, columns, len(sampler.moving), rank)
 
 
 def _dependent(sampler: PoseSampler, names: list[str]) -> list[str]:

@@ -13,9 +13,10 @@ from .algebra.arithmetic import Arithmetic
 from .algebra.laurent import Laurent, total
 from .algebra.matrices import Matrix, Vector, cross
 from .frames import Frames
-from .jacobian import Axis, _columns, axes_seen_from, geometric, in_axes_of
+from .jacobian import Axis, _columns, axes_seen_from, in_axes_of
 
-LINEAR, ANGULAR = (0, 1, 2), (3, 4, 5)
+# The linear ones and the angular ones.
+ROWS = ((0, 1, 2), (3, 4, 5))
 
 
 @dataclass(frozen=True)
@@ -45,22 +46,15 @@ class Minors:
     ----------
     view
         What they are parts of.
-    rows
-        Indices of the task rows among x y z rx ry rz.
     columns
         Indices of the columns left when joints that only repeat others are left out.
     values
-        One determinant where the task rows are square, else every one of that size, in the order
-        of `parts`.
-    parts
-        The rows and columns of each.
+        One determinant where the task rows are square, else every one of that size.
     """
 
     view: View
-    rows: tuple[int, ...]
     columns: tuple[int, ...]
     values: tuple[Laurent, ...]
-    parts: tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]
 
     @property
     def square(self) -> bool:
@@ -72,19 +66,37 @@ def _size(J: Matrix) -> int:
     return sum(len(entry) for row in J for entry in row)
 
 
-def simplest_view(frames: Frames, arithmetic: Arithmetic, rows: Sequence[int]) -> View:
+def simplest_view(
+    J: Matrix,
+    frames: Frames,
+    arithmetic: Arithmetic,
+    rows: Sequence[int],
+    columns: Sequence[int],
+    any_point: bool,
+) -> View:
     """
     Return J in the axes, and about the point, with the fewest terms that leave the minors alone.
 
-    Without all three rows of a kind the axes stay those of frame 0, and unless all six rows are
-    asked for the point stays the tool.
+    Parameters
+    ----------
+    J
+        Of the tool, base axes.
+    frames, arithmetic
+        The arm.
+    rows
+        Indices of the task rows. Without all three of a kind the axes stay those of frame 0.
+    columns
+        Indices of those that count.
+    any_point
+        Whether the point may be another than the tool: where minors of six rows are looked at.
     """
-    whole = [set(part) <= set(rows) or not set(part) & set(rows) for part in (LINEAR, ANGULAR)]
-    if not all(whole):
-        J = in_axes_of(geometric(frames, arithmetic), frames.base)
-        return View(J, 'frame 0', 'the tool')
-    if len(rows) < 6:
-        return _turned_view(frames, arithmetic, rows)
+    turnable = all(set(part) <= set(rows) or not set(part) & set(rows) for part in ROWS)
+    if not any_point:
+        views = [
+            View(in_axes_of(J, T), f'frame {k}', 'the tool')
+            for k, T in enumerate(frames.in_base if turnable else frames.in_base[:1])
+        ]
+        return min(views, key=lambda v: sum(len(v.J[i][j]) for i in rows for j in columns))
     best: tuple[tuple[int, int, int], View] | None = None
     n = len(frames.rows)
     # From the middle outwards, where axes are seen through the fewest rows: a frame whose angular
@@ -93,14 +105,14 @@ def simplest_view(frames: Frames, arithmetic: Arithmetic, rows: Sequence[int]) -
         axes = axes_seen_from(frames, frame)
         if best is not None and _angular_size(frames, arithmetic, axes) > best[0][0]:
             continue
-        named = [(_frame_name(frame), tuple(arithmetic.ring.number(0) for _ in range(3)))]
+        zero: Vector = (arithmetic.ring.number(0),) * 3
+        named = [(f'the origin of frame {frame}', zero)]
         named += [(f'the origin of the axis of row {axis.row + 1}', axis.o) for axis in axes]
-        for index, (point_name, point) in enumerate(named):
-            J = about(frames, arithmetic, axes, point)
-            order = (_size(J), frame, index)
+        for index, (name, point) in enumerate(named):
+            seen = about(frames, arithmetic, axes, point)
+            order = (_size(seen), frame, index)
             if best is None or order < best[0]:
-                point_text = point_name if 'axis' in point_name else f'the origin of {point_name}'
-                best = (order, View(J, _frame_name(frame), point_text))
+                best = (order, View(seen, f'frame {frame}', name))
     assert best is not None
     return best[1]
 
@@ -108,10 +120,6 @@ def simplest_view(frames: Frames, arithmetic: Arithmetic, rows: Sequence[int]) -
 def _angular_size(frames: Frames, arithmetic: Arithmetic, axes: tuple[Axis, ...]) -> int:
     nothing = tuple(arithmetic.ring.number(0) for _ in range(3))
     return _size(_columns(frames, arithmetic, lambda axis: (nothing, axis.z), axes))
-
-
-def _frame_name(frame: int) -> str:
-    return f'frame {frame}'
 
 
 def about(frames: Frames, arithmetic: Arithmetic, axes: tuple[Axis, ...], point: Vector) -> Matrix:
@@ -124,17 +132,7 @@ def about(frames: Frames, arithmetic: Arithmetic, axes: tuple[Axis, ...], point:
     return _columns(frames, arithmetic, column, axes)
 
 
-def _turned_view(frames: Frames, arithmetic: Arithmetic, rows: Sequence[int]) -> View:
-    J = geometric(frames, arithmetic)
-    candidates = [View(in_axes_of(J, frames.base), 'frame 0', 'the tool')]
-    for k, T in enumerate(frames.in_base[1:], 1):
-        candidates.append(View(in_axes_of(J, T), _frame_name(k), 'the tool'))
-    return min(candidates, key=lambda view: _size(tuple(view.J[i] for i in rows)))
-
-
-def minors_of(
-    view: View, rows: Sequence[int], columns: Sequence[int], size: int, rank: int
-) -> Minors:
+def minors_of(view: View, rows: Sequence[int], columns: Sequence[int], rank: int) -> Minors:
     """
     Return the determinant, or the minors of size `rank`, of the task rows.
 
@@ -146,19 +144,15 @@ def minors_of(
         Indices of the task rows.
     columns
         Indices of the columns to be used.
-    size
-        Number of joints.
     rank
         The generic rank of the task rows: the size of the minors.
     """
-    values, parts = [], []
-    for chosen_rows in combinations(rows, rank):
-        for chosen in combinations(columns, rank):
-            minor = determinant_of([[view.J[i][j] for j in chosen] for i in chosen_rows])
-            values.append(minor.without_cancelled())
-            parts.append((chosen_rows, chosen))
-    assert size >= len(columns)
-    return Minors(view, tuple(rows), tuple(columns), tuple(values), tuple(parts))
+    values = [
+        determinant_of([[view.J[i][j] for j in chosen] for i in chosen_rows]).without_cancelled()
+        for chosen_rows in combinations(rows, rank)
+        for chosen in combinations(columns, rank)
+    ]
+    return Minors(view, tuple(columns), tuple(values))
 
 
 def determinant_of(matrix: Sequence[Sequence[Laurent]]) -> Laurent:

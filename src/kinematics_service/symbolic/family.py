@@ -28,15 +28,12 @@ class Family:
         When they exist, a sympy relation; None: always.
     free
         Where all of these are 0 every value of that joint is a solution; empty: nowhere.
-    equation
-        The factor, which is 0 there.
     """
 
     variable: Any
     solutions: tuple[Any, ...]
     condition: Any
     free: tuple[Any, ...]
-    equation: Any
 
 
 @dataclass(frozen=True)
@@ -55,14 +52,13 @@ class _Solved:
 
 def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
     """Return where a factor vanishes."""
-    equation = writer.expression(value)
     found = [
         solved
         for index, variable in enumerate(arithmetic.names.variables)
         for solved in _candidates(value, arithmetic, variable, index)
     ]
     if not found:
-        return Family(None, (), None, (), equation)
+        return Family(None, (), None, ())
     best = min(found, key=lambda solved: solved.simplicity)
     solutions, condition = _roots(best, writer)
     offset = 0 if best.slides else arithmetic.offsets[best.variable]
@@ -70,7 +66,7 @@ def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
     parts = [writer.expression(part) for part in (best.cosine, best.sine, best.rest)]
     moving = any(_has_joint(part, writer) for part in parts[:2])
     free = tuple(dict.fromkeys(part for part in parts if part != 0)) if moving else ()
-    return Family(best.variable, shifted, condition, free, equation)
+    return Family(best.variable, shifted, condition, free)
 
 
 def _divided(angle: Any, multiple: int) -> Any:
@@ -82,20 +78,17 @@ def _candidates(
 ) -> Sequence[_Solved]:
     ring = arithmetic.ring
     turning, sliding = arithmetic.angle_index(variable), ring.index('number', variable)
-    terms = value.terms()
-    by_angle = {e[turning] for e in terms}
-    by_length = {e[sliding] for e in terms}
-    if by_angle == {0} and by_length in ({0, 1}, {1}):
-        above = _part(value, sliding, 1)
-        rest = _part(value, sliding, 0)
-        moves = int(_moves(above, arithmetic))
+    by_angle, by_length = value.by_power(turning), value.by_power(sliding)
+    nothing = ring.number(0)
+    if set(by_angle) == {0} and set(by_length) in ({0, 1}, {1}):
+        above, rest = by_length[1], by_length.get(0, nothing)
+        moves = int(arithmetic.moves(above.terms()))
         simple = (moves, 0, int(bool(rest)), 1, len(above), -index)
         return [_Solved(variable, sympy.Integer(0), above, above, rest, True, 1, simple)]
     multiple = max(by_angle)
-    if by_length != {0} or multiple < 1 or not by_angle <= {-multiple, 0, multiple}:
+    if set(by_length) != {0} or multiple < 1 or not set(by_angle) <= {-multiple, 0, multiple}:
         return []
-    above = _part(value, turning, multiple)
-    rest = _part(value, turning, 0)
+    above, rest = by_angle[multiple], by_angle.get(0, nothing)
     common = _common_turn(above, arithmetic)
     shift = sympy.Add(
         *(
@@ -103,49 +96,25 @@ def _candidates(
             for e, v in zip(common, arithmetic.names.variables)
         )
     )
-    pure = _times_monomial(above, [-e for e in common])
-    if _moves(pure, arithmetic):
+    pure = above * from_terms(ring, {tuple(-e for e in common): (1, 0)})
+    if arithmetic.moves(pure.terms()):
         pure, shift = above, sympy.Integer(0)
     # f = A z + C + conj(A) / z = 2 Re A cos y - 2 Im A sin y + C.
-    conjugate = _part(value, turning, -multiple)
+    conjugate = by_angle.get(-multiple, nothing)
     if shift != 0:
-        conjugate = _times_monomial(conjugate, list(common))
+        conjugate = conjugate * from_terms(ring, {common: (1, 0)})
     cosine, sine = pure + conjugate, (pure - conjugate).times_i()
-    moves = int(_moves(cosine, arithmetic) or _moves(sine, arithmetic))
+    moves = int(arithmetic.moves(cosine.terms()) or arithmetic.moves(sine.terms()))
     parts = int(bool(cosine)) + int(bool(sine))
     times = sympy.Rational(multiple, arithmetic.units[variable])
     simplicity = (moves, abs(times - 1), int(bool(rest)), parts, len(pure), -index)
     return [_Solved(variable, shift, cosine, sine, rest, False, times, simplicity)]
 
 
-def _part(value: Laurent, index: int, exponent: int) -> Laurent:
-    terms = {
-        tuple(0 if k == index else x for k, x in enumerate(e)): c
-        for e, c in value.terms().items()
-        if e[index] == exponent
-    }
-    return from_terms(value.ring, terms, value.divisor)
-
-
 def _common_turn(value: Laurent, arithmetic: Arithmetic) -> tuple[int, ...]:
     n = len(arithmetic.names.variables)
     turns = {e[:n] for e in value.terms()}
     return next(iter(turns)) if len(turns) == 1 else (0,) * n
-
-
-def _times_monomial(value: Laurent, turns: Sequence[int]) -> Laurent:
-    terms = {
-        (*(a + b for a, b in zip(e, turns)), *e[len(turns) :]): c for e, c in value.terms().items()
-    }
-    return from_terms(value.ring, terms, value.divisor)
-
-
-def _moves(value: Laurent, arithmetic: Arithmetic) -> bool:
-    moving = set(arithmetic.names.variables)
-    generators = arithmetic.ring.generators
-    return any(
-        e and generators[k].meaning in moving for t in value.terms() for k, e in enumerate(t)
-    )
 
 
 def _roots(solved: _Solved, writer: Writer) -> tuple[tuple[Any, ...], Any]:

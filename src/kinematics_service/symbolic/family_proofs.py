@@ -6,6 +6,7 @@ A rank is at most r where every minor of size r + 1 vanishes; that it is no less
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from itertools import combinations
 from itertools import product as cartesian
 from math import comb
@@ -102,24 +103,14 @@ class _Replaced:
     turns: tuple[int, ...] = ()
 
     def put_into(self, value: Laurent) -> Laurent:
-        ring = value.ring
-        parts: dict[int, Terms] = {}
-        for e, c in value.terms().items():
-            power = e[self.index]
-            others = tuple(0 if k == self.index else x for k, x in enumerate(e))
-            moved = tuple(x + power * t for x, t in zip(others, self.turns)) or others
-            parts.setdefault(power, {})[moved] = c
-        return total(
-            ring, [self._with_power(ring, *part, value.divisor) for part in parts.items()]
-        )
+        parts = value.by_power(self.index).items()
+        return total(value.ring, [part * self._to(power, value.ring) for power, part in parts])
 
-    def _with_power(self, ring: Ring, power: int, terms: Terms, divisor: int) -> Laurent:
-        part = from_terms(ring, terms, divisor)
-        if self.length is None:
-            return part.times_i(self.quarter * power)
-        for _ in range(power):
-            part = part * self.length
-        return part
+    def _to(self, power: int, ring: Ring) -> Laurent:
+        if self.length is not None:
+            return reduce(Laurent.__mul__, [self.length] * power, ring.number(1))
+        turned = from_terms(ring, {tuple(power * t for t in self.turns): (1, 0)})
+        return turned.times_i(self.quarter * power)
 
 
 def _branches(factors: Sequence[Laurent], arithmetic: Arithmetic) -> list[_Branch] | None:

@@ -17,7 +17,14 @@ AGREEMENT = 1e-12
 POSES = 1000
 
 
-class FilePrinter(StrPrinter):  # type: ignore[misc]
+class DecimalPrinter(StrPrinter):  # type: ignore[misc]
+    """Sympy's own strings, with decimals where the file had decimals."""
+
+    def _print_Rational(self, expr: Any) -> str:
+        return decimal(expr) or f'{expr.p}/{expr.q}'
+
+
+class FilePrinter(DecimalPrinter):
     """Sympy expressions as a robot file writes them: no powers, decimals as decimals."""
 
     def _print_Pow(self, expr: Any, rational: bool = False) -> str:
@@ -34,9 +41,6 @@ class FilePrinter(StrPrinter):  # type: ignore[misc]
 
     def _print_atan(self, expr: Any) -> str:
         return f'atan2({self._print(expr.args[0])}, 1)'
-
-    def _print_Rational(self, expr: Any) -> str:
-        return decimal(expr) or f'{expr.p}/{expr.q}'
 
 
 def decimal(number: Any) -> str | None:
@@ -121,11 +125,9 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
         product *= evaluated(expressions[name], derivation.names, q) ** factor.power
         reference *= evaluated(factor.expression, derivation.names, q) ** factor.power
     if derivation.singular_set.determinant.square:
-        arm = exact.sampler.arm(q)
-        scales = exact.sampler.row_scales
-        slides = [not turns for turns in arm.turns]
-        columns = np.where(slides, robot.task.length, 1.0)
-        reference = np.linalg.det(arm.J_t / scales[:, None] / columns)
+        sampler = exact.sampler
+        J_t = sampler.arm(q).J_t / sampler.row_scales[:, None] / sampler.column_scales
+        reference = np.linalg.det(J_t)
     if not derivation.singular_set.factors:
         return 0.0
     best = int(np.argmax(np.abs(reference)))

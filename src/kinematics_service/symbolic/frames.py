@@ -59,8 +59,8 @@ class Frames:
         The table.
     row_transforms
         T of each row.
-    base, tool
-        Frame 0 in the base frame, the tool in the last row's frame.
+    tool
+        In the last row's frame.
     in_base
         Frame 0, then the frame after each row, in the base frame.
     T_base_tool
@@ -69,7 +69,6 @@ class Frames:
 
     rows: tuple[ExactRow, ...]
     row_transforms: tuple[Matrix, ...]
-    base: Matrix
     tool: Matrix
     in_base: tuple[Matrix, ...]
     T_base_tool: Matrix
@@ -89,9 +88,8 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
         product(product(row.before, arithmetic.screw_z(row.theta, row.d)), row.after)
         for row in rows
     )
-    base = _motion(description.base.motion, arithmetic)
     tool = _motion(description.tool.motion, arithmetic)
-    in_base = [base]
+    in_base = [_motion(description.base.motion, arithmetic)]
     for transform in transforms:
         in_base.append(product(in_base[-1], transform))
     T = product(in_base[-1], tool)
@@ -113,7 +111,7 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
         raise DerivationError(
             f'the pose of the tool has {size} terms (at most {MOST_TERMS}): {advice}'
         )
-    return Frames(rows, transforms, base, tool, tuple(in_base), T)
+    return Frames(rows, transforms, tool, tuple(in_base), T)
 
 
 def _row(link: Link, convention: str, arithmetic: Arithmetic) -> ExactRow:

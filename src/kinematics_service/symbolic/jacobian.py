@@ -55,13 +55,13 @@ def _row_starts(frames: Frames, frame: int) -> Iterable[tuple[int, Matrix]]:
     if frame < 0:
         yield from enumerate(frames.in_base[:-1])
         return
-    unit = frames.base[3]
-    zero, one = unit[0], unit[3]
-    T: Matrix = tuple(tuple(one if i == j else zero for j in range(4)) for i in range(4))
+    zero, *_, one = frames.tool[3]
+    identity = tuple(tuple(one if i == j else zero for j in range(4)) for i in range(4))
+    T: Matrix = identity
     for row in range(frame, len(frames.rows)):
         yield row, T
         T = product(T, frames.row_transforms[row])
-    T = tuple(tuple(one if i == j else zero for j in range(4)) for i in range(4))
+    T = identity
     for row in reversed(range(frame)):
         T = product(T, inverse(frames.row_transforms[row]))
         yield row, T

@@ -14,7 +14,6 @@ from .algebra.laurent import Laurent
 from .algebra.quotient import divided
 from .determinant import Minors
 from .sampled_poses import PoseSampler
-from .singular_geometry import rank_at
 from .trigonometry import Writer
 
 # Minors of more terms are not multiplied out to see whether the sum of squares is shorter.
@@ -71,30 +70,25 @@ def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmeti
     """
     if not rests:
         return sympy.Integer(1)
-    few = sum(map(len, rests)) <= MOST_WRITTEN
-    written = [
-        _as_product(rest, writer, arithmetic) if few else writer.expression(rest) for rest in rests
-    ]
+    written = [writer.expression(rest) for rest in rests]
+    if sum(map(len, rests)) <= MOST_WRITTEN:
+        products = [_product(rest, writer, arithmetic) for rest in rests]
+        written = [min(pair, key=sympy.count_ops) for pair in zip(products, written)]
     squares = sympy.factor_terms(sympy.Add(*_without_pythagoras([e**2 for e in written])))
     if sum(map(len, rests)) > MOST_SQUARED:
         return sympy.sqrt(squares)
     total = arithmetic.ring.number(0)
     for rest in rests:
         total = total + rest * rest
-    product = factored(total, arithmetic)
-    inside = writer.expression(product.constant)
-    for factor in product.factors:
-        inside *= writer.expression(factor.value) ** factor.power
-    shortest = min((inside, squares), key=sympy.count_ops)
-    return sympy.sqrt(shortest)
+    return sympy.sqrt(min((_product(total, writer, arithmetic), squares), key=sympy.count_ops))
 
 
-def _as_product(rest: Laurent, writer: Writer, arithmetic: Arithmetic) -> Any:
-    product = factored(rest, arithmetic)
+def _product(value: Laurent, writer: Writer, arithmetic: Arithmetic) -> Any:
+    product = factored(value, arithmetic)
     whole = writer.expression(product.constant)
     for factor in product.factors:
         whole *= writer.expression(factor.value) ** factor.power
-    return min((whole, writer.expression(rest)), key=sympy.count_ops)
+    return whole
 
 
 def _without_pythagoras(terms: Sequence[Any]) -> list[Any]:
@@ -116,7 +110,7 @@ def _is_square_of(expression: Any, function: Any) -> bool:
 
 def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:
     """Return the joints left when those that only repeat others are left out, first ones first."""
-    J_t = sampler.arm(sampler.random(200)).J_t
+    J_t = sampler.elsewhere.J_t
     stacked = J_t.reshape(-1, J_t.shape[2])
     full = _column_rank(stacked)
     kept = list(range(J_t.shape[2]))
@@ -130,8 +124,3 @@ def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:
 def _column_rank(stacked: Floats) -> int:
     sigma = np.linalg.svd(stacked, compute_uv=False)
     return int(np.sum(sigma > 1e-9 * sigma[0]))
-
-
-def generic_rank(sampler: PoseSampler) -> int:
-    """Return the rank of the task rows at most poses."""
-    return rank_at(sampler.arm(sampler.random(200)).J_t)

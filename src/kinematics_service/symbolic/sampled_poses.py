@@ -1,9 +1,10 @@
 """An arm's numbers at poses given in the file's units, for what is found by looking at poses."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from ..kernel import Floats
 from ..kinematics.forward import forward_kinematics, jacobian, link_frames
@@ -12,7 +13,7 @@ from ..robot.task import ROW_NAMES, seeded_poses
 from .algebra.arithmetic import Arithmetic
 from .algebra.numeric import substituted
 from .algebra.zeros import Box
-from .singular_geometry import ArmAtPoses
+from .singular_geometry import ArmAtPoses, rank_at
 
 # Enough for a coincidence to show, few enough for a second.
 POSES = 60
@@ -35,15 +36,17 @@ class PoseSampler:
         Positions of the others.
     to_si : shape (moving,)
         Multiplies a joint position of the file's length unit; 1 for angles.
-    rows
-        Indices of the task rows.
     """
 
     robot: Robot
     moving: tuple[int, ...]
     still: Floats
     to_si: Floats
-    rows: tuple[int, ...]
+
+    @property
+    def rows(self) -> tuple[int, ...]:
+        """Return the indices of the task rows."""
+        return row_indices(self.robot)
 
     def whole(self, q: Floats) -> Floats:
         """
@@ -82,11 +85,10 @@ class PoseSampler:
             After which a joint's frames repeat.
         """
         low, high = np.array(self.robot.limits[list(self.moving)]).T / self.to_si
-        slides = np.array([self.robot.joint_types[j] == 'prismatic' for j in self.moving])
         # An angle has all its values within a period.
         turned = np.where(np.isfinite(high), high - periods, -periods / 2)
-        start = np.where(slides | np.isfinite(low), low, turned)
-        return Box(start, np.where(slides, high, np.minimum(high, start + periods)))
+        start = np.where(self.slides | np.isfinite(low), low, turned)
+        return Box(start, np.where(self.slides, high, np.minimum(high, start + periods)))
 
     def arm(self, q: Floats) -> ArmAtPoses:
         """Return the arm's numbers at poses in the file's units."""
@@ -105,7 +107,9 @@ class PoseSampler:
         types = robot.joint_types
         return ArmAtPoses(
             J,
-            self.task_block(J, frames),
+            task_rows(robot, J, frames[:, 0, :3, :3])
+            * self.row_scales[:, None]
+            * self.column_scales,
             frames,
             axes,
             origins,
@@ -130,21 +134,33 @@ class PoseSampler:
             worst = max(worst, float(np.max(np.abs(J[:, k] - column))))
         return worst
 
+    @cached_property
+    def elsewhere(self) -> ArmAtPoses:
+        """Return the arm at 200 poses anywhere."""
+        return self.arm(self.random(200))
+
+    @cached_property
+    def generic_rank(self) -> int:
+        """Return the rank of the task rows at most poses."""
+        return rank_at(self.elsewhere.J_t)
+
+    @property
+    def slides(self) -> npt.NDArray[np.bool_]:
+        """Return which of the moving joints are prismatic, shape (moving,)."""
+        return np.array([self.robot.joint_types[j] == 'prismatic' for j in self.moving])
+
+    @property
+    def column_scales(self) -> Floats:
+        """Return the factor of each column: the characteristic length of prismatic joints."""
+        return np.where(self.slides, self.robot.task.length, 1.0)
+
     @property
     def row_scales(self) -> Floats:
         """Return the factor of each task row: the characteristic length of angular ones."""
         return np.array([self.robot.task.length if i >= 3 else 1.0 for i in self.rows])
 
-    def task_block(self, J: Floats, frames: Floats) -> Floats:
-        """Return the scaled task rows, axes of frame 0, shape (N, m, moving)."""
-        R_t = np.swapaxes(frames[:, 0, :3, :3], 1, 2)
-        turned = np.concatenate([R_t @ J[:, :3], R_t @ J[:, 3:]], axis=1)
-        slides = [self.robot.joint_types[j] == 'prismatic' for j in self.moving]
-        columns = np.where(slides, self.robot.task.length, 1.0)
-        return np.asarray(turned[:, list(self.rows)] * self.row_scales[:, None] * columns)
 
-
-def sampler_of(robot: Robot, arithmetic: Arithmetic, rows: Sequence[int]) -> PoseSampler:
+def sampler_of(robot: Robot, arithmetic: Arithmetic) -> PoseSampler:
     """Return the sampler of a derivation."""
     names = arithmetic.names
     unit = 0.001 if robot.description.length_unit == 'mm' else 1.0
@@ -160,9 +176,27 @@ def sampler_of(robot: Robot, arithmetic: Arithmetic, rows: Sequence[int]) -> Pos
         value = substituted(names.meanings[name], names.values)
         degrees = robot.description.angle_unit == 'deg' and not slides
         still[j] = value * (unit if slides else np.pi / 180 if degrees else 1.0)
-    return PoseSampler(robot, tuple(moving), still, np.array(to_si), tuple(rows))
+    return PoseSampler(robot, tuple(moving), still, np.array(to_si))
 
 
 def row_indices(robot: Robot) -> tuple[int, ...]:
     """Return the task rows as indices among x y z rx ry rz."""
     return tuple(ROW_NAMES.index(name) for name in robot.task.rows)
+
+
+def task_rows(robot: Robot, J: Floats, R: Floats) -> Floats:
+    """
+    Return the task rows of Jacobians, axes of frame 0, shape (..., m, n).
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    J : shape (..., 6, n)
+        Base axes.
+    R : shape (..., 3, 3)
+        The rotation of frame 0 in the base frame.
+    """
+    R_t = np.swapaxes(R, -1, -2)
+    turned = np.concatenate([R_t @ J[..., :3, :], R_t @ J[..., 3:, :]], axis=-2)
+    return np.asarray(turned[..., list(row_indices(robot)), :])

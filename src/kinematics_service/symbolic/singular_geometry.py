@@ -47,11 +47,6 @@ class ArmAtPoses:
     turns: tuple[bool, ...]
     names: tuple[str, ...]
 
-    @property
-    def poses(self) -> int:
-        """Return N."""
-        return len(self.J)
-
 
 @dataclass(frozen=True)
 class Lost:

@@ -13,7 +13,6 @@ import sympy
 
 from ..kernel import Floats
 from ..robot.robot import Robot
-from ..robot.task import ROW_NAMES
 from .algebra.arithmetic import Arithmetic
 from .algebra.factors import Factored, RealFactor, stays_whole
 from .algebra.laurent import Laurent
@@ -27,7 +26,6 @@ from .family_proofs import CommonZeros, proves_lost
 from .frames import Frames
 from .sampled_poses import PoseSampler
 from .singular_geometry import (
-    ArmAtPoses,
     Idle,
     Lost,
     has_one_rank,
@@ -198,18 +196,10 @@ class FamilySearch:
     ----------
     sampler, arithmetic
         The arm.
-    elsewhere
-        It at other poses.
     """
 
     sampler: PoseSampler
     arithmetic: Arithmetic
-    elsewhere: ArmAtPoses
-
-    @property
-    def generic_rank(self) -> int:
-        """Return the rank of the task rows at most poses."""
-        return rank_at(self.elsewhere.J_t)
 
     def numbers(self, value: Laurent) -> Numbers:
         """Return a factor as a function of size 1."""
@@ -219,8 +209,8 @@ class FamilySearch:
         """Return what a factor means where it is 0."""
         sampler, arithmetic = self.sampler, self.arithmetic
         numbers = self.numbers(value)
-        poses = family_poses(sampler, [numbers])
-        within = zero_within_limits(sampler, [numbers])
+        poses = self.poses([numbers])
+        within = self.zero_within_limits([numbers])
         if not len(poses) and within.pose is not None:
             poses = within.pose[None]
         if not len(poses):
@@ -229,16 +219,43 @@ class FamilySearch:
         variables = arithmetic.names.variables
         joints = [k for k, v in enumerate(variables) if arithmetic.derivative(value, v)]
         rank, angular = rank_at(arm.J_t), any(i >= 3 for i in sampler.rows)
-        lost = lost_motion(arm, sampler.rows, rank, self.generic_rank, sampler.row_scales)
-        name = name_of(arm, self.elsewhere, joints, angular)
+        lost = lost_motion(arm, sampler.rows, rank, sampler.generic_rank, sampler.row_scales)
+        name = name_of(arm, sampler.elsewhere, joints, angular)
         return _Meaning(poses, within, name, rank, lost, idle_motion(arm, rank))
 
     def is_one_family(self, factor: RealFactor) -> bool:
         """Return whether both its halves, if it has any, have the same rank."""
         if not factor.halves:
             return True
-        poses = family_poses(self.sampler, [self.numbers(factor.value)])
+        poses = self.poses([self.numbers(factor.value)])
         return not len(poses) or has_one_rank(self.sampler.arm(poses).J_t)
+
+    def poses(self, functions: Sequence[Numbers]) -> Floats:
+        """
+        Return seeded poses where all functions vanish; few or none where they have no common zero.
+        """
+        sampler, starts = self.sampler, self.sampler.random()
+        scaled = [f.scaled_to(starts) for f in functions]
+        scale = np.where(sampler.slides, sampler.robot.task.length / sampler.to_si, 1.0)
+        return poses_on(scaled, starts, scale)
+
+    @property
+    def _periods(self) -> Floats:
+        # After which the frames of each joint repeat, rad.
+        units = self.arithmetic.units
+        return 2 * np.pi * np.array([units[v] for v in self.arithmetic.names.variables])
+
+    def zero_within_limits(self, functions: Sequence[Numbers]) -> Zero:
+        """Return whether functions vanish together inside the joint limits."""
+        box = self.sampler.limits(self._periods)
+        return common_zero(functions, box, self.sampler.random(within=True))
+
+    def zero_anywhere(self, functions: Sequence[Numbers]) -> Zero:
+        """Return whether functions vanish together at any joint positions, limits or none."""
+        half = np.where(self.sampler.slides, np.inf, self._periods / 2)
+        return common_zero(
+            functions, Box(-half, half), np.clip(self.sampler.random(), -half, half)
+        )
 
 
 def families_of(product: Factored, search: FamilySearch) -> Factored | None:
@@ -271,7 +288,7 @@ def singular_factors(
 ) -> tuple[SingularFactor, ...]:
     """Return the factors with their names and what their families mean."""
     sampler, arithmetic = search.sampler, search.arithmetic
-    names, generic = arithmetic.names, search.generic_rank
+    names, generic = arithmetic.names, sampler.generic_rank
     listed = file_factors(sampler.robot, names)
     found: list[SingularFactor] = []
     taken: set[str] = set()
@@ -350,77 +367,39 @@ def evaluated(expression: Any, names: Names, q: Floats) -> Floats:
     return np.broadcast_to(function(*np.moveaxis(q, -1, 0)), q.shape[:-1]).astype(float)
 
 
-def family_poses(sampler: PoseSampler, functions: Sequence[Numbers]) -> Floats:
-    """
-    Return seeded poses where all functions vanish; few or none where they have no common zero.
-    """
-    starts = sampler.random()
-    scaled = [f.scaled_to(starts) for f in functions]
-    slides = [sampler.robot.joint_types[j] == 'prismatic' for j in sampler.moving]
-    scale = np.where(slides, sampler.robot.task.length / sampler.to_si, 1.0)
-    return poses_on(scaled, starts, scale)
-
-
 def crossings_of(
-    product: Factored,
-    factors: Sequence[SingularFactor],
-    sampler: PoseSampler,
-    arithmetic: Arithmetic,
-    J_t: Matrix,
+    product: Factored, factors: Sequence[SingularFactor], search: FamilySearch, J_t: Matrix
 ) -> tuple[FamilyCrossing, ...]:
     """Return where two families meet, and all of them where there are more."""
     count = len(factors)
     groups: list[tuple[int, ...]] = [*combinations(range(count), 2)]
     if count > 2:
         groups.append(tuple(range(count)))
-    generic = rank_at(sampler.arm(sampler.random(200)).J_t)
+    sampler = search.sampler
     # Each of size 1, so that a factor of large numbers hides no other.
-    starts = sampler.random()
-    every = [Numbers(f.value, arithmetic).scaled_to(starts) for f in product.factors]
+    every = [search.numbers(f.value) for f in product.factors]
     found = []
     for group in groups:
         values = tuple(product.factors[k].value for k in group)
         functions = [every[k] for k in group]
-        poses = family_poses(sampler, functions)
+        poses = search.poses(functions)
         names = tuple(factors[k].name for k in group)
         meet = None
         if len(poses) < 2:
-            meet = zero_anywhere(sampler, functions)
+            meet = search.zero_anywhere(functions)
             if meet.exists is None:
                 found.append(FamilyCrossing(names, None, True, None, None))
             if not meet.exists:
                 continue
             poses = np.array([meet.pose])
         rank = rank_at(sampler.arm(poses).J_t)
-        within = zero_within_limits(sampler, functions)
-        meet = meet or (within if within.exists else zero_anywhere(sampler, functions))
-        zeros = CommonZeros(J_t, generic, values, arithmetic)
+        within = search.zero_within_limits(functions)
+        meet = meet or (within if within.exists else search.zero_anywhere(functions))
+        zeros = CommonZeros(J_t, sampler.generic_rank, values, search.arithmetic)
         sampled = not meet.exists or not zeros.has_rank_at_most(rank)
         found.append(FamilyCrossing(names, rank, sampled, within.exists, _as_tuple(within.pose)))
     return tuple(found)
 
 
-def zero_within_limits(sampler: PoseSampler, functions: Sequence[Numbers]) -> Zero:
-    """Return whether functions vanish together inside the joint limits."""
-    arithmetic = functions[0].arithmetic
-    units = np.array([arithmetic.units[v] for v in arithmetic.names.variables], dtype=float)
-    box = sampler.limits(2 * np.pi * units)
-    return common_zero(functions, box, sampler.random(within=True))
-
-
-def zero_anywhere(sampler: PoseSampler, functions: Sequence[Numbers]) -> Zero:
-    """Return whether functions vanish together at any joint positions, limits or none."""
-    arithmetic = functions[0].arithmetic
-    units = np.array([arithmetic.units[v] for v in arithmetic.names.variables], dtype=float)
-    slides = np.array([sampler.robot.joint_types[j] == 'prismatic' for j in sampler.moving])
-    half = np.where(slides, np.inf, np.pi * units)
-    return common_zero(functions, Box(-half, half), np.clip(sampler.random(), -half, half))
-
-
 def _as_tuple(pose: Floats | None) -> tuple[float, ...] | None:
     return None if pose is None else tuple(pose.tolist())
-
-
-def row_names(rows: Sequence[int]) -> tuple[str, ...]:
-    """Return names of task rows."""
-    return tuple(ROW_NAMES[i] for i in rows)

@@ -1,7 +1,7 @@
 """The arithmetic of one arm: its ring, and what a file's angles and lengths are in it."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import chain, count
@@ -67,6 +67,18 @@ class Arithmetic:
     def angle_index(self, variable: Any) -> int:
         """Return the index of exp(i variable / unit)."""
         return self.ring.index('angle', variable)
+
+    @property
+    def joint_indices(self) -> list[int]:
+        """Return the indices of the generators of joint variables, as angles and as lengths."""
+        variables = self.names.variables
+        lengths = (self.ring.index('number', variable) for variable in variables)
+        return [*map(self.angle_index, variables), *lengths]
+
+    def moves(self, exponents: Iterable[Sequence[int]]) -> bool:
+        """Return whether a joint variable stands in monomials."""
+        joints = self.joint_indices
+        return any(e[k] for e in exponents for k in joints)
 
     def derivative(self, value: Laurent, variable: Any) -> Laurent:
         """Return the derivative by a joint variable, as an angle and as a length."""

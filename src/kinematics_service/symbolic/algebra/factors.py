@@ -96,7 +96,7 @@ def factored(value: Laurent, arithmetic: Arithmetic) -> Factored:
         )
         for piece, power in pieces
     ]
-    wholes = paired([h for h in halves if _any_moves(h[0], arithmetic)], arithmetic)
+    wholes = paired([h for h in halves if arithmetic.moves(h[0])], arithmetic)
     if wholes is None:
         return _whole(value, arithmetic, complete=False, alone=True)
     factors = [
@@ -138,7 +138,7 @@ def _sliding_monomials(value: Laurent, arithmetic: Arithmetic) -> list[RealFacto
 def _whole(
     value: Laurent, arithmetic: Arithmetic, complete: bool, alone: bool = False
 ) -> Factored:
-    if not _moves(value, arithmetic):
+    if not arithmetic.moves(value.terms()):
         return Factored(value, (), True)
     # Lengths that divide every term are no part of what is whole.
     terms = value.terms()
@@ -149,7 +149,7 @@ def _whole(
     lowered = {tuple(x - low for x, low in zip(e, common)): c for e, c in terms.items()}
     rest = from_terms(arithmetic.ring, lowered, value.divisor)
     moving = [RealFactor(rest, 1, alone=alone), *_sliding_monomials(value, arithmetic)]
-    moving = [factor for factor in moving if _moves(factor.value, arithmetic)]
+    moving = [factor for factor in moving if arithmetic.moves(factor.value.terms())]
     constant = quotient_constant(value, _product(moving, arithmetic), arithmetic)
     assert constant is not None
     return Factored(constant, tuple(moving), complete)
@@ -358,14 +358,3 @@ def _product(factors: Sequence[RealFactor], arithmetic: Arithmetic) -> Laurent:
         for _ in range(factor.power):
             product = product * factor.value
     return product
-
-
-def _moves(value: Laurent, arithmetic: Arithmetic) -> bool:
-    return _any_moves(value.terms(), arithmetic)
-
-
-def _any_moves(terms: Terms, arithmetic: Arithmetic) -> bool:
-    variables = arithmetic.names.variables
-    moving = set(range(len(variables)))
-    moving |= {arithmetic.ring.index('number', v) for v in variables}
-    return any(e[k] for e in terms for k in moving)

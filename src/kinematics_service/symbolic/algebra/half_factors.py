@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .arithmetic import Arithmetic
-from .laurent import Laurent, from_terms
+from .laurent import Laurent, Ring, from_terms
 
 Terms = dict[tuple[int, ...], tuple[int, int]]
 
@@ -52,6 +52,12 @@ def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Whol
         for v in arithmetic.names.variables
         for step in dict.fromkeys((parts, arithmetic.steps[v]))
     ]
+    ring = arithmetic.ring
+
+    def fits(terms: Terms, other: Terms, wanted: Sequence[Terms]) -> bool:
+        alike = any(_proportional(one, other) for one in wanted)
+        return alike and _is_whole(_times(terms, other, ring), indices)
+
     open_ = dict(enumerate(halves))
     singles: list[Whole] = []
     result: list[Whole] = []
@@ -63,33 +69,19 @@ def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Whol
         wanted = [] if whole else [_conjugate(terms, indices)]
         wanted += [] if turned is None else [turned]
         partner = next(
-            (j for j, o in open_.items() if _fits(o, wanted, terms, power, indices)), -1
+            (j for j, o in open_.items() if o[1] == power and fits(terms, o[0], wanted)), -1
         )
         if partner >= 0:
             other, _ = open_.pop(partner)
             is_turned = turned is not None and _proportional(turned, other)
             pair = (terms, other) if is_turned else ()
             splits = is_turned and not any(_turns(terms, k) // parts % 2 for k in indices)
-            result.append(Whole(_times(terms, other), power, pair, splits))
+            result.append(Whole(_times(terms, other, ring), power, pair, splits))
         elif whole:
             singles.append(Whole(terms, power))
         else:
             return None
     return singles + result
-
-
-def _fits(
-    other: tuple[Terms, int],
-    wanted: Sequence[Terms],
-    terms: Terms,
-    power: int,
-    indices: Sequence[int],
-) -> bool:
-    return (
-        other[1] == power
-        and any(_proportional(one, other[0]) for one in wanted)
-        and _is_whole(_times(terms, other[0]), indices)
-    )
 
 
 def _is_whole(terms: Terms, indices: Sequence[int]) -> bool:
@@ -133,14 +125,8 @@ def _lowered(terms: Terms) -> Terms:
     return {tuple(x - low for x, low in zip(e, lowest)): c for e, c in terms.items()}
 
 
-def _times(one: Terms, other: Terms) -> Terms:
-    result: Terms = {}
-    for e, (a, b) in one.items():
-        for f, (c, d) in other.items():
-            key = tuple(x + y for x, y in zip(e, f))
-            p, q = result.get(key, (0, 0))
-            result[key] = (p + a * c - b * d, q + a * d + b * c)
-    return {e: c for e, c in result.items() if c != (0, 0)}
+def _times(one: Terms, other: Terms, ring: Ring) -> Terms:
+    return (from_terms(ring, one) * from_terms(ring, other)).terms()
 
 
 def _proportional(one: Terms, other: Terms) -> bool:

@@ -204,6 +204,13 @@ class Laurent:
             for m in {**self.real, **self.imaginary}
         }
 
+    def by_power(self, index: int) -> dict[int, 'Laurent']:
+        """Return the coefficients of the powers of a generator."""
+        parts: dict[int, dict[tuple[int, ...], tuple[int, int]]] = {}
+        for e, c in self.terms().items():
+            parts.setdefault(e[index], {})[(*e[:index], 0, *e[index + 1 :])] = c
+        return {e: from_terms(self.ring, terms, self.divisor) for e, terms in parts.items()}
+
     def without_cancelled(self) -> 'Laurent':
         """
         Return the same without the terms whose decimals cancel, as in (0.1 + 0.2 - 0.3) cos q.

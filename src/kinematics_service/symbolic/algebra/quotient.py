@@ -14,9 +14,8 @@ from .laurent import Laurent, from_terms
 
 def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) -> Laurent | None:
     """Return value / product where no joint variable is left in it, multiplied back; else None."""
-    indices = [*range(len(arithmetic.names.variables))]
-    indices += [arithmetic.ring.index('number', v) for v in arithmetic.names.variables]
-    ours, theirs = _by_joints(product, indices), _by_joints(value, indices)
+    joints = arithmetic.joint_indices
+    ours, theirs = _by_joints(product, joints), _by_joints(value, joints)
     if set(ours) != set(theirs):
         return None
     # The group with the fewest terms says what it is.

@@ -20,44 +20,38 @@ class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
 
     def _print_Rational(self, expr: Any) -> Any:
         text = decimal(expr)
-        if text is None:
-            return super()._print_Rational(expr)
-        number = self.dom.createElement('mn')
-        number.appendChild(self.dom.createTextNode(text))
-        return number
+        return super()._print_Rational(expr) if text is None else self._element('mn', text)
 
     def _print_Mul(self, expr: Any) -> Any:
         # Sympy writes -(a + b) as -a + b.
         coefficient, rest = expr.as_coeff_Mul()
         if coefficient == -1 and rest.is_Add:
-            row = self.dom.createElement('mrow')
-            row.appendChild(self._operator('-'))
-            row.appendChild(self._bracketed(rest))
-            return row
+            return self._element('mrow', self._operator('-'), self._bracketed(rest))
         return super()._print_Mul(expr)
 
     def _print_Add(self, expr: Any, order: Any = None) -> Any:
         # Likewise a - (b + c) as a - b + c.
-        row = self.dom.createElement('mrow')
+        parts = []
         for k, term in enumerate(self._as_ordered_terms(expr, order=order)):
             negative = term.could_extract_minus_sign()
             if negative or k > 0:
-                row.appendChild(self._operator('-' if negative else '+'))
+                parts.append(self._operator('-' if negative else '+'))
             if negative:
                 term = -term
-            row.appendChild(self._bracketed(term) if term.is_Add else self._print(term))
-        return row
+            parts.append(self._bracketed(term) if term.is_Add else self._print(term))
+        return self._element('mrow', *parts)
+
+    def _element(self, name: str, *inside: Any) -> Any:
+        element = self.dom.createElement(name)
+        for part in inside:
+            element.appendChild(self.dom.createTextNode(part) if isinstance(part, str) else part)
+        return element
 
     def _operator(self, text: str) -> Any:
-        operator = self.dom.createElement('mo')
-        operator.appendChild(self.dom.createTextNode(text))
-        return operator
+        return self._element('mo', text)
 
     def _bracketed(self, expr: Any) -> Any:
-        row = self.dom.createElement('mrow')
-        for part in (self._operator('('), self._print(expr), self._operator(')')):
-            row.appendChild(part)
-        return row
+        return self._element('mrow', self._operator('('), self._print(expr), self._operator(')'))
 
     def unfence(self, node: Any) -> None:
         """Write out the brackets that sympy before 1.13 leaves to an element browsers ignore."""
@@ -73,15 +67,9 @@ class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
 
     def _print_MatrixBase(self, m: Any) -> Any:
         # Brackets are drawn by the style: few systems have a font whose brackets grow.
-        table = self.dom.createElement('mtable')
+        rows = [[self._element('mtd', self._print(entry)) for entry in row] for row in m.tolist()]
+        table = self._element('mtable', *(self._element('mtr', *row) for row in rows))
         table.setAttribute('class', 'matrix')
-        for i in range(m.rows):
-            row = self.dom.createElement('mtr')
-            for j in range(m.cols):
-                cell = self.dom.createElement('mtd')
-                cell.appendChild(self._print(m[i, j]))
-                row.appendChild(cell)
-            table.appendChild(row)
         return table
 
 

@@ -5,20 +5,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import sympy
-from sympy.printing.str import StrPrinter
 
-from ..file_factors import decimal
+from ..file_factors import DecimalPrinter
 from .report import Block, Equation, Heading
 
 # Lines of a matrix are no longer than this; spaces between its columns.
 WIDEST, GAP = 150, 3
-
-
-class DecimalPrinter(StrPrinter):  # type: ignore[misc]
-    """Sympy's own strings, with decimals where the file had decimals."""
-
-    def _print_Rational(self, expr: Any) -> str:
-        return decimal(expr) or f'{expr.p}/{expr.q}'
 
 
 def text_of(blocks: Sequence[Block]) -> str:

@@ -8,13 +8,10 @@ from typing import Any
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
-from .numbers import Floats
 from .symbols import SymbolicArm
-from .table import inverse_pose, row_matrix
 from .world import World
 
 ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
-TASK_ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
 ACCEPTED = (
     'T, T_03 (frame 0 to 3), T_2 or A_2 (row 2), A_i (any row), R, R_2, p, p_14, o_2, z_2, '
@@ -112,122 +109,94 @@ def why_out_of_range(quantity: Quantity, rows: int, joints: int, reading: Readin
     return ''
 
 
-class NumberedFrames:
-    """The frames of an arm by the person's numbers: numbers at N poses, or symbols."""
-
-    def __init__(self, frames: list[Any], identity: Any, first: int) -> None:
-        self._frames = frames
-        self._identity = identity
-        self._first = first
-
-    def __getitem__(self, index: int) -> Any:
-        if index < 0:
-            return self._frames[-1]
-        at = index - self._first
-        return self._identity if at < 0 else self._frames[at]
-
-    @property
-    def tool(self) -> Any:
-        """Return the tool in the base frame."""
-        return self._frames[-1]
+# Parts of a pose.
+PARTS = {
+    'rotation': np.s_[..., :3, :3],
+    'axis': np.s_[..., :3, 2:3],
+    'origin': np.s_[..., :3, 3:],
+}
 
 
-def numeric(quantity: Quantity, world: World, reading: Reading) -> Floats:
-    """Return the value of a quantity, shape (N, rows, columns); not for `det` and `general`."""
-    identity = np.broadcast_to(np.eye(4), (world.poses, 4, 4))
-    frames = NumberedFrames(world.frames, identity, reading.first)
+def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Reading) -> Any:
+    """
+    Return a quantity of an arm, an array; not for `det` and `general`.
+
+    Parameters
+    ----------
+    quantity
+        What is asked for.
+    arm
+        Numbers at N poses give N matrices, shape (N, rows, columns), expressions give one.
+    reading
+        How frames are counted, and rows ordered.
+    """
     kind, i, j = quantity.kind, quantity.i, quantity.j
-    result: Floats
+    pose = np.asarray(arm.frames[-1])
+    origin = PARTS['origin']
     if kind == 'tool':
-        result = world.pose
-    elif kind == 'pose':
-        result = np.linalg.solve(frames[i], frames[j])
-    elif kind == 'row':
-        result = world.rows[i - 1]
-    elif kind == 'rotation':
-        result = frames[i][:, :3, :3]
-    elif kind == 'axis':
-        result = frames[i][:, :3, 2:3]
-    elif kind == 'origin':
-        result = frames[i][:, :3, 3:4]
-    elif kind == 'position':
-        result = world.pose[:, :3, 3:4]
-    elif kind == 'vector':
-        result = frames[j][:, :3, 3:4] - frames[i][:, :3, 3:4]
-    elif kind == 'reach':
-        result = world.frames[i - 1][:, :3, 3:4] - world.pose[:, :3, 3:4]
-    elif kind == 'numeric':
-        result = _with_rotation_taken_out(world.jacobian[:, :, i - 1])
-    else:
-        result = arranged(world.jacobian, world.pose, quantity, reading)
-    return result
+        return pose
+    if kind == 'position':
+        return pose[origin]
+    if kind == 'row':
+        return np.asarray(arm.rows[i - 1])
+    if kind in PARTS:
+        return (pose if i < 0 else _frame(arm, i - reading.first))[PARTS[kind]]
+    if kind == 'pose':
+        return _between(arm, i - reading.first, j - reading.first)
+    if kind == 'vector':
+        start, end = (_frame(arm, index - reading.first) for index in (i, j))
+        return end[origin] - start[origin]
+    if kind == 'reach':
+        return _frame(arm, i - 1)[origin] - pose[origin]
+    J = np.asarray(arm.jacobian)
+    if kind == 'numeric':
+        return _with_rotation_taken_out(J[..., i - 1])
+    return arranged(J, pose, quantity, reading)
 
 
-def _with_rotation_taken_out(column: Floats) -> Floats:
-    D = np.zeros((len(column), 4, 4))
-    D[:, :3, 3] = column[:, :3]
+def expression_of(quantity: Quantity, arm: SymbolicArm, reading: Reading) -> Any:
+    """Return what a quantity is, as a matrix of expressions; None for those without one."""
+    if quantity.kind in ('det', 'general'):
+        return None
+    return sp.ImmutableDenseMatrix(value_of(quantity, arm, reading))
+
+
+def _frame(arm: World | SymbolicArm, at: int) -> Any:
+    # What is before frame 0 is the base frame.
+    if at < 0:
+        return np.broadcast_to(np.eye(4, dtype=int), np.shape(arm.frames[0]))
+    return np.asarray(arm.frames[at])
+
+
+def _between(arm: World | SymbolicArm, i: int, j: int) -> Any:
+    if i < 0:
+        return _frame(arm, j)
+    if i <= j:
+        return np.asarray(arm.between(i, j))
+    T = _between(arm, j, i)
+    inverse = np.array(np.broadcast_to(np.eye(4, dtype=int), T.shape), dtype=T.dtype)
+    inverse[..., :3, :3] = np.swapaxes(T[..., :3, :3], -1, -2)
+    inverse[..., :3, 3:] = -inverse[..., :3, :3] @ T[..., :3, 3:]
+    return inverse
+
+
+def _with_rotation_taken_out(column: Any) -> Any:
+    D = np.zeros((*column.shape[:-1], 4, 4), dtype=column.dtype)
+    D[..., :3, 3] = column[..., :3]
     for k, (row, col) in enumerate(((2, 1), (0, 2), (1, 0))):
-        D[:, row, col] = column[:, 3 + k]
-        D[:, col, row] = -column[:, 3 + k]
+        D[..., row, col] = column[..., 3 + k]
+        D[..., col, row] = -column[..., 3 + k]
     return D
 
 
-def arranged(J: Floats, pose: Floats, quantity: Quantity, reading: Reading) -> Floats:
+def arranged(J: Any, pose: Any, quantity: Quantity, reading: Reading) -> Any:
     """
     Return J (base axes, linear first) in the axes and order, and with the rows, a person asks for.
     """
-    v, w = J[:, :3], J[:, 3:]
+    v, w = J[..., :3, :], J[..., 3:, :]
     if reading.axes == 'tool':
-        to_tool = np.swapaxes(pose[:, :3, :3], 1, 2)
+        to_tool = np.swapaxes(pose[..., :3, :3], -1, -2)
         v, w = to_tool @ v, to_tool @ w
     blocks = {'v': [v], 'w': [w]}.get(quantity.part, [w, v] if reading.angular_first else [v, w])
-    result: Floats = np.concatenate(blocks, axis=1)
-    return result[:, :, quantity.i - 1 : quantity.i] if quantity.i else result
-
-
-def symbolic(quantity: Quantity, arm: SymbolicArm, reading: Reading) -> Any:
-    """Return what a quantity is, as a matrix of expressions; None for those without one."""
-    frames = NumberedFrames(arm.frames, sp.ImmutableDenseMatrix(sp.eye(4)), reading.first)
-    kind, i, j = quantity.kind, quantity.i, quantity.j
-    if kind == 'tool':
-        return frames.tool
-    if kind == 'pose':
-        start = frames[i]
-        return frames[j] if start == sp.eye(4) else _between(arm, i, j, reading.first)
-    if kind == 'row':
-        return row_matrix(arm.table.rows[i - 1])
-    if kind == 'rotation':
-        return frames[i][:3, :3]
-    if kind == 'axis':
-        return frames[i][:3, 2]
-    if kind == 'origin':
-        return frames[i][:3, 3]
-    if kind == 'position':
-        return frames.tool[:3, 3]
-    if kind == 'vector':
-        return frames[j][:3, 3] - frames[i][:3, 3]
-    if kind == 'reach':
-        return arm.frames[i - 1][:3, 3] - frames.tool[:3, 3]
-    if kind == 'jacobian':
-        return _symbolic_jacobian(arm, quantity, reading)
-    return None
-
-
-def _between(arm: SymbolicArm, i: int, j: int, first: int) -> Any:
-    product = sp.eye(4)
-    for row in arm.table.rows[max(i - first, 0) : j - first]:
-        product = product * row_matrix(row)
-    if i - first < 0 <= j - first:
-        product = arm.table.base * product
-    return inverse_pose(_between(arm, j, i, first)) if j < i else sp.ImmutableDenseMatrix(product)
-
-
-def _symbolic_jacobian(arm: SymbolicArm, quantity: Quantity, reading: Reading) -> Any:
-    J = arm.jacobian
-    v, w = J[:3, :], J[3:, :]
-    if reading.axes == 'tool':
-        R = arm.frames[-1][:3, :3].T
-        v, w = R * v, R * w
-    order = [w, v] if reading.angular_first else [v, w]
-    result = sp.Matrix.vstack(*{'v': [v], 'w': [w]}.get(quantity.part, order))
-    return result[:, quantity.i - 1] if quantity.i else result
+    result = np.concatenate(blocks, axis=-2)
+    return result[..., quantity.i - 1 : quantity.i] if quantity.i else result

@@ -4,13 +4,14 @@ Frames and Jacobian as a textbook writes them: angles of parallel axes are summe
 They stand in recipes such as `z_0 x (o_3 - o_0)`, and beside a wrong entry as the right one.
 """
 
+import operator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any
 
 import sympy as sp  # type: ignore[import-untyped]
 
-from .table import AXES, EYE, Table, TableRow, inverse_pose, rotation, translation
+from .table import AXES, EYE, Table, TableRow, inverse_pose, rotation, row_matrix, translation
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,17 @@ class SymbolicArm:
     def frames(self) -> list[Any]:
         """Return frame 0, the frame after each row, and the tool, in the base frame."""
         return [sp.ImmutableDenseMatrix(walk.frame) for walk in self._walked[0]]
+
+    @property
+    def rows(self) -> list[Any]:
+        """Return the matrix of each row."""
+        return [row_matrix(row) for row in self.table.rows]
+
+    def between(self, i: int, j: int) -> Any:
+        """Return frame j in frame i of the table, i <= j."""
+        if self.frames[i] == EYE:
+            return self.frames[j]
+        return reduce(operator.mul, self.rows[i:j], EYE)
 
     @cached_property
     def jacobian(self) -> Any:

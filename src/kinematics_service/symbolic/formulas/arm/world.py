@@ -61,6 +61,10 @@ class World:
         frames.append(frames[-1] @ self.evaluation.of_matrix(self.table.tool))
         return frames
 
+    def between(self, i: int, j: int) -> Floats:
+        """Return frame j in frame i of the table, shape (N, 4, 4)."""
+        return np.asarray(np.linalg.solve(self.frames[i], self.frames[j]))
+
     @property
     def pose(self) -> Floats:
         """Return the tool in the base frame, shape (N, 4, 4)."""

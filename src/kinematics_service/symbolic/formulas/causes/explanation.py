@@ -6,7 +6,6 @@ A cause counts only where it makes the whole difference vanish at all poses: not
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import combinations
 from typing import Any
 
@@ -14,8 +13,8 @@ import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
 from ....robot.file.parts.convention_table import QUANTITIES
-from ..arm.numbers import Evaluation, Floats, size_of
-from ..arm.quantities import symbolic
+from ..arm.numbers import Floats, size_of
+from ..arm.quantities import expression_of
 from ..arm.table import general_row, row_matrix
 from ..statements.checks import Check, Mask, QuantityCheck
 from ..statements.solutions import SolutionCheck
@@ -67,7 +66,7 @@ def explain(check: Check) -> Explained:
     """Return the tested causes of a check that failed."""
     tried: list[str] = []
     if not isinstance(check, QuantityCheck):
-        found = [] if check.wrong.shape != (1, 1) else _repaired(check, 0, 0, check, tried)
+        found = [] if check.wrong.shape != (1, 1) else _repaired(check, check.right, 0, 0, tried)
         return Explained(tuple(_grouped(found)[:1]), tuple(tried))
     explanations = _of_matrix(check, check.right, tried)
     return Explained(tuple(explanations), tuple(dict.fromkeys(tried)))
@@ -202,53 +201,35 @@ def _entries(mask: Mask) -> tuple[tuple[int, int], ...]:
     return tuple((int(i), int(j)) for i, j in np.argwhere(mask))
 
 
-@dataclass(frozen=True, eq=False)
-class _Against(Check):
-    # A check whose right values are those of a first mistake.
-    check: QuantityCheck
-    mistaken: Floats
-
-    @property
-    def right(self) -> Floats:
-        return self.mistaken
-
-    @cached_property
-    def evaluation(self) -> Evaluation:
-        return self.check.evaluation
-
-
 def _entry_by_entry(
     check: QuantityCheck, right: Floats, left: Mask, tried: list[str]
 ) -> list[Explanation]:
-    against = _Against(check.robot, check.names, check.statement, check.poses, check, right)
     found: list[Explanation] = []
     for i, j in _entries(left):
         terms = _missing_terms(check, right, i, j, tried)
-        found += terms or _repaired(against, i, j, check, tried)
+        found += terms or _repaired(check, right, i, j, tried)
     return _grouped(found)
 
 
-def _repaired(
-    check: Check, i: int, j: int, original: Check, tried: list[str]
-) -> list[Explanation]:
+def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> list[Explanation]:
     expression = check.expressions[i, j]
-    table = original.names.table
+    table = check.names.table
     size = size_of(expression)
     if size > LONGEST_EDITED or (not expression.free_symbols and expression.is_Rational):
         return []
     symbols = (*table.variables, *table.constants)
-    if isinstance(original, QuantityCheck) and original.quantity.kind == 'general':
+    if isinstance(check, QuantityCheck) and check.quantity.kind == 'general':
         symbols = tuple(sp.Symbol(f'{name}_i') for name in QUANTITIES)
-    if isinstance(original, SolutionCheck):
+    if isinstance(check, SolutionCheck):
         # The joint itself would explain every formula of it.
-        symbols = tuple(symbol for symbol in symbols if symbol != original.variable)
+        symbols = tuple(symbol for symbol in symbols if symbol != check.variable)
     known = sorted(expression.free_symbols - set(symbols), key=str)
-    kinds = SOLUTION_EDITS if isinstance(original, SolutionCheck) else EDITS
+    kinds = SOLUTION_EDITS if isinstance(check, SolutionCheck) else EDITS
     found: dict[str, str] = {}  # by sentence: kinds of edits may come to the same one
     for kind in kinds:
         tried.append(kind.name)
         for edit in kind.edits(expression, (*symbols, *known)):
-            if check.passes(i, j, edit.expression):
+            if check.passes(edit.expression, right[:, i, j]):
                 found.setdefault(edit.sentence, kind.name)
                 break
         if len(found) > MOST_ALTERNATIVES:
@@ -301,7 +282,7 @@ def right_entry(check: QuantityCheck, i: int, j: int) -> Any:
         return None
     if check.quantity.kind == 'general':
         return row_matrix(general_row(check.names.table))[i, j]
-    matrix = symbolic(check.quantity, check.names.arm, check.reading)
+    matrix = expression_of(check.quantity, check.names.arm, check.reading)
     if matrix is None:
         return None
     if check.quantity.kind == 'jacobian' and check.quantity.part == 'all':

@@ -239,9 +239,8 @@ def missing_length(check: QuantityCheck) -> Iterator[Variant]:
     general = [sp.Symbol('a_i'), sp.Symbol('d_i')] if check.quantity.kind == 'general' else []
     for symbol in (*table.constants, *sliding, *general):
         if np.any(values[symbol] != 0.0):
-            changed = {**values, symbol: np.zeros(check.poses.count)}
-            world = World(table, changed, check.poses.count)
-            yield Variant(f'{symbol} is missing, as if it were 0', check.right_of(world))
+            changes = {symbol: np.zeros(check.poses.count)}
+            yield _with_values(check, changes, f'{symbol} is missing, as if it were 0')
 
 
 def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
@@ -255,28 +254,24 @@ def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
                 ({other: one}, f'{one} stands where {other} belongs'),
             )
             for places, sentence in versions:
-                changed = {**values, **{to: values[source] for to, source in places.items()}}
-                world = World(table, changed, check.poses.count)
-                yield Variant(sentence, check.right_of(world))
+                changes = {to: values[source] for to, source in places.items()}
+                yield _with_values(check, changes, sentence)
 
 
 def other_joint_value(check: QuantityCheck) -> Iterator[Variant]:
     """
     Yield the configuration of the `at` line with one joint elsewhere, or read in other units.
     """
-    table, values, count = check.names.table, check.poses.values, check.poses.count
-    given = [symbol for symbol in table.variables if symbol.name in check.poses.chosen]
+    values, turning = check.poses.values, _turning(check)
+    given = [s for s in check.names.table.variables if s.name in check.poses.chosen]
     if not given:
         return
-    turning = {s for s, kind in zip(table.variables, table.joint_types) if kind != 'prismatic'}
     read = {symbol: np.radians(values[symbol]) for symbol in given if symbol in turning}
-    world = World(table, {**values, **read}, count)
-    yield Variant("the 'at' line is in degrees, not in radians", check.right_of(world))
+    yield _with_values(check, read, "the 'at' line is in degrees, not in radians")
     for symbol in given:
         for degrees in (0, 90, -90, 180):
             if symbol in turning and abs(values[symbol][0] - np.radians(degrees)) > 1e-9:
-                changed = {**values, symbol: np.full(count, np.radians(degrees))}
-                world = World(table, changed, count)
                 here = f'{np.degrees(values[symbol][0]):g} deg'
                 sentence = f'right for {symbol} = {degrees} deg, not for {symbol} = {here}'
-                yield Variant(sentence, check.right_of(world))
+                changes = {symbol: np.full(check.poses.count, np.radians(degrees))}
+                yield _with_values(check, changes, sentence)

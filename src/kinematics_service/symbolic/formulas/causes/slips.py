@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arm.quantities import Quantity, numeric, why_out_of_range
+from ..arm.quantities import Quantity, value_of, why_out_of_range
 from ..statements.checks import QuantityCheck
 from .jacobian_slips import arranged_like
 from .variant import Variant
@@ -82,7 +82,7 @@ def another_quantity(check: QuantityCheck) -> Iterator[Variant]:
     for quantity, name in _quantities(check):
         if quantity == check.quantity:
             continue
-        values = numeric(quantity, check.world, check.reading)
+        values = value_of(quantity, check.world, check.reading)
         values = check.cut(values, quantity)
         if values.shape[1:] == check.shape:
             yield Variant(f'it is {name}', values)

@@ -15,8 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ....robot.robot import Robot
+from ...sampled_poses import row_indices, task_rows
 from ..arm.numbers import DEGREE, Evaluation, Floats
-from ..arm.quantities import ROWS, TASK_ROWS, Quantity, Reading, numeric
+from ..arm.quantities import ROWS, Quantity, Reading, value_of
 from ..arm.table import Table, general_row
 from ..arm.world import World
 from .names import FormulaNames, reading_of
@@ -144,10 +145,9 @@ class Check(ABC):
         same = float(np.ptp(self.right, axis=0).max()) < 1e-12
         return still and same and bool(self.poses.chosen)
 
-    def passes(self, i: int, j: int, expression: Any) -> bool:
-        """Return whether the formula is right at (i, j) with another expression there."""
-        values = self.evaluation.of(expression)
-        return bool(self.agrees(values, self.right[:, i, j]))
+    def passes(self, expression: Any, right: Floats) -> bool:
+        """Return whether another expression has these values, shape (N,)."""
+        return bool(self.agrees(self.evaluation.of(expression), right))
 
 
 class QuantityCheck(Check):
@@ -177,7 +177,7 @@ class QuantityCheck(Check):
             return task_determinant(self.robot, world)[:, None, None]
         if quantity.kind == 'general':
             return _general(self.names.table, world)
-        return numeric(quantity, world, reading)
+        return np.asarray(value_of(quantity, world, reading))
 
     def cut(self, whole: Floats, quantity: Quantity) -> Floats:
         """Return the rows the person wrote, or the whole where its shape is another one."""
@@ -207,7 +207,7 @@ class QuantityCheck(Check):
             order = [3, 4, 5, 0, 1, 2]
         if rows == 6:
             return list(range(6))
-        task = [TASK_ROWS.index(name) for name in self.robot.task.rows]
+        task = row_indices(self.robot)
         kept = task if rows == len(task) else [0, 1, 2]
         return [order.index(k) for k in kept]
 
@@ -229,12 +229,10 @@ class QuantityCheck(Check):
 
 def task_determinant(robot: Robot, world: World) -> Floats:
     """Return det(J_t) of the task's rows in the axes of frame 0, shape (N,); NaN if not square."""
-    J, R = world.jacobian, np.swapaxes(world.base[:, :3, :3], 1, 2)
-    J = np.concatenate([R @ J[:, :3], R @ J[:, 3:]], axis=1)
-    rows = [TASK_ROWS.index(name) for name in robot.task.rows]
-    if len(rows) != J.shape[2]:
-        return np.full(len(J), np.nan)
-    return np.asarray(np.linalg.det(J[:, rows]))
+    J_t = task_rows(robot, world.jacobian, world.base[:, :3, :3])
+    if J_t.shape[1] != J_t.shape[2]:
+        return np.full(len(J_t), np.nan)
+    return np.asarray(np.linalg.det(J_t))
 
 
 def _general(table: Table, world: World) -> Floats:

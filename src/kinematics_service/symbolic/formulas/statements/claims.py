@@ -8,6 +8,7 @@ import sympy as sp  # type: ignore[import-untyped]
 
 from ....kinematics.forward import jacobian
 from ....robot.robot import Robot
+from ...sampled_poses import task_rows
 from ..arm.numbers import Evaluation, Floats
 from .names import FormulaNames
 from .poses import SEED, poses_for
@@ -46,11 +47,7 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
 
 
 def _task_jacobian(robot: Robot, q: Floats) -> Floats:
-    names = ('x', 'y', 'z', 'rx', 'ry', 'rz')
-    J = jacobian(robot, q)
-    R = robot.description.base.motion.matrix[:3, :3].T
-    J = np.concatenate([R @ J[..., :3, :], R @ J[..., 3:, :]], axis=-2)
-    return np.asarray(J[..., [names.index(name) for name in robot.task.rows], :])
+    return task_rows(robot, jacobian(robot, q), robot.description.base.motion.matrix[:3, :3])
 
 
 def _smallness(robot: Robot, q: Floats) -> Floats:

@@ -9,7 +9,7 @@ import sympy as sp  # type: ignore[import-untyped]
 
 from ....errors import FormulaError
 from ....robot.file.parts.convention_table import QUANTITIES
-from ..arm.quantities import Quantity, Reading, quantity_of, symbolic, why_out_of_range
+from ..arm.quantities import Quantity, Reading, expression_of, quantity_of, why_out_of_range
 from ..arm.symbols import SymbolicArm
 from ..arm.table import Table
 from ..text.file import Settings
@@ -99,8 +99,7 @@ class FormulaNames:
         variables, total = self.table.variables, sp.Integer(0)
         for digit in found[2]:
             if not 1 <= int(digit) <= len(variables):
-                message = f'{token.written!r}: the robot has {len(variables)} joints'
-                raise FormulaError(message, token.line, token.column)
+                raise token.fault(f'{token.written!r}: the robot has {len(variables)} joints')
             total += variables[int(digit) - 1]
         return sp.cos(total) if found[1] in 'cC' else sp.sin(total)
 
@@ -108,11 +107,12 @@ class FormulaNames:
         reading = reading_of(settings)
         joints = self.table.joints
         if self.table.passive and quantity.kind == 'jacobian':
-            message = f'{token.written!r}: with closed loops J stands on the left side only'
-            raise FormulaError(message, token.line, token.column)
+            raise token.fault(
+                f'{token.written!r}: with closed loops J stands on the left side only'
+            )
         if reason := why_out_of_range(quantity, len(self.table.rows), joints, reading):
-            raise FormulaError(reason, token.line, token.column)
-        return symbolic(quantity, self.arm, reading)
+            raise token.fault(reason)
+        return expression_of(quantity, self.arm, reading)
 
     def unknown(self, token: FormulaToken) -> FormulaError:
         """Return the error about a name nothing is known of."""
@@ -127,7 +127,7 @@ class FormulaNames:
             f'unknown name {token.written!r}{hint} (known: {", ".join(known)}, pi, x, y, z, '
             'c1, s12, z_1, o_1, R_1, T_01 and their like, and what the file itself defines)'
         )
-        return FormulaError(message, token.line, token.column)
+        return token.fault(message)
 
 
 def general_symbol(key: str) -> Any:

@@ -13,7 +13,7 @@ from ....robot.closed_poses import closes_at
 from ....robot.file.parts.convention_table import QUANTITIES
 from ....robot.robot import Robot
 from ..arm.numbers import DEGREE, Evaluation, Floats
-from ..arm.quantities import numeric, quantity_of, why_out_of_range
+from ..arm.quantities import quantity_of, value_of, why_out_of_range
 from ..arm.world import World
 from ..text.build import build, is_matrix, number
 from ..text.file import Raw, Settings
@@ -170,7 +170,7 @@ def _with_coordinates(
         rows, joints = len(names.table.rows), len(names.table.variables)
         if reason := why_out_of_range(quantity, rows, joints, reading):
             raise FormulaError(f'point: {reason}')
-        point = numeric(quantity, world, reading)[:, :, 0]
+        point = value_of(quantity, world, reading)[:, :, 0]
     located = {symbol: point[:, k] for k, symbol in enumerate(coordinates())}
     for (i, j), symbol in rotation_entries().items():
         located[symbol] = world.pose[:, i, j]
@@ -184,12 +184,10 @@ def _given(raw: Raw, settings: Settings, names: FormulaNames) -> tuple[Any, floa
     symbol = names.constant(key) if joint is None else names.table.variables[joint]
     if symbol is None:
         known = ', '.join(s.name for s in (*names.table.variables, *names.table.constants))
-        message = f'at: {at.written!r} is neither a joint nor a constant (known: {known})'
-        raise FormulaError(message, at.line, at.column)
+        raise at.fault(f'at: {at.written!r} is neither a joint nor a constant (known: {known})')
     value = build(raw.right, lambda token: names.value(token, settings), number)
     if is_matrix(value) or not value.is_number:
-        message = f'at: {at.written} must be a number'
-        raise FormulaError(message, at.line, at.column)
+        raise at.fault(f'at: {at.written} must be a number')
     result = _number(value)
     turns = joint is not None and names.table.joint_types[joint] != 'prismatic'
     if turns and settings.degrees and not _has_unit(raw.right):

@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ....kernel import Integers
+from ....rigid_motion import rotation_vector
 from ..arm.numbers import DEGREE, Floats
 from ..arm.table import Table
 from ..arm.world import World
@@ -144,21 +145,8 @@ class PoseSearch:
 
 def _twist_between(pose: Floats, target: Floats) -> Floats:
     # What brings one to the other, to first order: (v, w), 0 for the same pose only.
-    turned = target[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2)
-    w = np.stack(
-        [
-            turned[:, 2, 1] - turned[:, 1, 2],
-            turned[:, 0, 2] - turned[:, 2, 0],
-            turned[:, 1, 0] - turned[:, 0, 1],
-        ],
-        axis=-1,
-    )
-    # A half turn has no such difference: its length is that of the angle.
-    cosine = np.clip((np.trace(turned, axis1=1, axis2=2) - 1.0) / 2.0, -1.0, 1.0)
-    size = np.linalg.norm(w, axis=1)
-    angle = np.arctan2(size / 2.0, cosine)
-    axis = np.where(size[:, None] > 1e-9, w / np.maximum(size, 1e-300)[:, None], [1.0, 0.0, 0.0])
-    return np.concatenate([target[:, :3, 3] - pose[:, :3, 3], axis * angle[:, None]], axis=1)
+    w = rotation_vector(target[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2))
+    return np.concatenate([target[:, :3, 3] - pose[:, :3, 3], w], axis=1)
 
 
 class EquationCheck(Check):
@@ -320,6 +308,6 @@ class SolutionCheck(Check):
         reached = search.reached({self.variable: here}, asked, limits)
         return bool(np.mean(reached[asked]) >= MOST_POSES)
 
-    def passes(self, i: int, j: int, expression: Any) -> bool:
+    def passes(self, expression: Any, right: Floats) -> bool:
         """Return whether another formula gives the joint back at enough poses."""
         return float(np.mean(self.hits(self.evaluation.of(expression)))) >= BRANCH

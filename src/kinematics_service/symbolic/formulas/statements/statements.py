@@ -117,7 +117,7 @@ class _Reader:
                         f'{raw.left.at.written!r} is defined twice, here and in line '
                         f"{other.line}: put 'where' before definitions for one formula only"
                     )
-                    self.faults.append(FormulaError(message, raw.line, raw.left.at.column))
+                    self.faults.append(raw.left.at.fault(message))
                 self.global_[key] = raw
             formulas.append((index, raw))
             last = index
@@ -180,8 +180,9 @@ class _Reader:
         if raw.left.kind == 'name' and key not in COORDINATES:
             if (constant := self.names.constant(key)) is not None and not is_matrix(value):
                 if not value.is_number:
-                    message = f'{constant} is a constant of the robot: give it a number'
-                    raise FormulaError(message, raw.line, raw.left.at.column)
+                    raise raw.left.at.fault(
+                        f'{constant} is a constant of the robot: give it a number'
+                    )
                 return constant, value
             joint = self.names.joint(key)
             if joint is not None:
@@ -199,12 +200,11 @@ class _Reader:
                 reading_of(raw.settings),
             )
             if reason:
-                raise FormulaError(reason, raw.line, raw.left.at.column)
+                raise raw.left.at.fault(reason)
             return self._made('quantity', raw, value, quantity=quantity)
         left = self._value(raw.left, place)
         if is_matrix(left) or is_matrix(value):
-            message = 'a matrix needs a name on the left side'
-            raise FormulaError(message, raw.line, raw.left.at.column)
+            raise raw.left.at.fault('a matrix needs a name on the left side')
         return self._made('equation', raw, value, left=left)
 
     def _made(self, kind: str, raw: Raw, value: Any, **more: Any) -> Statement:
@@ -225,8 +225,7 @@ class _Reader:
 
     def _refuse_matrix(self, value: Any, raw: Raw) -> None:
         if is_matrix(value):
-            message = f'{_text(raw.left)!r} is a number, not a matrix'
-            raise FormulaError(message, raw.line, raw.left.at.column)
+            raise raw.left.at.fault(f'{_text(raw.left)!r} is a number, not a matrix')
 
     def _claim(self, place: _Place, raw: Raw) -> Statement:
         conditions = []
@@ -236,16 +235,14 @@ class _Reader:
                 joint = self.names.joint(condition.left.text)
             if joint is None:
                 message = "expected JOINT = VALUE, such as 'singular: q3 = k*pi'"
-                at = condition.left.at
-                raise FormulaError(message, at.line, at.column)
+                raise condition.left.at.fault(message)
             value = self._value(condition.right, replace(place, integers=True))
             self._refuse_matrix(value, condition)
             table = self.names.table
             known = {*table.variables, *table.constants, sp.Symbol('k')}
             if value.free_symbols - known:
-                at = condition.left.at
                 message = 'a singular value is made of joints, constants and the integer k'
-                raise FormulaError(message, at.line, at.column)
+                raise condition.left.at.fault(message)
             conditions.append((joint, value))
         statement = self._made('claim', raw, sp.Integer(0), conditions=tuple(conditions))
         text = ', '.join(
@@ -264,11 +261,9 @@ class _Reader:
             if raw is None or (key in opened and quantity_of(key) is not None):
                 return self.names.value(token, equation.settings, place.general)
             if key in opened:
-                message = f'{token.written!r} is defined by itself'
-                raise FormulaError(message, token.line, token.column)
+                raise token.fault(f'{token.written!r} is defined by itself')
             if len(opened) > DEEPEST_DEFINITION:
-                message = 'definitions nested too deep'
-                raise FormulaError(message, token.line, token.column)
+                raise token.fault('definitions nested too deep')
             self.used.add(id(raw))
             if (id(raw), place) not in self.known:
                 value = self._value(raw.right, place, (*opened, key))
@@ -294,14 +289,13 @@ class _Reader:
                     f'{raw.left.at.written!r} is no formula this command knows, and no other '
                     f'formula uses it; known are {ACCEPTED}'
                 )
-                self.faults.append(FormulaError(message, raw.line, raw.left.at.column))
+                self.faults.append(raw.left.at.fault(message))
 
 
 def _refuse_long(value: Any, at: FormulaToken) -> None:
     entries = value if is_matrix(value) else (value,)
     if any(size_of(entry) > LONGEST for entry in entries):
-        message = f'{at.written!r} is longer than this command can compare'
-        raise FormulaError(message, at.line, at.column)
+        raise at.fault(f'{at.written!r} is longer than this command can compare')
 
 
 def _is_formula(key: str, right: Node) -> bool:

@@ -89,7 +89,7 @@ def _combined(
         raise
     except (sp.ShapeError, ValueError, TypeError, NotImplementedError) as error:
         reason = str(error) or type(error).__name__
-        raise _fault(node, f'{node.at.written!r} cannot be done here: {reason}') from None
+        raise node.at.fault(f'{node.at.written!r} cannot be done here: {reason}') from None
     _refuse_large(node, value)
     return _real(node, value) if node.kind == '^' else value
 
@@ -99,9 +99,9 @@ def _refuse_large(node: Node, value: Value) -> None:
     for entry in value if is_matrix(value) else (value,):
         for factor in sp.Mul.make_args(entry):
             if factor.is_Rational and _bits(factor) > LARGEST_NUMBER_BITS:
-                raise _fault(node, 'the number is too large')
+                raise node.at.fault('the number is too large')
             if factor.is_Pow and factor.exp.is_Rational and abs(factor.exp) > LARGEST_POWER:
-                raise _fault(node, f'a power higher than {LARGEST_POWER}')
+                raise node.at.fault(f'a power higher than {LARGEST_POWER}')
 
 
 def _bits(number: Value) -> int:
@@ -110,7 +110,7 @@ def _bits(number: Value) -> int:
 
 def _real(node: Node, value: Value) -> Value:
     if not is_matrix(value) and value.has(sp.I):
-        raise _fault(node, f'{node.text or node.at.written} is not a real number here')
+        raise node.at.fault(f'{node.text or node.at.written} is not a real number here')
     return value
 
 
@@ -130,8 +130,7 @@ def number(text: str, at: FormulaToken) -> Value:
     """
     mantissa, _, exponent = text.lower().partition('e')
     if len(mantissa) > MOST_DIGITS or len(exponent) > 3 or abs(int(exponent or 0)) > 60:
-        message = f'a number of more than {MOST_DIGITS} digits, or beyond 1e60'
-        raise FormulaError(message, at.line, at.column)
+        raise at.fault(f'a number of more than {MOST_DIGITS} digits, or beyond 1e60')
     digits = len(mantissa.partition('.')[2])
     if digits >= DIGITS_OF_PI and not exponent:
         for k in TWELFTHS:
@@ -142,37 +141,33 @@ def number(text: str, at: FormulaToken) -> Value:
     return sp.Rational(text)
 
 
-def _fault(node: Node, message: str) -> FormulaError:
-    return FormulaError(message, node.at.line, node.at.column)
-
-
 def _unwrapped(value: Value) -> Value:
     return value[0, 0] if is_matrix(value) and value.shape == (1, 1) else value
 
 
 def _stacked(node: Node, parts: list[Value]) -> Value:
     if sum(len(part) if is_matrix(part) else 1 for part in parts) > MOST_ENTRIES:
-        raise _fault(node, f'a matrix of more than {MOST_ENTRIES} entries')
+        raise node.at.fault(f'a matrix of more than {MOST_ENTRIES} entries')
     rows, at = [], 0
     for length in node.rows:
         blocks = [part if is_matrix(part) else sp.Matrix([[part]]) for part in parts[at:][:length]]
         if len({block.rows for block in blocks}) > 1:
             heights = ', '.join(str(block.rows) for block in blocks)
-            raise _fault(node, f'the entries of a row are {heights} rows high')
+            raise node.at.fault(f'the entries of a row are {heights} rows high')
         rows.append(sp.Matrix.hstack(*blocks))
         at += length
     if len({row.cols for row in rows}) > 1:
         widths = ', '.join(str(row.cols) for row in rows)
-        raise _fault(node, f'the rows of the matrix have {widths} entries')
+        raise node.at.fault(f'the rows of the matrix have {widths} entries')
     return sp.ImmutableDenseMatrix(sp.Matrix.vstack(*rows))
 
 
 def _same_kind(node: Node, one: Value, other: Value) -> None:
     if is_matrix(one) != is_matrix(other):
-        raise _fault(node, f'{node.at.written!r} between a matrix and a number')
+        raise node.at.fault(f'{node.at.written!r} between a matrix and a number')
     if is_matrix(one) and one.shape != other.shape:
         sizes = f'{_size(one)} and {_size(other)}'
-        raise _fault(node, f'{node.at.written!r} between matrices of {sizes}')
+        raise node.at.fault(f'{node.at.written!r} between matrices of {sizes}')
 
 
 def _size(matrix: Value) -> str:
@@ -194,30 +189,30 @@ def _multiplied(node: Node, one: Value, other: Value) -> Value:
         if one.cols == other.cols and other.rows == 1:
             other = other.T  # R [a, 0, 0] is written for R [a, 0, 0]^T
         else:
-            raise _fault(node, f'a product of matrices of {_size(one)} and {_size(other)}')
+            raise node.at.fault(f'a product of matrices of {_size(one)} and {_size(other)}')
     return one * other
 
 
 def _divided(node: Node, one: Value, other: Value) -> Value:
     if is_matrix(other):
-        raise _fault(node, 'division by a matrix: multiply by its inverse')
+        raise node.at.fault('division by a matrix: multiply by its inverse')
     if other == 0:
-        raise _fault(node, 'division by zero')
+        raise node.at.fault('division by zero')
     return one / other
 
 
 def _powered(node: Node, base: Value, exponent: Value) -> Value:
     if is_matrix(base):
         if exponent != -1 or base.rows != base.cols:
-            raise _fault(node, 'the only power of a matrix is ^-1, of a square one')
+            raise node.at.fault('the only power of a matrix is ^-1, of a square one')
         return _inverse(node, base)
     if not (exponent.is_Rational and abs(exponent) <= HIGHEST_POWER and exponent.q <= 4):
-        raise _fault(node, f'an exponent must be a number of at most {HIGHEST_POWER}')
+        raise node.at.fault(f'an exponent must be a number of at most {HIGHEST_POWER}')
     if base == 0 and exponent < 0:
-        raise _fault(node, 'division by zero')
+        raise node.at.fault('division by zero')
     bits = _bits(base) if base.is_Rational else 1
     if bits * abs(exponent) > LARGEST_NUMBER_BITS:
-        raise _fault(node, 'the number is too large')
+        raise node.at.fault('the number is too large')
     return base**exponent
 
 
@@ -225,7 +220,7 @@ def _crossed(node: Node, one: Value, other: Value) -> Value:
     if is_matrix(one) and is_matrix(other):
         if len(one) != 3 or len(other) != 3:
             message = f'a cross product of {_size(one)} and {_size(other)}: both must be 3 x 1'
-            raise _fault(node, message)
+            raise node.at.fault(message)
         return one.reshape(3, 1).cross(other.reshape(3, 1))
     return one * other  # `2 \times 3`
 
@@ -244,10 +239,10 @@ def _inverse(node: Node, matrix: Value) -> Value:
             sp.Matrix.vstack(sp.Matrix.hstack(R, -R * matrix[:3, 3]), sp.Matrix([[0, 0, 0, 1]]))
         )
     if matrix.rows != matrix.cols or matrix.rows > 4:
-        raise _fault(node, f'the inverse of a matrix of {_size(matrix)}')
+        raise node.at.fault(f'the inverse of a matrix of {_size(matrix)}')
     determinant = matrix.det(method='berkowitz')
     if determinant == 0:
-        raise _fault(node, 'the inverse of a matrix of determinant 0')
+        raise node.at.fault('the inverse of a matrix of determinant 0')
     return matrix.adjugate() / determinant
 
 
@@ -296,7 +291,7 @@ def _functions_inside(value: Value) -> int:
 def _called(node: Node, arguments: list[Value]) -> Value:
     if node.text == 'cross':
         if not all(map(is_matrix, arguments)):
-            raise _fault(node, 'a cross product is taken of two vectors of 3 entries')
+            raise node.at.fault('a cross product is taken of two vectors of 3 entries')
         return _crossed(node, *arguments)
     if node.text == 'inv':
         return _inverse(node, *arguments)
@@ -306,10 +301,10 @@ def _called(node: Node, arguments: list[Value]) -> Value:
         return arguments[0]
     arguments = [_unwrapped(argument) for argument in arguments]
     if any(map(is_matrix, arguments)):
-        raise _fault(node, f'{node.text} of a matrix')
+        raise node.at.fault(f'{node.text} of a matrix')
     if max(map(_functions_inside, arguments)) >= DEEPEST_CALLS:
-        raise _fault(node, f'functions nested more than {DEEPEST_CALLS} deep')
+        raise node.at.fault(f'functions nested more than {DEEPEST_CALLS} deep')
     value = _SCALAR[node.text](*arguments)
     if not value.is_finite and value.is_number:
-        raise _fault(node, f'{node.text} is not finite here')
+        raise node.at.fault(f'{node.text} is not finite here')
     return value

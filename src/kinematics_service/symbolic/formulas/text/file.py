@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from ....errors import FormulaError
 from .syntax import Node, parse, parse_lines
@@ -26,11 +27,12 @@ DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
 DEPENDS = re.compile(r'[JTRADzop]\w*')
 JOINTS = re.compile(r'(?:q|theta|Theta|th|phi|d)\d*')
 
-CHOICES = {
-    'rows': ('linear first', 'angular first'),
-    'frame': ('base', 'tool'),
-    'units': ('rad', 'deg'),
-    'first frame': ('0', '1'),
+# What a setting may be, and what it sets.
+CHOICES: dict[str, dict[str, dict[str, Any]]] = {
+    'rows': {'linear first': {'angular_first': False}, 'angular first': {'angular_first': True}},
+    'frame': {'base': {'axes': 'base'}, 'tool': {'axes': 'tool'}},
+    'units': {'rad': {'degrees': False}, 'deg': {'degrees': True}},
+    'first frame': {'0': {'first_frame': 0}, '1': {'first_frame': 1}},
 }
 
 
@@ -246,11 +248,10 @@ def _equation(tokens: list[FormulaToken], settings: Settings, local: bool, by_li
     sides = _split(tokens, ('=',))
     first = next(token for token in tokens if token.kind != 'newline')
     if len(sides) < 2:
-        message = (
+        raise first.fault(
             f'{first.written!r} begins no formula: expected NAME = ..., a setting such as '
             "'rows: angular first', or a comment after #"
         )
-        raise FormulaError(message, first.line, first.column)
     left = _of_a_jacobian(parse(_without_joints(_without_ampersands(sides[0])), tokens[-1]))
     right = sides[-1]
     while right and right[0].kind == 'newline':
@@ -266,8 +267,7 @@ def _of_a_jacobian(left: Node) -> Node:
         return left
     det, of = left.parts
     if of.text not in DETERMINANT_OF:
-        message = "the determinant of J is the one that is known: write 'det(J) = ...'"
-        raise FormulaError(message, det.at.line, det.at.column)
+        raise det.at.fault("the determinant of J is the one that is known: write 'det(J) = ...'")
     return replace(det, at=replace(det.at, written=f'{det.at.written}({of.at.written})'))
 
 
@@ -305,14 +305,7 @@ def _set(settings: Settings, name: str, text: str, line: int, column: int) -> Se
         if word not in CHOICES[name]:
             accepted = ' or '.join(repr(choice) for choice in CHOICES[name])
             raise FormulaError(f'{name}: {word!r} is not accepted: {accepted}', line, column)
-        match name:
-            case 'rows':
-                return replace(settings, angular_first=word == 'angular first')
-            case 'frame':
-                return replace(settings, axes=word)
-            case 'units':
-                return replace(settings, degrees=word == 'deg')
-        return replace(settings, first_frame=int(word))
+        return replace(settings, **CHOICES[name][word])
     if name == 'point':
         return replace(
             settings, point='' if word in ('', 'tool') else _one_name(text, line, column)

@@ -108,7 +108,7 @@ class _Parser:
 
     def error(self, message: str) -> FormulaError:
         token = self.next or self.last
-        return FormulaError(message, token.line, token.column)
+        return token.fault(message)
 
     def is_next(self, *texts: str) -> bool:
         token = self.next
@@ -267,8 +267,7 @@ class _Parser:
             rows, columns = map(int, sizes)
             if rows * columns == len(entries):
                 return Node('matrix', '', entries, token, (columns,) * rows)
-        message = f'{token.text} takes a list of rows, or rows, columns and entries'
-        raise FormulaError(message, token.line, token.column)
+        raise token.fault(f'{token.text} takes a list of rows, or rows, columns and entries')
 
     def _arguments(self) -> tuple[Node, ...]:
         self.expect('(')
@@ -302,8 +301,7 @@ class _Parser:
         wanted = FUNCTIONS[name]
         if len(arguments) != wanted:
             plural = 's' if wanted > 1 else ''
-            message = f'{name} takes {wanted} argument{plural}, not {len(arguments)}'
-            raise FormulaError(message, token.line, token.column)
+            raise token.fault(f'{name} takes {wanted} argument{plural}, not {len(arguments)}')
         node = Node('call', name, arguments, token)
         return node if exponent is None else Node('^', '', (node, exponent), power)
 
@@ -317,8 +315,7 @@ class _Parser:
         # LaTeX: `\cos \phi_1 \cos \phi_2` is a product of two, `\sin 2 t` is sin(2 t).
         token = self.next
         if token is None or token.kind not in ('number', 'name', 'operator', 'begin'):
-            message = f'{function.text} has no argument: write {function.text}(...)'
-            raise FormulaError(message, function.line, function.column)
+            raise function.fault(f'{function.text} has no argument: write {function.text}(...)')
         node = self.postfix(self.primary())
         after = self.next
         if node.kind != 'number' or after is None or after.kind != 'name':
@@ -399,11 +396,10 @@ class _Parser:
 
     def _grid(self, opening: FormulaToken, rows: list[list[Node]], text: str) -> Node:
         if not rows:
-            raise FormulaError('a matrix without entries', opening.line, opening.column)
+            raise opening.fault('a matrix without entries')
         parts = tuple(node for row in rows for node in row)
         if len(parts) > MOST_ENTRIES:
-            message = f'a matrix of more than {MOST_ENTRIES} entries'
-            raise FormulaError(message, opening.line, opening.column)
+            raise opening.fault(f'a matrix of more than {MOST_ENTRIES} entries')
         return Node('matrix', text, parts, opening, tuple(len(row) for row in rows))
 
     def _line_goes_on(self) -> None:

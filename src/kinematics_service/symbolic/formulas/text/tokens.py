@@ -34,28 +34,16 @@ FRAME_BEFORE = re.compile(
 )
 SUBSCRIPT = re.compile('[₀₁₂₃₄₅₆₇₈₉]+')
 SUBSCRIPTS = str.maketrans('₀₁₂₃₄₅₆₇₈₉', '0123456789')
-NO_MEANING = frozenset(
-    [
-        'left',
-        'right',
-        'big',
-        'Big',
-        'bigg',
-        'Bigg',
-        'displaystyle',
-        'quad',
-        'qquad',
-        'limits',
-        'nonumber',
-        'hfill',
-    ]
-)
-LETTERED = frozenset(
-    ['text', 'operatorname', 'mathrm', 'mathcal', 'mathbf', 'mathit', 'boldsymbol', 'mbox']
-)
-ENVIRONMENTS = frozenset(
-    ['matrix', 'pmatrix', 'bmatrix', 'vmatrix', 'Bmatrix', 'smallmatrix', 'array']
-)
+NO_MEANING = frozenset((
+    'left', 'right', 'big', 'Big', 'bigg', 'Bigg', 'displaystyle', 'quad', 'qquad', 'limits',
+    'nonumber', 'hfill',
+))  # fmt: skip
+LETTERED = frozenset((
+    'text', 'operatorname', 'mathrm', 'mathcal', 'mathbf', 'mathit', 'boldsymbol', 'mbox',
+))  # fmt: skip
+ENVIRONMENTS = frozenset((
+    'matrix', 'pmatrix', 'bmatrix', 'vmatrix', 'Bmatrix', 'smallmatrix', 'array',
+))  # fmt: skip
 SAME_LETTER = {'varphi': 'phi', 'vartheta': 'theta', 'varsigma': 'sigma'}
 
 MOST_TOKENS = 50_000
@@ -86,6 +74,10 @@ class FormulaToken:
     line: int
     column: int
     spaced: bool
+
+    def fault(self, message: str) -> FormulaError:
+        """Return an error about what stands here."""
+        return FormulaError(message, self.line, self.column)
 
 
 def plain_letters(text: str) -> str:
