@@ -53,12 +53,6 @@ known_poses:
 """
 
 
-@pytest.fixture(autouse=True)
-def whole_lines(monkeypatch):
-    monkeypatch.delenv('COLUMNS', raising=False)
-    monkeypatch.delenv('KINEMATICS_TRACEBACK', raising=False)
-
-
 @pytest.fixture
 def narrow(monkeypatch):
     monkeypatch.setenv('COLUMNS', str(NARROW))

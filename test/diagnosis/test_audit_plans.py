@@ -14,11 +14,6 @@ JOINTS = robot_of('ur5e').joint_names
 START = [0.0, -1.2, 1.4, -1.6, 0.6, 0.0]
 
 
-@pytest.fixture(autouse=True)
-def whole_lines(monkeypatch):
-    monkeypatch.delenv('COLUMNS', raising=False)
-
-
 def trajectory(*points, names=JOINTS, **more):
     """Return a JointTrajectory as a mapping; a point is its time and changes of START by joint."""
     rows = []

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from arms import robot_of
+from audits import document, joint_states, refusal, run, write_bag
 from recordings import motion, samples_of
-from test_audit_files import document, joint_states, refusal, run, store, write_bag  # noqa: F401
 
 import kinematics_service as ks
 from kinematics_service.errors import RecordingError, UrdfError
@@ -194,7 +194,7 @@ OTHERS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize('other', OTHERS)
-def test_a_type_of_the_name_of_another_is_refused(tmp_path, capsys, store, other):  # noqa: F811
+def test_a_type_of_the_name_of_another_is_refused(tmp_path, capsys, store, other):
     # The bytes are those of the usual message: the definition in the file says something else.
     robot = robot_of('planar_2r')
     samples = samples_of(robot, *motion(robot, 30))

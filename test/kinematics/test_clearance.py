@@ -6,10 +6,16 @@ import math
 import brute_force
 import numpy as np
 import pytest
-from arms import BUNDLED, RANDOM, robot_of, without_factors
+from arms import (
+    BUNDLED,
+    RANDOM,
+    elementary_arm,
+    random_poses,
+    robot_of,
+    without_factors,
+)
+from brute_force import judged_poses
 from calibrated import calibrated_ur5
-from test_measures import arm
-from test_nearest_singular import judged_poses, random_poses
 
 import kinematics_service as ks
 from kinematics_service import kernel
@@ -146,7 +152,7 @@ def test_a_last_axis_nearly_parallel_to_the_one_before_it_costs_no_clearance():
     # They meet 300 m away.
     shares = []
     for tilt in (0.0, 1e-3):
-        robot = arm(
+        robot = elementary_arm(
             'Rz(q1), Tz(0.3), Rx(1.57), Rz(q2), Tx(0.4), Rx(0.3), Rz(q3), Tx(0.05), Rx(1.3), '
             f'Tz(0.2), Rz(q4), Tx(0.2), Rx(1.2), Rz(q5), Tx(0.3), Ry({tilt}), Rz(q6), Tx(0.1)',
             'rrrrrr',
