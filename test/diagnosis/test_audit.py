@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from arms import BUNDLED, robot_of
+from arms import DISTINCT_BUNDLED, robot_of
 from audits import SETTINGS, audited
 from recordings import BEGIN, SECOND, awkward, motion, recorded, samples_of
 
@@ -105,7 +105,7 @@ def assert_same(result, parts, live):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_an_awkward_stream_gives_what_the_node_says(name):
     robot = robot_of(name)
     samples = awkward(robot)
