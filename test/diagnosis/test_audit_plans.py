@@ -56,6 +56,15 @@ def test_a_dip_that_samples_step_over_is_refuted(tmp_path, capsys):
     assert found['verdict'][0]['sentence'].startswith('Refuted')
 
 
+def test_a_plan_of_one_point_is_judged_at_it(tmp_path, capsys):
+    code, out, found = audited(capsys, write(tmp_path, trajectory((0.0, {4: 0.25}))))
+    assert code == 0
+    assert (
+        'keeps away from singular poses at its 1 sample: the nearest is distance 0.25 rad' in out
+    )
+    assert (found['series']['t'], found['series']['qdot']) == ([0.0], [[0.0] * 6])
+
+
 def test_an_ordinary_plan_is_proved(tmp_path, capsys):
     plan = trajectory((0.0, {}), (3.0, {0: 0.4, 4: 0.3}))
     code, out, found = audited(capsys, write(tmp_path, plan))

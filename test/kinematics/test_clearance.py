@@ -23,6 +23,8 @@ from kinematics_service.robot.clearance_bounds import find_bounds
 
 # Round-off of a distance: a pose counts as singular when it is this near to one (rad).
 AT_IT = 1e-6
+# How far the tool reaches is taken from random poses, which are others behind gears.
+OTHER_REACH = 0.03
 # Steps of differences along a motion, and the share that they are off by.
 STEP, DIFFERENCE = 1e-3, 1.01
 
@@ -43,6 +45,21 @@ def test_no_singular_pose_is_nearer_than_the_clearance(name):
     assert np.all(found.clearance >= 0.0)
     assert np.all(found.clearance <= kernel.FARTHEST)
     assert np.all(found.clearance[there] <= distance[there] * (1.0 + 1e-6) + AT_IT)
+
+
+@pytest.mark.parametrize('gear', [0.4, 2.5])
+@pytest.mark.parametrize('wrist', ['', ', Rx({0}*q4), Ry({0}*q5), Rx({0}*q6), Tx(0.1)'])
+def test_of_an_arm_behind_gears_it_is_that_of_the_arm_itself(wrist, gear):
+    # Joints that all turn by a share of theirs: every angle, and so every distance, by as much.
+    links = 'Rz({0}*q1), Ty(0.1), Ry({0}*q2), Tx(1), Ry({0}*q3), Tx(0.7)' + wrist
+    types = 'r' * links.count('*')
+    geared, plain = (elementary_arm(links.format(ratio), types) for ratio in (gear, 1.0))
+    q = np.random.default_rng(6).uniform(-1.0, 1.0, (60, len(types)))
+    found = ks.singularity(plain, q).clearance
+    near = found < min(1.0, gear)
+    assert np.sum(near & (found > 0.01)) > 20
+    behind = gear * ks.singularity(geared, q / gear).clearance
+    np.testing.assert_allclose(behind[near], found[near], rtol=OTHER_REACH)
 
 
 @pytest.mark.slow
