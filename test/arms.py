@@ -12,7 +12,7 @@ from kinematics_service import kernel
 from kinematics_service.kinematics import singularity_rates
 from kinematics_service.robot.closed_poses import closed_poses
 from kinematics_service.robot.robot import build_robot
-from kinematics_service.robot.task import seeded_poses
+from kinematics_service.robot.task import ROW_NAMES, seeded_poses
 
 # Those whose loops are closed by the kernel, and all others.
 LOOPED = ('crank_slider', 'excavator', 'five_bar', 'flexpicker', 'four_bar_arm')
@@ -97,6 +97,12 @@ def poses(robot, count=20, seed=0):
     return np.concatenate([uniform, zero, straight, near, turns, [low, high]])
 
 
+def random_poses(robot, count, seed=0):
+    """Return joint positions (count, n) inside the limits, of full turns where there are none."""
+    low, high = np.clip(robot.limits, -math.pi, math.pi).T
+    return np.random.default_rng(seed).uniform(low, high, (count, robot.dof))
+
+
 def seeded(robot, count):
     """Return random positions at which the loops of an arm close, if it has any."""
     return closed_poses(robot.chain, seeded_poses(robot.limits, sliding(robot)))[:count]
@@ -112,3 +118,28 @@ def calm_poses(robot, count=20):
     if not robot.chain.loops:
         return poses(robot, count)
     return away_from_flat(robot, seeded(robot, 20 * count))[:count]
+
+
+def elementary_arm(links, types='rrr', settings=''):
+    """Return an arm of elementary transforms; of its joints p slide, R need not be there."""
+    kinds = {'r': 'revolute', 'p': 'prismatic', 'R': 'revolute, unused: true'}
+    joints = ', '.join(f'{{name: q{k}, type: {kinds[t]}}}' for k, t in enumerate(types, start=1))
+    return ks.robot_from_text(
+        f'robot: small\nsource: a test\nconvention: elementary\njoints: [{joints}]\n'
+        f'links: [{links}]\n{settings}\n'
+    )
+
+
+def task_jacobian(robot, q):
+    """Return the rows of J that an arm is judged by, in the axes of frame 0."""
+    to_frame_0 = robot.description.base.motion.matrix[:3, :3].T
+    J = ks.jacobian(robot, q)
+    J = np.concatenate([to_frame_0 @ J[..., :3, :], to_frame_0 @ J[..., 3:, :]], axis=-2)
+    return J[..., [ROW_NAMES.index(row) for row in robot.task.rows], :]
+
+
+def scaled(robot, J_t):
+    """Return those rows, angles and slides in units of the characteristic length."""
+    length = robot.task.length
+    rows = [length if row.startswith('r') else 1.0 for row in robot.task.rows]
+    return J_t * np.array(rows)[:, None] * np.where(sliding(robot), length, 1.0)

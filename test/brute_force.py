@@ -5,6 +5,7 @@ Nothing of the kernel but the Jacobian is used, so that this is a second road to
 """
 
 import numpy as np
+from arms import random_poses
 
 import kinematics_service as ks
 
@@ -181,3 +182,8 @@ def saddles(robot, count, seed=7):
         q = q + step * (LONGEST / np.maximum(length, LONGEST)) * scales
     beside = random.normal(size=q.shape) * 1e-3 * (np.arange(count) % 2)[:, None]
     return q + beside * scales
+
+
+def judged_poses(robot, count):
+    """Return random poses, and a quarter as many saddles."""
+    return np.concatenate([random_poses(robot, count), saddles(robot, count // 4)])

@@ -111,8 +111,9 @@ def as_it_was() -> Iterator[None]:
     They go on ignoring signals, and the node sets variables; processes started later would inherit
     both.
     """
-    # Set by runners of tests; what is printed would be cut to it.
+    # Set by runners of tests and by developers: what is printed would be cut, or another thing.
     os.environ.pop('COLUMNS', None)
+    os.environ.pop('KINEMATICS_TRACEBACK', None)
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = [signal.getsignal(number) for number in numbers]
     variables = [os.environ.get(name) for name in SET_BY_COMMANDS]
@@ -122,6 +123,13 @@ def as_it_was() -> Iterator[None]:
     for name, value in zip(SET_BY_COMMANDS, variables):
         if value is None:
             os.environ.pop(name, None)
+
+
+@pytest.fixture
+def store() -> Any:
+    """Return the message types of rosbags."""
+    typesys = pytest.importorskip('rosbags.typesys', reason='needs rosbags')
+    return typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
 
 
 @pytest.fixture(scope='session')

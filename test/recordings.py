@@ -14,6 +14,32 @@ SECOND = 1_000_000_000
 BEGIN = 1_700_000_000 * SECOND
 
 
+# The arm of a recording, of its side and y.
+PR2 = """
+robot: pr2_{side}_arm
+source: "fitted to the /tf of a PR2's robot_state_publisher"
+convention: modified
+joints:
+  - {{name: {side}_shoulder_pan_joint, variable: q1, type: revolute}}
+  - {{name: {side}_shoulder_lift_joint, variable: q2, type: revolute}}
+  - {{name: {side}_upper_arm_roll_joint, variable: q3, type: revolute}}
+  - {{name: {side}_elbow_flex_joint, variable: q4, type: revolute}}
+  - {{name: {side}_forearm_roll_joint, variable: q5, type: revolute}}
+  - {{name: {side}_wrist_flex_joint, variable: q6, type: revolute}}
+  - {{name: {side}_wrist_roll_joint, variable: q7, type: revolute}}
+links:
+  - {{a: 0,   alpha: 0,     d: 0,     theta: q1}}
+  - {{a: 0.1, alpha: -pi/2, d: 0,     theta: q2 + pi/2}}
+  - {{a: 0,   alpha: pi/2,  d: 0.4,   theta: q3}}
+  - {{a: 0,   alpha: -pi/2, d: 0,     theta: q4}}
+  - {{a: 0,   alpha: pi/2,  d: 0.321, theta: q5}}
+  - {{a: 0,   alpha: -pi/2, d: 0,     theta: q6}}
+  - {{a: 0,   alpha: pi/2,  d: 0,     theta: q7}}
+base: {{frame: torso_lift_link, xyz: [0, {y}, 0]}}
+tool: {{frame: {side}_wrist_roll_link, rpy: [0, -pi/2, 0]}}
+"""
+
+
 def recorded(name):
     """Return the path of a recording, or skip."""
     path = RECORDINGS / name

@@ -16,6 +16,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402
 from rclpy.context import Context  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.node import Node  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from rclpy.signals import SignalHandlerOptions  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
@@ -253,3 +254,10 @@ class Arm(Peer):
     def counts(self) -> dict[str, str]:
         """Return the values of the diagnostics of now."""
         return values_of(self.diagnose())
+
+
+def change(one: Arm, **values: Any) -> Any:
+    """Set parameters of the node at once, given with `__` for the dot; return the result."""
+    return one.node.set_parameters_atomically(
+        [Parameter(name.replace('__', '.'), value=value) for name, value in values.items()]
+    )

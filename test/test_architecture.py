@@ -236,6 +236,14 @@ def test_every_module_has_a_docstring():
     assert not [file for file in files() if not content(file, PACKAGE).documented]
 
 
+def test_a_class_name_stands_for_one_thing():
+    homes = {}
+    for file in files():
+        for name in content(file, PACKAGE).classes:
+            homes.setdefault(name.lstrip('_'), []).append(file)
+    assert not {name: where for name, where in homes.items() if len(where) > 1}
+
+
 def test_nothing_is_evaluated_from_text():
     evaluating = {'eval', 'exec', 'compile', '__import__'}
     assert not [file for file in files() if content(file, PACKAGE).calls & evaluating]

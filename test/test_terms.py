@@ -1,12 +1,11 @@
-"""The words of docs/terms.md: one name for one thing, and no word that another has replaced."""
+"""The words of docs/terms.md: no word that another has replaced."""
 
 import re
-from functools import cache
 from pathlib import Path
 
-import pytest
-from test_architecture import PACKAGE, content, files
+import kinematics_service as ks
 
+PACKAGE = Path(ks.__file__).parent
 DOCS = Path(__file__).parents[1] / 'docs'
 
 # A word, or the beginning of one, and the words that have replaced it.
@@ -31,24 +30,12 @@ RETIRED = {
 }
 
 
-@cache
-def texts():
-    """Return where something is written and what."""
-    code = [(file, (PACKAGE / file).read_text(encoding='utf-8')) for file in files()]
-    pages = [page for page in sorted(DOCS.rglob('*.md')) if page.name != 'terms.md']
-    return [*code, *((page.name, page.read_text(encoding='utf-8')) for page in pages)]
-
-
-@pytest.mark.parametrize('word', RETIRED)
-def test_a_retired_word_is_nowhere(word):
-    found = re.compile(rf'(?<![A-Za-z]){re.escape(word)}')
-    where = [file for file, text in texts() if found.search(text)]
-    assert not where, f'{word!r} is now {RETIRED[word]!r}'
-
-
-def test_a_class_name_stands_for_one_thing():
-    homes = {}
-    for file in files():
-        for name in content(file, PACKAGE).classes:
-            homes.setdefault(name.lstrip('_'), []).append(file)
-    assert not {name: where for name, where in homes.items() if len(where) > 1}
+def test_retired_words_are_nowhere():
+    pages = [page for page in DOCS.rglob('*.md') if page.name != 'terms.md']
+    word = re.compile(rf'(?<![A-Za-z])({"|".join(map(re.escape, RETIRED))})')
+    found = {
+        (file.name, f'{old!r} is now {RETIRED[old]!r}')
+        for file in [*PACKAGE.rglob('*.py'), *pages]
+        for old in word.findall(file.read_text(encoding='utf-8'))
+    }
+    assert not found

@@ -26,11 +26,6 @@ NOISE = 5e-5
 MADE_UP = CalibrationOrigin('made up', '2026-01-01')
 
 
-@pytest.fixture(autouse=True)
-def whole_lines(monkeypatch):
-    monkeypatch.delenv('COLUMNS', raising=False)
-
-
 def run(capsys, *argv):
     code = main([*map(str, argv)])
     out, err = capsys.readouterr()

@@ -51,7 +51,6 @@ PACKAGES = {'derive-plot': 'matplotlib', 'plot': 'matplotlib', 'audit-out': 'ros
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv('KINEMATICS_TRACEBACK', raising=False)
     Path('two.urdf').write_text(URDF)
     Path('run.csv').write_text(ROWS)
     return tmp_path

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from arms import BUNDLED, robot_of
+from arms import DISTINCT_BUNDLED, robot_of
 from calibrated_arms import measured_arm
 
 import kinematics_service as ks
@@ -67,7 +67,7 @@ def six_of(pose, middle):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_pose_and_twist_change_as_central_differences_of_other_tables_do(name):
     # All numbers of the table, base, tool and joints are off along one random direction: then
     # the covariance is the product of the change with itself.
@@ -107,7 +107,7 @@ def test_pose_and_twist_change_as_central_differences_of_other_tables_do(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_joints_that_are_off_change_pose_and_twist_as_differences_say(name):
     robot, random = robot_of(name), np.random.default_rng(8)
     q = pose_of_arm(robot, random.normal(size=robot.dof))
@@ -134,7 +134,7 @@ def test_joints_that_are_off_change_pose_and_twist_as_differences_say(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_gears_that_are_off_move_joints_by_a_share_more(name):
     robot, random = robot_of(name), np.random.default_rng(11)
     q = pose_of_arm(robot, random.normal(size=robot.dof))

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from arms import BUNDLED, robot_of
+from arms import DISTINCT_BUNDLED, robot_of
+from audits import SETTINGS, audited
 from recordings import BEGIN, SECOND, awkward, motion, recorded, samples_of
 
 from kinematics_service.diagnosis.audit.auditing import AuditProgress, audit
@@ -25,20 +26,10 @@ from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.formats.recordings.block import blocks_of
 from kinematics_service.formats.recordings.joint_state_cdr import columns_of
 from kinematics_service.formats.recordings.open_file import open_source
-from kinematics_service.formats.recordings.source import RecordingSource, Selection
+from kinematics_service.formats.recordings.source import Selection
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.printing import json_text
 from kinematics_service.robot.measures import MEASURES, Level
-
-SETTINGS = EstimatorSettings()
-
-
-def audited(samples, robot, settings=SETTINGS):
-    """Return the audit of samples and the batches it was made of."""
-    parts = []
-    source = RecordingSource('made up', '/joint_states', False, None, blocks_of(samples))
-    result = audit(source, robot, 'made_up', settings, AuditProgress(part=parts.append))
-    return result, parts
 
 
 class Live:
@@ -114,7 +105,7 @@ def assert_same(result, parts, live):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_an_awkward_stream_gives_what_the_node_says(name):
     robot = robot_of(name)
     samples = awkward(robot)

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from arms import robot_of
+from audits import JOINT_STATE, document, header, joint_states, refusal, run, write_bag
 from chromium import chromium_tab
-from recordings import BEGIN, SECOND, awkward, motion, recorded, samples_of
+from recordings import BEGIN, PR2, SECOND, awkward, motion, recorded, samples_of
 
 import kinematics_service as ks
-from kinematics_service.__main__ import main
 from kinematics_service.diagnosis.audit.curves import curve_of
 from kinematics_service.diagnosis.audit.report.charts import Chart
 from kinematics_service.diagnosis.audit.report.page_header import origin_of
@@ -28,72 +28,7 @@ from kinematics_service.formats.recordings.plan_yaml import read_documents
 from kinematics_service.robot.file.text.yaml_reader import YamlError
 from kinematics_service.version import __version__
 
-JOINT_STATE = 'sensor_msgs/msg/JointState'
 POINT = 'trajectory_msgs/msg/JointTrajectoryPoint'
-
-
-@pytest.fixture(autouse=True)
-def whole_lines(monkeypatch):
-    monkeypatch.delenv('COLUMNS', raising=False)
-    monkeypatch.delenv('KINEMATICS_TRACEBACK', raising=False)
-
-
-def run(capsys, *argv):
-    code = main(['audit', *map(str, argv)])
-    out, err = capsys.readouterr()
-    assert 'Traceback' not in out + err
-    return code, out, err
-
-
-def refusal(capsys, *argv, code=1):
-    result = run(capsys, *argv)
-    assert result[0] == code, result
-    assert len(result[2].strip().splitlines()) == 1, result[2]
-    return result[2].strip()
-
-
-@pytest.fixture
-def store():
-    typesys = pytest.importorskip('rosbags.typesys', reason='needs rosbags')
-    return typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
-
-
-def write_bag(folder, store, messages, plugin='MCAP'):
-    """Write messages (topic, type, time, message) as a rosbag2 bag."""
-    from rosbags.rosbag2 import StoragePlugin, Writer
-
-    with Writer(folder, version=9, storage_plugin=StoragePlugin[plugin]) as writer:
-        connections = {}
-        for topic, kind, stamp, message in messages:
-            if topic not in connections:
-                connections[topic] = writer.add_connection(topic, kind, typestore=store)
-            if message is not None:
-                writer.write(connections[topic], stamp, store.serialize_cdr(message, kind))
-    return folder
-
-
-def header(store, stamp, frame=''):
-    time = store.types['builtin_interfaces/msg/Time'](*divmod(stamp, SECOND))
-    return store.types['std_msgs/msg/Header'](time, frame)
-
-
-def joint_states(store, samples, topic='/joint_states'):
-    kind = store.types[JOINT_STATE]
-    for one in samples:
-        message = kind(
-            header(store, one.stamp),
-            list(one.names),
-            np.array(one.positions, dtype=float),
-            np.array(one.velocities, dtype=float),
-            np.zeros(0),
-        )
-        yield topic, JOINT_STATE, one.received, message
-
-
-def document(capsys, *argv):
-    code, out, err = run(capsys, *argv, '--json', '-')
-    assert code in (0, 1), err
-    return json.loads(out)
 
 
 # Bags
@@ -138,8 +73,6 @@ def test_a_bag_without_joint_states_names_what_it_has(capsys):
 
 def test_a_bag_with_unknown_types_is_read(capsys, tmp_path):
     pytest.importorskip('rosbags', reason='needs rosbags')
-    from test_real_recordings import PR2
-
     file = tmp_path / 'pr2.yaml'
     file.write_text(PR2.format(side='r', y=-0.188))
     path = recorded('pr2_jsk_ros1_bags/pr1012_deb3032.bag')

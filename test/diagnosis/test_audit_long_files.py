@@ -3,8 +3,16 @@
 import numpy as np
 import pytest
 from arms import robot_of
+from audits import (
+    JOINT_STATE,
+    document,
+    joint_states,
+    quaternions,
+    refusal,
+    run,
+    write_bag,
+)
 from recordings import SECOND, awkward, motion, samples_of
-from test_audit_files import JOINT_STATE, document, joint_states, refusal, run, write_bag
 
 import kinematics_service as ks
 from kinematics_service.estimation.estimator import UNREADABLE
@@ -19,11 +27,6 @@ HEADER = 'stamp,position.q1,position.q2'
 # Rows of a table that is longer than one piece, and the line of the row that is made bad.
 ROWS, BAD = LARGEST_BLOCK + 3000, LARGEST_BLOCK + 1000
 LINE = BAD + 2
-
-
-@pytest.fixture(autouse=True)
-def whole_lines(monkeypatch):
-    monkeypatch.delenv('COLUMNS', raising=False)
 
 
 def lines(rows=ROWS):
@@ -117,8 +120,6 @@ def test_a_table_is_judged_while_it_is_read(tmp_path):
 
 def poses_of(robot, q, random):
     # Rows x y z and a quaternion; some have none, and two are no pose.
-    from test_audit_frames import quaternions
-
     numbers = quaternions(ks.forward_kinematics(robot, q))
     cells = [[repr(float(x)) for x in row] for row in numbers]
     for k in random.choice(len(q), len(q) // 7, replace=False):

@@ -14,11 +14,6 @@ JOINTS = robot_of('ur5e').joint_names
 START = [0.0, -1.2, 1.4, -1.6, 0.6, 0.0]
 
 
-@pytest.fixture(autouse=True)
-def whole_lines(monkeypatch):
-    monkeypatch.delenv('COLUMNS', raising=False)
-
-
 def trajectory(*points, names=JOINTS, **more):
     """Return a JointTrajectory as a mapping; a point is its time and changes of START by joint."""
     rows = []
@@ -59,6 +54,15 @@ def test_a_dip_that_samples_step_over_is_refuted(tmp_path, capsys):
     assert abs(nearest[4]) < 1e-6
     assert found['level'] == 'ERROR'
     assert found['verdict'][0]['sentence'].startswith('Refuted')
+
+
+def test_a_plan_of_one_point_is_judged_at_it(tmp_path, capsys):
+    code, out, found = audited(capsys, write(tmp_path, trajectory((0.0, {4: 0.25}))))
+    assert code == 0
+    assert (
+        'keeps away from singular poses at its 1 sample: the nearest is distance 0.25 rad' in out
+    )
+    assert (found['series']['t'], found['series']['qdot']) == ([0.0], [[0.0] * 6])
 
 
 def test_an_ordinary_plan_is_proved(tmp_path, capsys):

@@ -6,9 +6,8 @@ import json
 import numpy as np
 import pytest
 from arms import robot_of
+from audits import JOINT_STATE, audited, document, joint_states, refusal, run, write_bag
 from recordings import BEGIN, SECOND, awkward, motion, samples_of
-from test_audit import audited
-from test_audit_files import document, refusal, run
 
 from kinematics_service.diagnosis.audit.report.document import document_of
 from kinematics_service.diagnosis.audit.report.page import page_of
@@ -22,11 +21,6 @@ from kinematics_service.robot.measures import Level
 
 # Sums of squares in other pieces.
 ROUND_OFF = 1e-12
-
-
-@pytest.fixture(autouse=True)
-def whole_lines(monkeypatch):
-    monkeypatch.delenv('COLUMNS', raising=False)
 
 
 def faulty(robot):
@@ -223,11 +217,7 @@ def test_several_recordings_need_folders_and_names_of_their_own(tables, tmp_path
 # What a flaw would change in silence
 
 
-def test_messages_that_name_other_joints_are_read_with_their_own_names():
-    typesys = pytest.importorskip('rosbags.typesys', reason='needs rosbags')
-    from test_audit_files import JOINT_STATE, joint_states
-
-    store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+def test_messages_that_name_other_joints_are_read_with_their_own_names(store):
     robot = robot_of('planar_2r')
     samples = samples_of(robot, *motion(robot, 12))
     # The same length and the same numbers; the names change places.
@@ -240,11 +230,7 @@ def test_messages_that_name_other_joints_are_read_with_their_own_names():
     assert np.flatnonzero(~columns_of(raws).alike).tolist() == [5]
 
 
-def test_joints_that_change_places_in_a_bag_are_matched_by_name(tmp_path, capsys):
-    typesys = pytest.importorskip('rosbags.typesys', reason='needs rosbags')
-    from test_audit_files import joint_states, write_bag
-
-    store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+def test_joints_that_change_places_in_a_bag_are_matched_by_name(tmp_path, capsys, store):
     robot = robot_of('planar_2r')
     t, q, qdot = motion(robot, 40)
     samples = samples_of(robot, t, q, qdot)

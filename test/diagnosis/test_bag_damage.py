@@ -6,19 +6,12 @@ import struct
 import numpy as np
 import pytest
 from arms import robot_of
+from audits import JOINT_STATE, document, joint_states, refusal, run, write_bag
 from joint_state_mcap import Writer, message_bytes
 from recordings import BEGIN, SECOND, motion, samples_of
-from test_audit_files import JOINT_STATE, document, joint_states, refusal, run, write_bag
 
 pytest.importorskip('rosbags', reason='needs rosbags')
 BITS = 80
-
-
-@pytest.fixture
-def store():
-    from rosbags.typesys import Stores, get_typestore
-
-    return get_typestore(Stores.ROS2_JAZZY)
 
 
 def mcap(path, count=300, checksums=True, chunk=50, more=0):

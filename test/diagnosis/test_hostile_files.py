@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from arms import robot_of
+from audits import document, joint_states, refusal, run, write_bag
 from recordings import motion, samples_of
-from test_audit_files import document, joint_states, refusal, run, store, write_bag  # noqa: F401
 
 import kinematics_service as ks
 from kinematics_service.errors import RecordingError, UrdfError
@@ -114,7 +114,7 @@ def test_what_is_no_file_is_refused_and_not_waited_for(tmp_path, capsys, suffix)
         assert planar(capsys, file) == f'{file}: is a device or a named pipe: give a file'
 
 
-def packed_bag(folder, store, pack):  # noqa: F811
+def packed_bag(folder, store, pack):
     """Write a bag of a hundred joint states whose file is compressed, after `pack`."""
     zstd = pytest.importorskip('rosbags.rosbag2.reader').zstd
     robot = robot_of('planar_2r')
@@ -130,13 +130,13 @@ def packed_bag(folder, store, pack):  # noqa: F811
     return packed
 
 
-def test_a_compressed_bag_is_read(tmp_path, capsys, store):  # noqa: F811
+def test_a_compressed_bag_is_read(tmp_path, capsys, store):
     packed_bag(tmp_path / 'bag', store, lambda zstd, data: zstd.compress(data))
     assert document(capsys, tmp_path / 'bag', '--robot', 'planar_2r')['messages']['total'] == 100
 
 
 @pytest.mark.parametrize('begin', [b'', b'\x50\x2a\x4d\x18\x02\x00\x00\x00ab'])
-def test_a_compressed_bag_that_grows_is_not_unpacked(tmp_path, capsys, store, begin):  # noqa: F811
+def test_a_compressed_bag_that_grows_is_not_unpacked(tmp_path, capsys, store, begin):
     def bomb(zstd, data):
         # Frames of zeros behind the bag, each 7,000 times as small; before it what is skipped.
         return begin + zstd.compress(data) + 50 * zstd.compress(bytes(2**23))
@@ -227,7 +227,7 @@ OTHERS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize('other', OTHERS)
-def test_a_type_of_the_name_of_another_is_refused(tmp_path, capsys, store, other):  # noqa: F811
+def test_a_type_of_the_name_of_another_is_refused(tmp_path, capsys, store, other):
     # The bytes are those of the usual message: the definition in the file says something else.
     robot = robot_of('planar_2r')
     samples = samples_of(robot, *motion(robot, 30))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from folders import RECORDINGS
+from recordings import PR2, recorded
 
 import kinematics_service as ks
 from kinematics_service.estimation import estimator as reasons
@@ -37,13 +37,6 @@ ELBOW_FIRST = (
     'wrist_3_joint',
 )
 ORDER = (2, 1, 0, 3, 4, 5)
-
-
-def recorded(name):
-    path = RECORDINGS / name
-    if not path.exists():
-        pytest.skip(f'{name} is not in {RECORDINGS} (set KINEMATICS_RECORDINGS)')
-    return path
 
 
 class Row(NamedTuple):
@@ -288,31 +281,6 @@ def sample_of(message, time):
     return JointSample(
         message.name, message.position.tolist(), message.velocity.tolist(), stamp, time, time
     )
-
-
-PR2 = """
-robot: pr2_{side}_arm
-source: "fitted to the /tf of a PR2's robot_state_publisher"
-convention: modified
-joints:
-  - {{name: {side}_shoulder_pan_joint, variable: q1, type: revolute}}
-  - {{name: {side}_shoulder_lift_joint, variable: q2, type: revolute}}
-  - {{name: {side}_upper_arm_roll_joint, variable: q3, type: revolute}}
-  - {{name: {side}_elbow_flex_joint, variable: q4, type: revolute}}
-  - {{name: {side}_forearm_roll_joint, variable: q5, type: revolute}}
-  - {{name: {side}_wrist_flex_joint, variable: q6, type: revolute}}
-  - {{name: {side}_wrist_roll_joint, variable: q7, type: revolute}}
-links:
-  - {{a: 0,   alpha: 0,     d: 0,     theta: q1}}
-  - {{a: 0.1, alpha: -pi/2, d: 0,     theta: q2 + pi/2}}
-  - {{a: 0,   alpha: pi/2,  d: 0.4,   theta: q3}}
-  - {{a: 0,   alpha: -pi/2, d: 0,     theta: q4}}
-  - {{a: 0,   alpha: pi/2,  d: 0.321, theta: q5}}
-  - {{a: 0,   alpha: -pi/2, d: 0,     theta: q6}}
-  - {{a: 0,   alpha: pi/2,  d: 0,     theta: q7}}
-base: {{frame: torso_lift_link, xyz: [0, {y}, 0]}}
-tool: {{frame: {side}_wrist_roll_link, rpy: [0, -pi/2, 0]}}
-"""
 
 
 @pytest.mark.slow

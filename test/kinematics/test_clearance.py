@@ -6,10 +6,16 @@ import math
 import brute_force
 import numpy as np
 import pytest
-from arms import BUNDLED, RANDOM, robot_of, without_factors
+from arms import (
+    BUNDLED,
+    RANDOM,
+    elementary_arm,
+    random_poses,
+    robot_of,
+    without_factors,
+)
+from brute_force import judged_poses
 from calibrated import calibrated_ur5
-from test_measures import arm
-from test_nearest_singular import judged_poses, random_poses
 
 import kinematics_service as ks
 from kinematics_service import kernel
@@ -17,6 +23,8 @@ from kinematics_service.robot.clearance_bounds import find_bounds
 
 # Round-off of a distance: a pose counts as singular when it is this near to one (rad).
 AT_IT = 1e-6
+# The characteristic length is that of poses inside the limits, which are others behind gears.
+OTHER_LENGTH = 0.1
 # Steps of differences along a motion, and the share that they are off by.
 STEP, DIFFERENCE = 1e-3, 1.01
 
@@ -37,6 +45,21 @@ def test_no_singular_pose_is_nearer_than_the_clearance(name):
     assert np.all(found.clearance >= 0.0)
     assert np.all(found.clearance <= kernel.FARTHEST)
     assert np.all(found.clearance[there] <= distance[there] * (1.0 + 1e-6) + AT_IT)
+
+
+@pytest.mark.parametrize('gear', [0.4, 2.5])
+@pytest.mark.parametrize('wrist', ['', ', Rx({0}*q4), Ry({0}*q5), Rx({0}*q6), Tx(0.1)'])
+def test_of_an_arm_behind_gears_it_is_that_of_the_arm_itself(wrist, gear):
+    # Joints that all turn by a share of theirs: every angle, and so every distance, by as much.
+    links = 'Rz({0}*q1), Ty(0.1), Ry({0}*q2), Tx(1), Ry({0}*q3), Tx(0.7)' + wrist
+    types = 'r' * links.count('*')
+    geared, plain = (elementary_arm(links.format(ratio), types) for ratio in (gear, 1.0))
+    q = np.random.default_rng(6).uniform(-1.0, 1.0, (60, len(types)))
+    found = ks.singularity(plain, q).clearance
+    near = found < min(1.0, gear)
+    assert np.sum(near & (found > 0.01)) > 20
+    behind = gear * ks.singularity(geared, q / gear).clearance
+    np.testing.assert_allclose(behind[near], found[near], rtol=OTHER_LENGTH)
 
 
 @pytest.mark.slow
@@ -146,7 +169,7 @@ def test_a_last_axis_nearly_parallel_to_the_one_before_it_costs_no_clearance():
     # They meet 300 m away.
     shares = []
     for tilt in (0.0, 1e-3):
-        robot = arm(
+        robot = elementary_arm(
             'Rz(q1), Tz(0.3), Rx(1.57), Rz(q2), Tx(0.4), Rx(0.3), Rz(q3), Tx(0.05), Rx(1.3), '
             f'Tz(0.2), Rz(q4), Tx(0.2), Rx(1.2), Rz(q5), Tx(0.3), Ry({tilt}), Rz(q6), Tx(0.1)',
             'rrrrrr',

@@ -5,7 +5,16 @@ import math
 
 import numpy as np
 import pytest
-from arms import BUNDLED, DISTINCT, first_order_distances, poses, robot_of, sliding
+from arms import (
+    BUNDLED,
+    DISTINCT,
+    elementary_arm,
+    first_order_distances,
+    poses,
+    robot_of,
+    scaled,
+    task_jacobian,
+)
 from random_robots import Constant
 from tolerances import QUOTIENT, ROUND_OFF
 
@@ -13,19 +22,10 @@ import kinematics_service as ks
 from kinematics_service.robot.file.parts.description import Placement, RigidMotion
 from kinematics_service.robot.measures import HYSTERESIS, MEASURES, Thresholds, thresholds_for
 from kinematics_service.robot.robot import build_robot, with_singularity
-from kinematics_service.robot.task import ROW_NAMES, find_task
+from kinematics_service.robot.task import find_task
 
 every_arm = pytest.mark.parametrize('name', DISTINCT)
 NAMES = tuple(MEASURES)
-
-
-def arm(links, types='rrr', settings=''):
-    kinds = {'r': 'revolute', 'p': 'prismatic', 'R': 'revolute, unused: true'}
-    joints = ', '.join(f'{{name: q{k}, type: {kinds[t]}}}' for k, t in enumerate(types, start=1))
-    return ks.robot_from_text(
-        f'robot: small\nsource: a test\nconvention: elementary\njoints: [{joints}]\n'
-        f'links: [{links}]\n{settings}\n'
-    )
 
 
 # Links, joints, rows of the default task, generic rank, joints that cancel.
@@ -112,7 +112,7 @@ DEFAULT_TASKS = {
 @pytest.mark.parametrize('case', DEFAULT_TASKS)
 def test_default_task(case):
     links, types, rows, rank, dependent = DEFAULT_TASKS[case]
-    task = arm(links, types).task
+    task = elementary_arm(links, types).task
     assert ' '.join(task.rows) == rows
     assert task.generic_rank == rank
     assert ' '.join(task.dependent_joints) == dependent
@@ -146,9 +146,9 @@ def test_only_the_arm_of_document_004_is_deficient_at_every_pose(name):
 
 def test_an_arm_that_moves_nothing_is_refused():
     with pytest.raises(ks.RobotFileError, match=r'no joint moves the tool \(task tool\)'):
-        arm('Rz(0*q1)', 'R')
+        elementary_arm('Rz(0*q1)', 'R')
     with pytest.raises(ks.RobotFileError, match=r'no joint moves the tool \(task z\): nothing to'):
-        arm('Rz(q1), Tx(1)', 'r', 'singularity: {task: [z]}')
+        elementary_arm('Rz(q1), Tx(1)', 'r', 'singularity: {task: [z]}')
 
 
 def test_the_task_is_found_from_the_same_poses_each_time():
@@ -197,19 +197,6 @@ def test_singular_values_are_of_the_scaled_task_rows(name):
         assert np.array_equal(found.manipulability, np.abs(found.determinant))
 
 
-def task_jacobian(robot, q):
-    to_frame_0 = robot.description.base.motion.matrix[:3, :3].T
-    J = ks.jacobian(robot, q)
-    J = np.concatenate([to_frame_0 @ J[..., :3, :], to_frame_0 @ J[..., 3:, :]], axis=-2)
-    return J[..., [ROW_NAMES.index(row) for row in robot.task.rows], :]
-
-
-def scaled(robot, J_t):
-    length = robot.task.length
-    rows = [length if row.startswith('r') else 1.0 for row in robot.task.rows]
-    return J_t * np.array(rows)[:, None] * np.where(sliding(robot), length, 1.0)
-
-
 @pytest.mark.slow
 @every_arm
 def test_a_tilted_base_changes_no_measure(name):
@@ -238,8 +225,8 @@ def test_a_tilted_base_changes_no_measure(name):
 
 def test_rows_are_in_the_axes_of_frame_0():
     links = 'Rz(q1), Tx(1), Rz(q2), Tx(1)'
-    level = arm(links, 'rr')
-    wall = arm(links, 'rr', 'base: {rpy: [0.3, 1.2, -2.0]}')
+    level = elementary_arm(links, 'rr')
+    wall = elementary_arm(links, 'rr', 'base: {rpy: [0.3, 1.2, -2.0]}')
     assert wall.task.rows == level.task.rows == ('x', 'y')
     q = [0.4, 0.9]
     assert ks.singularity(wall, q).determinant == pytest.approx(math.sin(0.9), abs=ROUND_OFF)
@@ -281,7 +268,7 @@ def test_default_length_is_the_rms_distance_of_the_tool():
     # Planar 2R over full turns: mean of |1 + e^(i q2)|^2 = 2.
     assert robot_of('planar_2r').task.length == pytest.approx(math.sqrt(2), rel=0.05)
     assert robot_of('planar_2r').task.reach == pytest.approx(2.0, abs=0.01)
-    assert arm('Rz(q1), Ry(q2), Rz(q3)').task.length == 1.0
+    assert elementary_arm('Rz(q1), Ry(q2), Rz(q3)').task.length == 1.0
 
 
 BETWEEN = 'must be above 0 and at most 1 rad (57 deg)'

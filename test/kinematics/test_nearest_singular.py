@@ -5,9 +5,9 @@ import math
 import brute_force
 import numpy as np
 import pytest
-from arms import first_order_distances, robot_of, without_factors
+from arms import elementary_arm, first_order_distances, random_poses, robot_of, without_factors
+from brute_force import judged_poses
 from calibrated import UR5, calibrated_ur5, with_errors
-from test_measures import arm
 
 import kinematics_service as ks
 from kinematics_service import kernel
@@ -42,25 +42,16 @@ ARMS = {
     'five joints': lambda: robot_of('modified-5-0'),
     'six joints': lambda: robot_of('shape-6-0'),
     'eight joints': lambda: robot_of('standard-8-0'),
-    'four parallel axes': lambda: arm(
+    'four parallel axes': lambda: elementary_arm(
         'Rz(q1), Tx(0.3), Rz(q2), Tx(0.4), Rz(q3), Tx(0.2), Rz(q4), Tx(0.1), Rx(q5), Tz(0.2), '
         'Ry(q6), Tx(0.3)',
         'rrrrrr',
     ),
-    'rpprr': lambda: arm(
+    'rpprr': lambda: elementary_arm(
         'Rz(q1), Tz(q2), Tx(0.2), Tx(q3), Ry(q4), Tx(0.3), Rz(q5), Ty(0.1)', 'rpprr'
     ),
 }
 every_arm = pytest.mark.parametrize('name', ARMS)
-
-
-def random_poses(robot, count, seed=0):
-    low, high = np.clip(robot.limits, -math.pi, math.pi).T
-    return np.random.default_rng(seed).uniform(low, high, (count, robot.dof))
-
-
-def judged_poses(robot, count):
-    return np.concatenate([random_poses(robot, count), brute_force.saddles(robot, count // 4)])
 
 
 def share(robot, q):

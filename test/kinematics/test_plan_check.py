@@ -140,6 +140,19 @@ def test_past_a_straight_elbow_most_plans_of_seven_joints_are_proved():
     assert verdicts.count('proved') > 13
 
 
+def test_joints_move_no_farther_than_the_span_of_a_piece():
+    random = np.random.default_rng(21)
+    taylor, reach = random.normal(size=(40, 4, 3)), random.uniform(0.2, 1.5, 40)
+    span = singular_proof._span(taylor, reach)
+    s = reach[:, None] * np.linspace(-1.0, 1.0, 41)
+    moved = np.einsum('kpj,kps->ksj', taylor[:, 1:], s[:, None] ** np.arange(1, 4)[:, None])
+    assert np.all(np.linalg.norm(moved, axis=2) <= span[:, None] * (1.0 + 1e-12))
+    # Of one joint whose powers add up it is what that moves.
+    alone = np.abs(taylor[:, :, :1])
+    farthest = np.sum(alone[:, 1:, 0] * reach[:, None] ** np.arange(1, 4), axis=1)
+    np.testing.assert_allclose(singular_proof._span(alone, reach), farthest, rtol=1e-12)
+
+
 def test_between_samples_nothing_is_missed():
     # A dip of 8 ms in a plan of 10 s, through the singular pose and back: samples at 100 Hz, and
     # the points, step over it.

@@ -11,13 +11,16 @@ import pytest
 from arms import (
     BUNDLED,
     DISTINCT,
+    elementary_arm,
     first_order_distances,
     poses,
+    random_poses,
     robot_of,
+    scaled,
     sliding,
+    task_jacobian,
     without_factors,
 )
-from test_measures import arm, scaled, task_jacobian
 from tolerances import QUOTIENT, ROUND_OFF
 
 import kinematics_service as ks
@@ -49,17 +52,11 @@ def log_gradient(robot, q):
     return np.stack(columns, axis=-1) / (2 * LOG_STEP)
 
 
-def uniform(robot, count, seed=0):
-    random = np.random.default_rng(seed)
-    low, high = np.clip(robot.limits, -math.pi, math.pi).T
-    return random.uniform(low, high, (count, robot.dof))
-
-
 @pytest.mark.slow
 @every_arm
 def test_first_order_and_way_out_are_the_gradient_of_the_log_of_the_product(name):
     robot = without_factors(name)
-    q = uniform(robot, 60)
+    q = random_poses(robot, 60)
     found, distance = ks.singularity(robot, q), first_order_distances(robot, q)
     clear = distance > KEPT_AWAY
     gradient = log_gradient(robot, q)
@@ -119,7 +116,7 @@ def test_lost_direction_and_joint_motion_are_singular_vectors(name):
 @every_arm
 def test_the_way_out_leads_away_to_first_order(name):
     robot = without_factors(name)
-    q = uniform(robot, 60, seed=1)
+    q = random_poses(robot, 60, seed=1)
     found = ks.singularity(robot, q)
     distance = first_order_distances(robot, q)
     near = (distance < 0.5) & (distance > 1e-3)
@@ -177,7 +174,7 @@ def test_the_pose_left_along_the_way_out_is_found_again(name):
 def test_planar_2r_by_its_closed_form():
     # w = |sin q2|, so |grad ln w| = |cot q2|; the singular poses are its zeros.
     robot = robot_of('planar_2r')
-    q = uniform(robot, 2000)
+    q = random_poses(robot, 2000)
     expected = np.minimum(np.abs(np.tan(q[:, 1])), math.pi)
     np.testing.assert_allclose(first_order_distances(robot, q), expected, rtol=QUOTIENT)
     zero = np.pi * np.round(q[:, 1] / np.pi)
@@ -207,7 +204,7 @@ def closed_form(name, q, length):
 )
 def test_first_order_by_its_closed_form(name):
     robot = without_factors(name)
-    q = uniform(robot, 5000)
+    q = random_poses(robot, 5000)
     found = first_order_distances(robot, q)
     expected = closed_form(name, q, robot.task.length)
     near = expected > 1e-4
@@ -240,7 +237,7 @@ def true_distances(name, q):
 
 @functools.cache
 def poses_with_true_distances(name):
-    q = uniform(robot_of(name), 2000, seed=2)
+    q = random_poses(robot_of(name), 2000, seed=2)
     # As many again close to the curve and to the folded elbow, where estimates are worst.
     close = q.copy()
     random = np.random.default_rng(3)
@@ -298,9 +295,9 @@ def test_a_warning_means_something_on_a_ur3e():
     ],
 )
 def test_arms_with_fewer_joints_than_rows_have_a_distance_too(links, types):
-    robot = arm(links, types)
+    robot = elementary_arm(links, types)
     assert len(robot.task.rows) > robot.dof
-    q = uniform(robot, 100)
+    q = random_poses(robot, 100)
     found = ks.singularity(robot, q)
     J = task_jacobian(robot, q)
     gram = np.linalg.det(np.swapaxes(J, -1, -2) @ J)
@@ -348,7 +345,7 @@ MEASURED = {
 def test_time_to_warning_against_stepping_forward_in_time(measure):
     robot = with_singularity(robot_of('puma560'), thresholds=MEASURED[measure])
     random = np.random.default_rng(5)
-    q, qdot = uniform(robot, 3000), random.uniform(-1, 1, (3000, 6))
+    q, qdot = random_poses(robot, 3000), random.uniform(-1, 1, (3000, 6))
     found = ks.singularity(robot, q, qdot)
     beyond = found.level > ks.Level.OK
     assert np.all(found.time_to_warning[beyond] == 0.0)

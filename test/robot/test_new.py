@@ -21,7 +21,6 @@ UNITS = [Units(angle, length) for angle in ('rad', 'deg') for length in ('m', 'm
 @pytest.fixture(autouse=True)
 def empty_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv('COLUMNS', raising=False)
 
 
 def refusal(capsys, *argv, code=2):

@@ -21,7 +21,7 @@ from rcl_interfaces.srv import (
 )
 from rclpy.parameter import Parameter
 from rclpy.qos import ReliabilityPolicy
-from ros_harness import LATCHED, SECOND, START, STEP, joint_state, level_of, values_of
+from ros_harness import LATCHED, SECOND, START, STEP, change, joint_state, level_of, values_of
 from std_msgs.msg import Float64, Float64MultiArray, String
 from target_harness import Targets, pose_target, twist_target
 
@@ -35,13 +35,6 @@ ROUND_OFF = 1e-12
 Q, QDOT = (0.3, -0.4, 1.2), (0.5, -0.2, 0.7)
 CRAIG = ks.load_robot('craig_3r')
 OK, WARN, ERROR, STALE = range(4)
-
-
-def change(one, **values):
-    """Set parameters of the node at once, given with `__` for the dot; return the result."""
-    return one.node.set_parameters_atomically(
-        [Parameter(name.replace('__', '.'), value=value) for name, value in values.items()]
-    )
 
 
 # What each parameter does: a value, and a function that shows that it is in force.
@@ -292,6 +285,28 @@ def test_a_parameter_takes_effect_at_run_time(arm, name):
     result = change(one, **{name.replace('.', '__'): value})
     assert result.successful, result.reason
     shows(one)
+
+
+def test_every_parameter_takes_effect_somewhere():
+    names = {parameter.name for parameter in PARAMETERS}
+    # Those have tests of their own below.
+    assert set(TAKES_EFFECT) == names - {'publish_tf', 'ik.default_speed', 'ik.horizon'}
+
+
+def test_a_parameter_has_its_own_default_again_after_a_change_back(arm):
+    one = arm('craig_3r')
+    before = one.node.settings
+    for name, (value, _) in TAKES_EFFECT.items():
+        default = one.node.get_parameter(name).value
+        assert change(one, **{name.replace('.', '__'): value}).successful, name
+        assert change(one, **{name.replace('.', '__'): default}).successful, name
+        after = one.node.settings
+        assert after.estimator == before.estimator, name
+        assert after.robot.thresholds == before.robot.thresholds, name
+        assert after.robot.task.length == before.robot.task.length, name
+        frames = (after.base_frame, after.tool_frame)
+        assert frames == (before.base_frame, before.tool_frame), name
+        assert after.period == before.period, name
 
 
 def test_the_default_speed_limits_a_prismatic_joint(arm):

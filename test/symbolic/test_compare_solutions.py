@@ -37,7 +37,20 @@ links:
   - {a: D, alpha: 0, d: 0, theta: q4}
 singularity: {task: [x, y, rz]}
 """
-OWN = {'wrist': WRIST, 'snake': SNAKE}
+# A boom that never points backwards: of two solutions the first is that of every pose.
+BOOM = """\
+robot: boom
+convention: standard
+joints:
+  - {name: q1, type: revolute}
+  - {name: q2, type: revolute, limits: [-1.2, 1.2]}
+  - {name: d3, type: prismatic, limits: [0.2, 0.5]}
+links:
+  - {a: 0, alpha: pi/2, d: 0, theta: q1}
+  - {a: 0, alpha: pi/2, d: 0, theta: q2 + pi/2}
+  - {a: 0, alpha: 0, d: d3, theta: 0}
+"""
+OWN = {'wrist': WRIST, 'snake': SNAKE, 'boom': BOOM}
 
 
 def arm(name):
@@ -148,6 +161,8 @@ RIGHT = {
         'w = atan2(-r32, r31)',
     ],
     'snake': ['q4 = atan2(r21, r11) - q1 - q2 - q3'],
+    # Of the second the joints q2 and d3 are others; d3 stays inside its limits.
+    'boom': ['q1 = atan2(y, x)', 'q1 = atan2(-y, -x)'],
 }
 
 

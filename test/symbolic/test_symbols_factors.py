@@ -4,6 +4,7 @@ Factors in robot files: the product is the determinant, and `--write` keeps what
 
 import functools
 import math
+import re
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -47,6 +48,14 @@ def test_the_product_of_the_files_factors_is_the_determinant(name):
 def test_the_file_lists_every_factor_by_its_name(name):
     listed = [factor.name for factor in robot_of(name).description.singularity.factors]
     assert sorted(derived(name).factors) == sorted(listed)
+
+
+def test_factors_that_the_file_lists_times_small_numbers_keep_their_names():
+    text = ks.bundled_robots()['anthropomorphic_3r'].read_text()
+    small = re.sub(r'expression: ([^}]+)}', r'expression: 1e-6*(\1)}', text)
+    assert small.count('1e-6*') == 2
+    found = ks.derive(ks.robot_from_text(small)).factors
+    assert found == derived('anthropomorphic_3r').factors
 
 
 @pytest.mark.slow
