@@ -25,6 +25,8 @@ OPTIONS = [
     *('-O3', '-g0', '-ffp-contract=off', '-fno-math-errno', '-fno-trapping-math'),
     '-finline-limit=300',
 ]
+# What is made once an arm.
+MADE_ONCE = ('forward/chain', 'measures/arm', 'measures/task_rows')
 # A loop over a few joints takes a tenth longer where several of its steps are computed at once;
 # loops over lanes are in modules of that name and in those with functions for AVX2.
 STEP_BY_STEP = ['-fno-tree-vectorize', '-ftree-slp-vectorize']
@@ -40,6 +42,9 @@ DIRECTIVES = {
     'initializedcheck': False,
     'cdivision': True,
     'infer_types': True,
+    # Less of what each module would carry: a class of functions, and pickles of what has addresses.
+    'binding': False,
+    'auto_pickle': False,
 }
 
 
@@ -79,6 +84,8 @@ def extension_modules() -> list[Extension]:
 def options_of(file: Path) -> list[str]:
     """Return the compiler's options for a module."""
     name = name_of(file.with_suffix(''))
+    if name in MADE_ONCE:
+        return [*OPTIONS, '-O1']
     return OPTIONS if name in AVX2 or name.endswith('_lanes') else [*OPTIONS, *STEP_BY_STEP]
 
 
