@@ -2,11 +2,13 @@
 
 import hashlib
 import os
+import re
 import sys
 import sysconfig
 import threading
 from pathlib import Path
 
+from kernel_types import AVX2, KernelTypes
 from setuptools import Extension
 from setuptools.command.build_ext import build_ext
 
@@ -14,6 +16,8 @@ PACKAGE = 'kinematics_service'
 FOLDER = Path('src', PACKAGE, 'kernel')
 # These say where things stand and how arrays are handed over: included where they are used.
 INCLUDED = ('places', 'arrays', 'pairs')
+# These are Python's alone.
+PLAIN = ('__init__', 'compiled', 'reinstallation')
 # Every operation is rounded by itself, so that the compiled kernel gives the numbers of its source
 # to the last bit, on every machine. Nobody asks for the flags of floating-point errors, and the
 # loops over lanes need what they call inline.
@@ -21,6 +25,11 @@ OPTIONS = [
     *('-O3', '-g0', '-ffp-contract=off', '-fno-math-errno', '-fno-trapping-math'),
     '-finline-limit=300',
 ]
+# What is made once an arm.
+MADE_ONCE = ('forward/chain', 'measures/arm', 'measures/task_rows')
+# A loop over a few joints takes a tenth longer where several of its steps are computed at once;
+# loops over lanes are in modules of that name and in those with functions for AVX2.
+STEP_BY_STEP = ['-fno-tree-vectorize', '-ftree-slp-vectorize']
 # Where it is set, to anything, every access beyond an array, on the heap or the stack, ends the
 # process with its place: see CONTRIBUTING.md.
 CHECKED = 'KINEMATICS_BOUNDSCHECK'
@@ -33,6 +42,9 @@ DIRECTIVES = {
     'initializedcheck': False,
     'cdivision': True,
     'infer_types': True,
+    # Less of what each module would carry: a class of functions, and pickles of what has addresses.
+    'binding': False,
+    'auto_pickle': False,
 }
 
 
@@ -58,15 +70,23 @@ def extension_modules() -> list[Extension]:
     checks = CHECKS if os.environ.get(CHECKED) else []
     return [
         Extension(
-            '.'.join([PACKAGE, 'kernel', *types.relative_to(FOLDER).with_suffix('').parts]),
-            [str(types.with_suffix('.py'))],
-            extra_compile_args=[*OPTIONS, *(['-g1', *checks] if checks else [])],
+            '.'.join([PACKAGE, 'kernel', *file.relative_to(FOLDER).with_suffix('').parts]),
+            [str(file)],
+            extra_compile_args=[*options_of(file), *(['-g1', *checks] if checks else [])],
             extra_link_args=checks,
             define_macros=[('NPY_NO_DEPRECATED_API', 'NPY_1_7_API_VERSION')],
         )
-        for types in sorted(FOLDER.rglob('*.pxd'))
-        if types.stem not in INCLUDED
+        for file in sorted(FOLDER.rglob('*.py'))
+        if file.stem not in (*INCLUDED, *PLAIN)
     ]
+
+
+def options_of(file: Path) -> list[str]:
+    """Return the compiler's options for a module."""
+    name = name_of(file.with_suffix(''))
+    if name in MADE_ONCE:
+        return [*OPTIONS, '-O1']
+    return OPTIONS if name in AVX2 or name.endswith('_lanes') else [*OPTIONS, *STEP_BY_STEP]
 
 
 def compilers_at_once() -> int:
@@ -96,6 +116,7 @@ class BuildIfPossible(build_ext):
         wanted |= self._paths()
         folders = {path.parent for path in wanted}
         try:
+            self._types = self._write_types()
             super().run()
         except Exception as error:
             print(f'the kernel is not compiled, it stays plain Python: {error}', file=sys.stderr)
@@ -120,13 +141,33 @@ class BuildIfPossible(build_ext):
             self._failed = True
             raise
 
+    def _write_types(self) -> dict[str, Path]:
+        # Where the types of each module stand; Cython looks for packages there.
+        types, written = KernelTypes(FOLDER, INCLUDED), {}
+        types.check()
+        for file in FOLDER.rglob('*.py'):
+            into = Path(self.build_temp, 'types', file.relative_to('src')).with_suffix('.pxd')
+            if file.stem in PLAIN and file.stem != '__init__':
+                continue
+            text = '' if file.stem == '__init__' else types.text(file)
+            if not into.exists() or into.read_text(encoding='utf-8') != text:
+                into.parent.mkdir(parents=True, exist_ok=True)
+                into.write_text(text, encoding='utf-8')
+            written[file.stem] = into
+        return written
+
     def _is_behind(self, source: str) -> bool:
-        # Whether what a module includes has changed since it was translated: Cython does not see
-        # that `from ..layout cimport arrays` depends on arrays.pxd.
-        written = Path(self.build_temp, 'cython', source).with_suffix('.c')
-        included = [file for file in FOLDER.rglob('*.pxd') if file.stem in INCLUDED]
-        return written.exists() and any(
-            file.stat().st_mtime > written.stat().st_mtime for file in included
+        # Whether types that a module has from any other have changed since it was translated:
+        # Cython looks for them beside the source.
+        translated = Path(self.build_temp, 'cython', source).with_suffix('.c')
+        needed, more = set(), {Path(source).stem}
+        while more:
+            needed |= more
+            lines = [self._types[name].read_text(encoding='utf-8') for name in more]
+            words = re.findall(r'\w+', ' '.join(re.findall('^from .*', '\n'.join(lines), re.M)))
+            more = self._types.keys() & set(words) - needed
+        return translated.exists() and any(
+            self._types[name].stat().st_mtime > translated.stat().st_mtime for name in needed
         )
 
     def _translate(self, ext: Extension) -> None:
@@ -138,6 +179,7 @@ class BuildIfPossible(build_ext):
         translated = cythonize(
             [Extension(ext.name, [source])],
             compiler_directives=DIRECTIVES,
+            include_path=[str(Path(self.build_temp, 'types'))],
             build_dir=str(Path(self.build_temp, 'cython')),
             force=self.force or self._is_behind(source),
             quiet=True,

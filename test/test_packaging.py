@@ -3,6 +3,7 @@ How the kernel comes to be compiled, and what is said where it is not, or not fr
 """
 
 import ast
+import contextlib
 import json
 import os
 import re
@@ -59,24 +60,23 @@ def said_in(folder):
 
 
 def test_the_package_has_its_types_and_nothing_of_the_build():
-    types = {file.with_suffix('') for file in (PACKAGE / 'kernel').rglob('*.pxd')}
-    assert {'chain_pass', 'places', 'arrays', 'origin'} <= {file.name for file in types}
-    assert types <= {file.with_suffix('') for file in (PACKAGE / 'kernel').rglob('*.py')}
+    assert 'arrays.pxd' in {file.name for file in PACKAGE.rglob('*.pxd')}
     assert not [*PACKAGE.rglob('*.c'), *PACKAGE.rglob('*.html')]
 
 
 @compiled_only
-def test_every_file_with_types_is_compiled_but_the_included_ones():
+def test_every_module_is_compiled_but_the_included_ones_and_those_of_python_alone():
     folder = PACKAGE / 'kernel'
     compiled = {str(file).removesuffix(ENDING) for file in folder.rglob(f'*{ENDING}')}
-    types = {str(file.with_suffix('')) for file in folder.rglob('*.pxd')}
-    assert {Path(file).name for file in types - compiled} == {'places', 'arrays', 'pairs'}
-    assert compiled <= types
+    modules = {str(file.with_suffix('')) for file in folder.rglob('*.py')}
+    left_out = {Path(file).name for file in modules - compiled}
+    assert left_out == {'__init__', 'arrays', 'compiled', 'pairs', 'places', 'reinstallation'}
+    assert compiled <= modules
 
 
 @pytest.mark.slow
 @compiled_only
-@pytest.mark.parametrize('name', ['forward/vectors.py', 'layout/places.pxd'])
+@pytest.mark.parametrize('name', ['forward/vectors.py', 'layout/arrays.pxd'])
 def test_a_library_older_than_its_source_is_named_and_not_used(tmp_path, name):
     package = copy_of_the_package(tmp_path)
     assert said_in(tmp_path) == (True, '')
@@ -280,9 +280,12 @@ def test_what_is_packed_as_source_can_be_built(clone):
     (packed,) = (clone / 'dist').iterdir()
     with tarfile.open(packed) as archive:
         names = {name.partition('/')[2] for name in archive.getnames()}
-    assert {'package.xml', 'packaging/kernel_build.py', 'packaging/backend.py'} <= names
     assert {
-        'src/kinematics_service/kernel/layout/places.pxd',
+        f'packaging/{name}.py' for name in ('kernel_build', 'kernel_types', 'backend')
+    } <= names
+    assert 'package.xml' in names
+    assert {
+        'src/kinematics_service/kernel/layout/arrays.pxd',
         'config/ur5e.yaml',
         'README.md',
         'CHANGELOG.rst',
@@ -304,8 +307,181 @@ def test_everything_that_is_no_python_is_installed_too(clone):
     assert not [file for file in beside if not (clone / 'built' / file).exists()]
 
 
+SMALL_KERNEL = {
+    '__init__.py': 'from .sums import total as total\n',
+    'layout/arrays.pxd': 'cdef inline double* numbers(cnp.ndarray array) except NULL:\n    ...\n',
+    'layout/arrays.py': '',
+    'layout/places.py': 'NAN = float("nan")\nFIRST, SECOND = range(2)\n',
+    'pairs.py': 'def real(a: Complex) -> float:\n    """Return a part."""\n    return a[0]\n',
+    'sums.py': """
+import math
+from . import pairs
+from .layout import arrays, places
+LEAST, MOST = 0.5, 3
+NAME = 'sum'
+
+class Sum:
+    most: int
+    def __init__(self, table: Table) -> None:
+        self.table: Table = table
+        self.room: Flat = table.room
+        self.wanted: Public[Nanoseconds] = 0
+        self.most = 3
+
+    def add(self, x: float) -> None:
+        small = x < LEAST
+
+    def check(self) -> bool:
+        return self.add(1.0)
+
+    def _from(self, row: Numbers) -> tuple[int, int]:
+        total: Complex = (0.0, 0.0)
+        spare, terms = [0.0] * 16, [0] * 3
+
+class Table(NamedTuple):
+    room: Floats
+
+def total(one: Sum, rows: Floats) -> float:
+    return mean(arrays.numbers(rows), 3)
+
+def mean(row: Flat, count: int) -> float:
+    return row[0]
+
+def check(one: 'Sum | None') -> None:
+    raise TypeError
+
+def both(one: Sum) -> bool:
+    check(one)
+    return True
+
+def calls_a_method(one: Sum) -> bool:
+    return one.check()
+
+def alone(one: Sum, count: int) -> float:
+    lock = arrays.let_go()
+    for k in range(count):
+        one.add(abs(float(k)))
+    arrays.take_back(lock)
+    return arrays.numbers(one.table)
+
+def names(one: Sum) -> bool:
+    return all(one for _ in 'ab')
+
+def fits(table: Floats) -> bool:
+    return True
+""",
+}
+SMALL_TYPES = """
+cimport cython
+cimport numpy as cnp
+from .layout.arrays cimport Pair, Triple
+from libc cimport math
+from . cimport pairs
+from .layout cimport arrays, places
+cdef class Sum
+cdef double LEAST
+cdef int MOST
+@cython.final
+cdef class Sum:
+    cdef object table
+    cdef double* room
+    cdef long long wanted
+    cdef Py_ssize_t most
+    @cython.locals(small='bint')
+    cdef void add(self, double x) noexcept nogil
+    cdef bint check(self) noexcept nogil
+    @cython.locals(spare='double[16]', terms='long long[3]', total='Pair')
+    cdef (Py_ssize_t, Py_ssize_t) _from(self, double* row) noexcept nogil
+cpdef double total(Sum one, cnp.ndarray rows)
+cdef double mean(double* row, Py_ssize_t count) noexcept nogil
+cdef object check(Sum one)
+cdef bint both(Sum one)
+cdef bint calls_a_method(Sum one) noexcept nogil
+cdef double alone(Sum one, Py_ssize_t count)
+"""
+
+
+@pytest.fixture
+def small_kernel(tmp_path, monkeypatch):
+    """Return the types of a kernel with one module of each kind, and its folder."""
+    monkeypatch.syspath_prepend(str(ROOT / 'packaging'))
+    from kernel_types import KernelTypes
+
+    for name, text in SMALL_KERNEL.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    return lambda: KernelTypes(tmp_path, ('places', 'arrays', 'pairs')), tmp_path
+
+
 @in_clone
-def test_a_module_is_behind_when_a_file_that_it_includes_is_newer(tmp_path, monkeypatch):
+def test_the_compilers_types_are_those_of_the_annotations(small_kernel):
+    types, folder = small_kernel
+    assert types().text(folder / 'sums.py') == SMALL_TYPES.lstrip()
+    assert types().text(folder / 'layout/arrays.py') == SMALL_KERNEL['layout/arrays.pxd']
+    pairs = types().text(folder / 'pairs.py')
+    assert pairs.endswith('cdef inline double real(Pair a) noexcept nogil:\n    return a[0]\n')
+    places = types().text(folder / 'layout/places.py')
+    assert '#define KINEMATICS_NAN Py_NAN' in places
+    assert places.endswith('cdef enum:\n    FIRST = 0\n    SECOND = 1\n')
+
+
+@in_clone
+@pytest.mark.parametrize(
+    ('call', 'is_refused'),
+    [
+        ('mean(one.room, count)', False),
+        ('math.sqrt(float(count))', False),
+        ('one.check()', False),
+        ('check(one)', True),
+        ('both(one)', True),
+        ('names(one)', True),
+        ('alone(one, count)', True),
+        ('Sum(one.table)', True),
+        ('one.table.sort()', True),
+        ('len(one.table)', True),
+        ('arrays.numbers(one.table)', True),
+    ],
+)
+def test_what_may_raise_is_not_called_without_the_interpreters_lock(
+    small_kernel, monkeypatch, call, is_refused
+):
+    types, folder = small_kernel
+    monkeypatch.setattr('kernel_types.AVX2', {})
+    monkeypatch.setattr('kernel_types.INLINE', {'sums': ['mean']})
+    types().check()
+    file = folder / 'sums.py'
+    file.write_text(file.read_text().replace('one.add(abs(float(k)))', call))
+    refused = pytest.raises(TypeError, match=re.escape(f'{file}:48: {call.partition("(")[0]} is'))
+    with refused if is_refused else contextlib.nullcontext():
+        types().check()
+
+
+@in_clone
+def test_a_function_that_is_compiled_in_another_way_has_to_be_there(small_kernel, monkeypatch):
+    types, _ = small_kernel
+    monkeypatch.setattr('kernel_types.AVX2', {'sums': ['median']})
+    with pytest.raises(TypeError, match='names sums: median, which is not'):
+        types().check()
+
+
+@in_clone
+def test_python_sees_the_fields_and_methods_of_exported_classes(small_kernel):
+    types, folder = small_kernel
+    (folder / '__init__.py').write_text('from .sums import Sum as Sum\n')
+    written = types().text(folder / 'sums.py')
+    for line in (
+        'cdef readonly Py_ssize_t most',
+        'cdef readonly object table',
+        'cdef double* room',
+        'cdef public long long wanted',
+        'cpdef void add(self, double x) noexcept nogil',
+        'cdef (Py_ssize_t, Py_ssize_t) _from(self, double* row) noexcept nogil',
+    ):
+        assert f'    {line}\n' in written
+
+
+@in_clone
+def test_a_module_is_behind_when_types_that_it_needs_are_newer(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / 'packaging'))
     monkeypatch.chdir(tmp_path)
     from kernel_build import FOLDER, BuildIfPossible
@@ -314,11 +490,17 @@ def test_a_module_is_behind_when_a_file_that_it_includes_is_newer(tmp_path, monk
     build = BuildIfPossible(Distribution())
     build.build_temp = 'temporary'
     source = FOLDER / 'measures' / 'norms.py'
-    included, written = FOLDER / 'layout' / 'arrays.pxd', Path('temporary', 'cython', source)
-    for file in (included, written.with_suffix('.c')):
-        file.parent.mkdir(parents=True)
-        file.touch()
-    for changed, behind in ((1e9, False), (3e9, True)):
-        os.utime(written.with_suffix('.c'), (2e9, 2e9))
-        os.utime(included, (changed, changed))
+    written = Path('temporary', 'cython', source).with_suffix('.c')
+    texts = {'norms': 'from .arm cimport Arm', 'arm': 'from .chain cimport Chain', 'chain': ''}
+    build._types = {name: tmp_path / f'{name}.pxd' for name in [*texts, 'roots']}
+    for name, file in build._types.items():
+        file.write_text(texts.get(name, ''))
+    written.parent.mkdir(parents=True)
+    assert not build._is_behind(str(source))
+    written.touch()
+    for changed, behind in (('roots', False), ('chain', True), ('norms', True)):
+        for file in build._types.values():
+            os.utime(file, (1e9, 1e9))
+        os.utime(written, (2e9, 2e9))
+        os.utime(build._types[changed], (3e9, 3e9))
         assert build._is_behind(str(source)) is behind

@@ -137,7 +137,6 @@ def add_isotropy(package):
         '    LOST_AT,\n) = range(7)\n',
         '    ISOTROPY,\n    LOST_AT,\n) = range(8)\n',
     )
-    package.insert('kernel/layout/places.pxd', '    ISOTROPY\n', before='    LOST_AT\n')
     package.insert(
         'kernel/measures/singularity.py',
         '    measures[places.ISOTROPY] = sigma[last] / sigma[0]\n',

@@ -530,8 +530,11 @@ ENUMERATOR = re.compile(r'^    ([A-Z][A-Z_0-9]*)(?: = (\S+))?$', re.MULTILINE)
 DEFINED = re.compile(r'#define KINEMATICS_([A-Z_]+) ([-0-9.e]+)$', re.MULTILINE)
 
 
-def test_places_and_constants_are_the_same_to_the_compiler():
-    text = (PACKAGE / 'kernel' / 'layout' / 'places.pxd').read_text()
+def test_places_and_constants_are_the_same_to_the_compiler(monkeypatch):
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / 'packaging'))
+    types = pytest.importorskip('kernel_types', reason='there is no setup.py beside the tests')
+    folder = PACKAGE / 'kernel'
+    text = types.KernelTypes(folder, ('places',)).text(folder / 'layout' / 'places.py')
     values, last = {}, -1
     for name, value in ENUMERATOR.findall(text):
         last = int(value, 0) if value else last + 1

@@ -5,7 +5,7 @@ import math
 from .forward import chain_lanes, chain_pass
 from .forward.chain import Chain
 from .layout import arrays, places
-from .layout.arrays import Floats
+from .layout.arrays import Flat, Floats
 from .loops import closed_pass
 from .measures.arm import Arm
 
@@ -42,12 +42,10 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
         raise TypeError('the arrays of an evaluation do not go together')
     each = 0 if arrays.extent(qdot, 0) == 1 else n
     positions, rates = arrays.numbers(q, 0), arrays.numbers(qdot, count * each)
-    results = arrays.results(rows, 0)
+    results, width = arrays.results(rows, 0), arrays.extent(rows, 1)
     work = arrays.scratch(chain_lanes.room(chain))
     lock = arrays.let_go()
-    stopped = _evaluate_rows(
-        chain, count, positions, rates, each, depth, results, arrays.extent(rows, 1), work
-    )
+    stopped = _evaluate_rows(chain, count, positions, rates, each, depth, results, width, work)
     arrays.take_back(lock)
     arrays.give_back(work)
     return stopped
@@ -62,13 +60,13 @@ def _width(chain: Chain, depth: int) -> int:
 def _evaluate_rows(
     chain: Chain,
     count: int,
-    q: Floats,
-    qdot: Floats,
+    q: Flat,
+    qdot: Flat,
     each: int,
     depth: int,
-    rows: Floats,
+    rows: Flat,
     width: int,
-    work: Floats,
+    work: Flat,
 ) -> int:
     n = chain.dof
     k = 0
@@ -126,7 +124,7 @@ def evaluate_one(arm: Arm, q: Floats, qdot: Floats, row: Floats) -> int:
     return bad
 
 
-def evaluate_tail(chain: Chain, row: Floats, at: int, closed: bool) -> int:
+def evaluate_tail(chain: Chain, row: Flat, at: int, closed: bool) -> int:
     """
     Evaluate a row at the q and qdot in it from `at` on, which is its width. Returns -1, or 0 if a
     number is not finite or too large, or a loop does not close. Where they have been closed in the

@@ -1,11 +1,11 @@
 """The state of each joint, and the joints that messages name."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .layout import arrays, places
-from .layout.arrays import Floats, Integers
+from .layout.arrays import Flat, FlatIntegers, Floats, Integers, Nanoseconds, Public
 
 
 class JointColumns(NamedTuple):
@@ -93,27 +93,30 @@ class JointMemory:
         Whether the loops closed at the last answer.
     """
 
+    joints: int
+    closure: int
+
     def __init__(self, joints: int, closure: int = 0) -> None:
         columns = _empty_columns(joints, closure)
-        self.columns = columns
+        self.columns: JointColumns = columns
         self.joints, self.closure = joints, closure
-        self.is_closed = False
-        self.timeout = 0
-        self.velocity_source = places.AUTO
-        self.is_new_tool = True
-        self.position = arrays.results(columns.position, joints)
-        self.before = arrays.results(columns.before, joints)
-        self.velocity = arrays.results(columns.velocity, joints)
-        self.differenced = arrays.whole_results(columns.differenced, joints)
-        self.known = arrays.whole_results(columns.known, joints)
-        self.stamped = arrays.whole_results(columns.stamped, joints)
-        self.wraps = arrays.whole_results(columns.wraps, joints)
-        self.stamp = arrays.whole_results(columns.stamp, joints)
-        self.arrival = arrays.whole_results(columns.arrival, joints)
-        self.jump_count = arrays.whole_results(columns.jump_count, joints)
-        self.jumps = arrays.whole_results(columns.jumps, places.JUMPS_KEPT * joints)
-        self.last_quaternion = arrays.results(columns.last_quaternion, 4)
-        self.closed = arrays.results(columns.closed, closure)
+        self.is_closed: Public[bool] = False
+        self.timeout: Public[Nanoseconds] = 0
+        self.velocity_source: Public[int] = places.AUTO
+        self.is_new_tool: Public[bool] = True
+        self.position: Flat = arrays.results(columns.position, joints)
+        self.before: Flat = arrays.results(columns.before, joints)
+        self.velocity: Flat = arrays.results(columns.velocity, joints)
+        self.differenced: FlatIntegers = arrays.whole_results(columns.differenced, joints)
+        self.known: FlatIntegers = arrays.whole_results(columns.known, joints)
+        self.stamped: FlatIntegers = arrays.whole_results(columns.stamped, joints)
+        self.wraps: FlatIntegers = arrays.whole_results(columns.wraps, joints)
+        self.stamp: FlatIntegers = arrays.whole_results(columns.stamp, joints)
+        self.arrival: FlatIntegers = arrays.whole_results(columns.arrival, joints)
+        self.jump_count: FlatIntegers = arrays.whole_results(columns.jump_count, joints)
+        self.jumps: FlatIntegers = arrays.whole_results(columns.jumps, places.JUMPS_KEPT * joints)
+        self.last_quaternion: Flat = arrays.results(columns.last_quaternion, 4)
+        self.closed: Flat = arrays.results(columns.closed, closure)
         clear(self)
 
 
@@ -141,12 +144,12 @@ class OurJoints:
     def __init__(self, joints: Integers, places_of: Integers) -> None:
         if min(joints.min(initial=0), places_of.min(initial=0)) < 0:
             raise ValueError('joints and their places are counted from 0')
-        self.table = (joints, places_of)
-        self.count = arrays.size(joints)
-        self.joints_needed = int(joints.max(initial=-1)) + 1
-        self.places_needed = int(places_of.max(initial=-1)) + 1
-        self.joint = arrays.whole(joints, 0)
-        self.place = arrays.whole(places_of, self.count)
+        self.table: tuple[Any, ...] = (joints, places_of)
+        self.count: int = arrays.size(joints)
+        self.joints_needed: int = int(joints.max(initial=-1)) + 1
+        self.places_needed: int = int(places_of.max(initial=-1)) + 1
+        self.joint: FlatIntegers = arrays.whole(joints, 0)
+        self.place: FlatIntegers = arrays.whole(places_of, self.count)
 
 
 def clear(memory: JointMemory) -> None:

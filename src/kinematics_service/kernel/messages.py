@@ -5,7 +5,7 @@ from typing import NamedTuple
 from . import judging, observing, outgoing
 from .joint_memory import JointMemory, OurJoints
 from .layout import arrays, places
-from .layout.arrays import Bytes, Floats
+from .layout.arrays import Bytes, Flat, FlatBytes, Floats, Nanoseconds
 from .measures.nearest_singular import NearestSearch
 from .outgoing import OutgoingMessages
 
@@ -59,20 +59,20 @@ class IncomingForm:
         )
         if min(table[2:]) < 0 or max(ends) > size or ours.places_needed > table.position_count:
             raise ValueError('a place outside of the message')
-        self.table = table
-        self.ours = ours
-        self.size = size
-        self.stamp = 0
-        self.stamp_at = table.stamp
-        self.positions_at = table.positions
-        self.velocities_at = table.velocities
-        self.position_count = table.position_count
-        self.velocity_count = table.velocity_count
-        self.fixed = arrays.octets(table.fixed, size)
-        self.same = arrays.octets(table.same, size)
+        self.table: FormTable = table
+        self.ours: OurJoints = ours
+        self.size: int = size
+        self.stamp: Nanoseconds = 0
+        self.stamp_at: int = table.stamp
+        self.positions_at: int = table.positions
+        self.velocities_at: int = table.velocities
+        self.position_count: int = table.position_count
+        self.velocity_count: int = table.velocity_count
+        self.fixed: FlatBytes = arrays.octets(table.fixed, size)
+        self.same: FlatBytes = arrays.octets(table.same, size)
 
 
-def _fits(form: IncomingForm, data: Bytes) -> bool:
+def _fits(form: IncomingForm, data: FlatBytes) -> bool:
     # Whether the bytes are those of the form, where they are to be.
     other = 0
     for k in range(form.size):
@@ -80,7 +80,7 @@ def _fits(form: IncomingForm, data: Bytes) -> bool:
     return other == 0
 
 
-def _copy_numbers(data: Bytes, at: int, count: int, numbers: Floats) -> None:
+def _copy_numbers(data: FlatBytes, at: int, count: int, numbers: Flat) -> None:
     for k in range(count):
         numbers[k] = arrays.number_at(data, at + 8 * k)
 
@@ -90,7 +90,7 @@ def observe_bytes(
     memory: JointMemory,
     form: IncomingForm,
     data: bytes,
-    arrival: int,
+    arrival: Nanoseconds,
     row: Floats,
     measures: Floats,
     answers: OutgoingMessages | None,

@@ -6,7 +6,7 @@ from . import evaluation, joint_memory
 from .forward import angles
 from .joint_memory import JointMemory, OurJoints
 from .layout import arrays, places
-from .layout.arrays import Floats
+from .layout.arrays import Flat, Floats, Nanoseconds
 from .loops import closing
 from .measures.arm import Arm
 
@@ -16,14 +16,14 @@ MOVED_APART = 1e-3
 RETURNED = 0.2
 
 
-def _note_jump(memory: JointMemory, j: int, arrival: int) -> None:
+def _note_jump(memory: JointMemory, j: int, arrival: Nanoseconds) -> None:
     count = memory.jump_count[j]
     memory.jumps[places.JUMPS_KEPT * j + count % places.JUMPS_KEPT] = arrival
     memory.jump_count[j] = count + 1
 
 
 def _note_late(
-    memory: JointMemory, ours: OurJoints, positions: Floats, stamp: int, arrival: int
+    memory: JointMemory, ours: OurJoints, positions: Flat, stamp: Nanoseconds, arrival: Nanoseconds
 ) -> None:
     # A publisher whose clock is behind another's is never accepted, but it may still disagree:
     # joints that an older message has where they cannot have been.
@@ -42,12 +42,12 @@ def _note_late(
 def _store(
     memory: JointMemory,
     ours: OurJoints,
-    positions: Floats,
-    velocities: Floats,
+    positions: Flat,
+    velocities: Flat,
     heard: bool,
-    at: int,
+    at: Nanoseconds,
     stamped: bool,
-    arrival: int,
+    arrival: Nanoseconds,
 ) -> None:
     # Stores a message's values of the arm's joints; `heard`: its velocities count. `at` is its
     # time, ns.
@@ -82,14 +82,14 @@ def _store(
         memory.arrival[j] = arrival
 
 
-def _all_computable(numbers: Floats, ours: OurJoints) -> bool:
+def _all_computable(numbers: Flat, ours: OurJoints) -> bool:
     computable = True
     for k in range(ours.count):
         computable = computable and abs(numbers[ours.place[k]]) <= places.LARGEST
     return computable
 
 
-def _latest_stamp(memory: JointMemory, ours: OurJoints) -> int:
+def _latest_stamp(memory: JointMemory, ours: OurJoints) -> Nanoseconds:
     # Returns the latest stamp of the joints; before all times if none has one.
     latest = -places.LARGEST_STAMP
     for k in range(ours.count):
@@ -102,12 +102,12 @@ def _latest_stamp(memory: JointMemory, ours: OurJoints) -> int:
 def _merge(
     memory: JointMemory,
     ours: OurJoints,
-    positions: Floats,
-    velocities: Floats,
+    positions: Flat,
+    velocities: Flat,
     has_velocities: bool,
-    stamp: int,
-    received: int,
-    arrival: int,
+    stamp: Nanoseconds,
+    received: Nanoseconds,
+    arrival: Nanoseconds,
 ) -> int:
     # Returns the outcome of a message, as for `observe`, but before any evaluation.
     if not _all_computable(positions, ours):
@@ -145,7 +145,7 @@ def _merge(
     return outcome + new_start
 
 
-def _write_continuous_quaternion(memory: JointMemory, row: Floats, at: int) -> None:
+def _write_continuous_quaternion(memory: JointMemory, row: Flat, at: int) -> None:
     # Turned to the side of the last one, so that its sign is continuous from answer to answer.
     along = 0.0
     for i in range(4):
@@ -157,7 +157,7 @@ def _write_continuous_quaternion(memory: JointMemory, row: Floats, at: int) -> N
     memory.is_new_tool = False
 
 
-def _close(arm: Arm, memory: JointMemory, q: Floats, section: Floats) -> bool:
+def _close(arm: Arm, memory: JointMemory, q: Flat, section: Flat) -> bool:
     # Closes the loops at q; where they closed at the last answer, on from there. Behind a pose at
     # which one does not close, nothing is known of the branch but the known positions.
     if memory.is_closed:
@@ -175,13 +175,13 @@ def take(
     arm: Arm,
     memory: JointMemory,
     ours: OurJoints,
-    positions: Floats,
-    velocities: Floats,
+    positions: Flat,
+    velocities: Flat,
     has_velocities: bool,
-    stamp: int,
-    received: int,
-    arrival: int,
-    row: Floats,
+    stamp: Nanoseconds,
+    received: Nanoseconds,
+    arrival: Nanoseconds,
+    row: Flat,
     at: int,
 ) -> int:
     """Do the work of `observe`; `at` is the width of the row."""
@@ -226,9 +226,9 @@ def observe(
     ours: OurJoints,
     positions: Floats,
     velocities: Floats,
-    stamp: int,
-    received: int,
-    arrival: int,
+    stamp: Nanoseconds,
+    received: Nanoseconds,
+    arrival: Nanoseconds,
     row: Floats,
 ) -> int:
     """

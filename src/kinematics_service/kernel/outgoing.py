@@ -8,7 +8,7 @@ from .forward import pose_errors
 from .forward.chain import Chain
 from .forward.pose_errors import PoseErrors
 from .layout import arrays, places
-from .layout.arrays import Bytes, Floats, Integers
+from .layout.arrays import Bytes, Flat, FlatBytes, FlatIntegers, Floats, Integers, Nanoseconds
 
 TOO_FEW = 'a state has fewer numbers than the messages take'
 
@@ -66,19 +66,19 @@ class OutgoingMessages:
         of_twist: bool = False,
     ) -> None:
         size = arrays.size(table.data)
-        self.table = table
-        self.errors = errors
-        self.of_pose = of_pose
-        self.of_twist = of_twist
-        self.found = np.zeros(0 if errors is None else pose_errors.COVARIANCES)
-        self.covariances = arrays.results(self.found, 0)
-        self.stamped = arrays.size(table.stamps)
-        self.count = arrays.size(table.targets)
-        self.needed = int(table.sources.max(initial=-1)) + 1
-        self.data = arrays.octets_to_fill(table.data, 0)
-        self.stamps = arrays.whole(table.stamps, 0)
-        self.targets = arrays.whole(table.targets, 0)
-        self.sources = arrays.whole(table.sources, self.count)
+        self.table: OutgoingTable = table
+        self.errors: PoseErrors | None = errors
+        self.of_pose: bool = of_pose
+        self.of_twist: bool = of_twist
+        self.found: Floats = np.zeros(0 if errors is None else pose_errors.COVARIANCES)
+        self.covariances: Flat = arrays.results(self.found, 0)
+        self.stamped: int = arrays.size(table.stamps)
+        self.count: int = arrays.size(table.targets)
+        self.needed: int = int(table.sources.max(initial=-1)) + 1
+        self.data: FlatBytes = arrays.octets_to_fill(table.data, 0)
+        self.stamps: FlatIntegers = arrays.whole(table.stamps, 0)
+        self.targets: FlatIntegers = arrays.whole(table.targets, 0)
+        self.sources: FlatIntegers = arrays.whole(table.sources, self.count)
         for begins in (table.stamps, table.targets):
             if begins.min(initial=0) < 0 or begins.max(initial=0) + 8 > size and begins.size:
                 raise ValueError('a place outside of the messages')
@@ -86,7 +86,9 @@ class OutgoingMessages:
             raise ValueError('a number from before the row')
 
 
-def fill_messages(messages: OutgoingMessages, stamp: int, row: Floats, measures: Floats) -> None:
+def fill_messages(
+    messages: OutgoingMessages, stamp: Nanoseconds, row: Floats, measures: Floats
+) -> None:
     """
     Write a stamp and the numbers of a state into messages without covariances.
 
@@ -120,10 +122,10 @@ def check_fit(messages: OutgoingMessages, chain: Chain, width: int, numbers: int
 
 def fill(
     messages: OutgoingMessages,
-    stamp: int,
-    row: Floats,
+    stamp: Nanoseconds,
+    row: Flat,
     size: int,
-    measures: Floats,
+    measures: Flat,
     measured: int,
 ) -> None:
     """Do the work of `fill_messages`; `size` and `measured` are those of row and measures."""
@@ -146,7 +148,7 @@ def fill(
         arrays.put_number(messages.data, messages.targets[k], number)
 
 
-def spread(messages: OutgoingMessages, row: Floats, q: Floats, qdot: Floats) -> None:
+def spread(messages: OutgoingMessages, row: Flat, q: Flat, qdot: Flat) -> None:
     """Compute the covariances of a row that are among the numbers of the messages."""
     if messages.errors is not None:
         work = arrays.scratch(pose_errors.room(messages.errors))

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Integers
+from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
 
 
 class ChainTable(NamedTuple):
@@ -125,39 +125,41 @@ class Chain:
         ):
             raise TypeError('the arrays of a chain do not go together')
         n = table.dof
-        self.closure = closure
-        self.variables = variables
-        self.loops = 0 if closure is None else closure.loops
-        self.groups = 0 if closure is None else closure.groups
-        self.table = table
-        self.dof = n
-        self.elements = len(table.theta_0)
-        self.entries = len(table.joint)
-        self.frames = len(table.frame_parent)
-        self.form = _form(table) if closure is None else places.CLOSED
+        self.closure: Closure = closure
+        self.variables: int = variables
+        self.loops: int = 0 if closure is None else closure.loops
+        self.groups: int = 0 if closure is None else closure.groups
+        self.table: ChainTable = table
+        self.dof: int = n
+        self.elements: int = len(table.theta_0)
+        self.entries: int = len(table.joint)
+        self.frames: int = len(table.frame_parent)
+        self.form: int = _form(table) if closure is None else places.CLOSED
         # If entry k is joint k, the screws of the entries are J itself and share its columns.
         mixed = self.form == places.MIXED or self.form == places.CLOSED
         after_twist = places.JACOBIAN_AT + 6 * n + 6
-        self.screws_at = after_twist if mixed else places.JACOBIAN_AT
-        self.closure_at = after_twist + (6 * self.entries if mixed else 0)
-        self.frames_at = self.closure_at + (0 if closure is None else closure.width)
-        self.width = self.frames_at + 16 * self.frames
+        self.screws_at: int = after_twist if mixed else places.JACOBIAN_AT
+        self.closure_at: int = after_twist + (6 * self.entries if mixed else 0)
+        self.frames_at: int = self.closure_at + (0 if closure is None else closure.width)
+        self.width: int = self.frames_at + 16 * self.frames
         # A pose of a closed loop needs the variables behind it.
-        self.pose_width = places.JACOBIAN_AT if closure is None else self.frames_at
-        self.widths = (self.pose_width, self.frames_at, self.width)
-        self.single_widths = tuple(width + 2 * n + places.ROW_TAIL for width in self.widths)
-        self.at_rest = np.zeros(n)
+        self.pose_width: int = places.JACOBIAN_AT if closure is None else self.frames_at
+        self.widths: tuple[int, ...] = (self.pose_width, self.frames_at, self.width)
+        self.single_widths: tuple[int, ...] = tuple(
+            width + 2 * n + places.ROW_TAIL for width in self.widths
+        )
+        self.at_rest: Floats = np.zeros(n)
         self.at_rest.setflags(write=False)
 
-        self.before = arrays.numbers(table.before, 12 * self.elements + 12)
-        self.theta_0 = arrays.numbers(table.theta_0, self.elements)
-        self.d_0 = arrays.numbers(table.d_0, self.elements)
-        self.first_entry = arrays.whole(table.first_entry, self.elements + 1)
-        self.joint = arrays.whole(table.joint, self.entries)
-        self.by_theta = arrays.numbers(table.by_theta, self.entries)
-        self.by_d = arrays.numbers(table.by_d, self.entries)
-        self.frame_parent = arrays.whole(table.frame_parent, self.frames)
-        self.frame_offset = arrays.numbers(table.frame_offset, 12 * self.frames)
+        self.before: Flat = arrays.numbers(table.before, 12 * self.elements + 12)
+        self.theta_0: Flat = arrays.numbers(table.theta_0, self.elements)
+        self.d_0: Flat = arrays.numbers(table.d_0, self.elements)
+        self.first_entry: FlatIntegers = arrays.whole(table.first_entry, self.elements + 1)
+        self.joint: FlatIntegers = arrays.whole(table.joint, self.entries)
+        self.by_theta: Flat = arrays.numbers(table.by_theta, self.entries)
+        self.by_d: Flat = arrays.numbers(table.by_d, self.entries)
+        self.frame_parent: FlatIntegers = arrays.whole(table.frame_parent, self.frames)
+        self.frame_offset: Flat = arrays.numbers(table.frame_offset, 12 * self.frames)
 
     def __reduce__(self) -> tuple[type, tuple[ChainTable, Any]]:
         """Rebuild by the constructor."""
@@ -190,6 +192,9 @@ class Loop:
         Of both chains.
     """
 
+    count: int
+    row: int
+
     def __init__(
         self,
         there: Chain,
@@ -210,12 +215,12 @@ class Loop:
             raise TypeError('the parts of a loop do not go together')
         self.arguments: tuple[Any, ...] = there, back, axes, row, following
         axes.setflags(write=False)
-        self.there = there
-        self.back = back
-        self.following: Any = following  # nobody asks for one behind the last
+        self.there: Chain = there
+        self.back: Chain = back
+        self.following: Loop = following  # type: ignore[assignment]  # nobody asks for one behind the last
         self.count, self.row = count, row
-        self.entries = there.entries + back.entries
-        self.axis = arrays.whole(axes, count)
+        self.entries: int = there.entries + back.entries
+        self.axis: FlatIntegers = arrays.whole(axes, count)
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
         """Rebuild by the constructor."""
@@ -261,6 +266,11 @@ class LoopGroup:
         A determinant of the residual's slopes times this has no unit.
     """
 
+    loop: Loop
+    loops: int
+    first: int
+    size: float
+
     def __init__(
         self,
         loop: Loop,
@@ -270,13 +280,13 @@ class LoopGroup:
         units: Floats,
         following: 'LoopGroup | None' = None,
     ) -> None:
-        self.arguments = loop, loops, first, size, units, following
+        self.arguments: tuple[Any, ...] = loop, loops, first, size, units, following
         self.loop, self.loops, self.first, self.size = loop, loops, first, size
-        self.following: Any = following
-        self.variables = loop.there.dof
+        self.following: LoopGroup = following  # type: ignore[assignment]
+        self.variables: int = loop.there.dof
         members = self.members()
-        self.count = sum(one.count for one in members)
-        self.entries = sum(one.entries for one in members)
+        self.count: int = sum(one.count for one in members)
+        self.entries: int = sum(one.entries for one in members)
         if (
             loop.row != 0
             or members[loops - 1].arguments[4] is not None
@@ -289,12 +299,12 @@ class LoopGroup:
         ):
             raise TypeError('the parts of a group of loops do not go together')
         axes = np.concatenate([one.axes() for one in members])
-        self.spans = np.where(axes < 3, size, 1.0)
+        self.spans: Floats = np.where(axes < 3, size, 1.0)
         for array in (units, self.spans):
             array.setflags(write=False)
-        self.unit = arrays.numbers(units, self.variables)
-        self.span = arrays.numbers(self.spans, self.count)
-        self.scale = 1.0
+        self.unit: Flat = arrays.numbers(units, self.variables)
+        self.span: Flat = arrays.numbers(self.spans, self.count)
+        self.scale: float = 1.0
         for i in range(self.count):
             self.scale *= float(units[first + i]) / float(self.spans[i])
 
@@ -359,6 +369,10 @@ class Closure:
         Where the screws begin.
     """
 
+    dof: int
+    variables: int
+    passive: int
+
     def __init__(self, dof: int, first: LoopGroup, turns: Integers, start: Floats) -> None:
         variables = first.variables
         passive = variables - dof
@@ -372,19 +386,19 @@ class Closure:
             or len(start) != width
         ):
             raise TypeError('the parts of a closure do not go together')
-        self.arguments = dof, first, turns, start
+        self.arguments: tuple[Any, ...] = dof, first, turns, start
         for array in (turns, start):
             array.setflags(write=False)
         self.dof, self.variables, self.passive = dof, variables, passive
-        self.first = first
-        self.groups = len(groups)
-        self.loops = sum(group.loops for group in groups)
-        self.width = width
-        self.coupling_at = 2 * variables
-        self.told_at = 2 * variables + passive * dof
-        self.screws_at = self.told_at + 3 * self.groups
-        self.turns = arrays.whole(turns, dof)
-        self.start = arrays.numbers(start, width)
+        self.first: LoopGroup = first
+        self.groups: int = len(groups)
+        self.loops: int = sum(group.loops for group in groups)
+        self.width: int = width
+        self.coupling_at: int = 2 * variables
+        self.told_at: int = 2 * variables + passive * dof
+        self.screws_at: int = self.told_at + 3 * self.groups
+        self.turns: FlatIntegers = arrays.whole(turns, dof)
+        self.start: Flat = arrays.numbers(start, width)
 
     def assembled(self) -> Floats:
         """Return the joint positions at which the loops are known to close, shape (n,)."""

@@ -6,18 +6,18 @@ in the same order as for one pose: it is the same to the last bit.
 """
 
 from ..layout import arrays, lanes, places
-from ..layout.arrays import Floats, Numbers
+from ..layout.arrays import Flat, Numbers
 from . import chain_pass, tool_lanes
 from .chain import Chain
 
 
-def _start(T: Numbers, motion: Floats) -> None:
+def _start(T: Numbers, motion: Flat) -> None:
     for k in range(12):
         for lane in range(places.LANES):
             T[k * places.LANES + lane] = motion[k]
 
 
-def _times(T: Numbers, motion: Floats) -> None:
+def _times(T: Numbers, motion: Flat) -> None:
     # T becomes T times a constant motion.
     xx, xy, xz, xp = motion[0], motion[1], motion[2], motion[3]
     yx, yy, yz, yp = motion[4], motion[5], motion[6], motion[7]
@@ -32,7 +32,7 @@ def _times(T: Numbers, motion: Floats) -> None:
             T[lane + 3 * places.LANES] = x * xp + y * yp + z * zp + T[lane + 3 * places.LANES]
 
 
-def _times_twist(T: Numbers, motion: Floats) -> None:
+def _times_twist(T: Numbers, motion: Flat) -> None:
     # Like `_times`, for a constant motion that is a turn about x and a step along it.
     a, c, s = motion[3], motion[5], motion[9]
     for row in range(3):
@@ -58,7 +58,7 @@ def _times_screw(T: Numbers, sines: Numbers, cosines: Numbers, d: Numbers) -> No
             )
 
 
-def _write_point_and_axis(T: Numbers, step: int, screw: Floats) -> None:
+def _write_point_and_axis(T: Numbers, step: int, screw: Flat) -> None:
     # Of an element, for one entry; they become the screw, once the tool is known.
     for i in range(3):
         for lane in range(places.LANES):
@@ -67,7 +67,7 @@ def _write_point_and_axis(T: Numbers, step: int, screw: Floats) -> None:
             screw[(3 + i) * step + lane] = T[(4 * i + 2) * places.LANES + lane]
 
 
-def _put_motion(T: Numbers, row: Floats) -> None:
+def _put_motion(T: Numbers, row: Flat) -> None:
     for k in range(12 * places.LANES):
         row[k] = T[k]
     for k in range(12 * places.LANES, 15 * places.LANES):
@@ -83,13 +83,13 @@ def room(chain: Chain) -> int:
 
 def evaluate_rows(
     chain: Chain,
-    q: Floats,
-    qdot: Floats,
+    q: Flat,
+    qdot: Flat,
     each: int,
     depth: int,
-    rows: Floats,
+    rows: Flat,
     width: int,
-    work: Floats,
+    work: Flat,
 ) -> bool:
     """
     Fill LANES rows, of depth POSE or JACOBIAN, as `chain_pass.evaluate_row` fills each.

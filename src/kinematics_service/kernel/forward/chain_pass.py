@@ -10,7 +10,7 @@ are twelve numbers, row by row.
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Numbers
+from ..layout.arrays import Flat, Int32, Numbers
 from .chain import Chain
 
 # Sine and cosine together in two fifths of the time of two calls of the C library. Coefficients
@@ -60,7 +60,7 @@ def _sincos_reduced(x: float) -> tuple[float, float]:
     w = 1.0 - half
     cosine = w + (((1.0 - w) - half) + (z * p - y * tail))
     # Selections, not branches: which quarter it is cannot be predicted.
-    quarter = int(turns)
+    quarter: Int32 = int(turns)
     if quarter & 1:
         sine, cosine = cosine, sine
     sign = 1.0 - (quarter & 2)
@@ -89,13 +89,13 @@ def sines_and_cosines(angles: Numbers, sines: Numbers, cosines: Numbers) -> None
         sines[lane], cosines[lane] = s[lane], c[lane]
 
 
-def start(T: Numbers, motion: Floats) -> None:
+def start(T: Numbers, motion: Flat) -> None:
     """T becomes a constant motion."""
     for k in range(12):
         T[k] = motion[k]
 
 
-def times(T: Numbers, motion: Floats) -> None:
+def times(T: Numbers, motion: Flat) -> None:
     """T becomes T times a constant motion."""
     for i in range(0, 12, 4):
         x, y, z = T[i], T[i + 1], T[i + 2]
@@ -105,7 +105,7 @@ def times(T: Numbers, motion: Floats) -> None:
         T[i + 3] = x * motion[3] + y * motion[7] + z * motion[11] + T[i + 3]
 
 
-def _times_twist(T: Numbers, motion: Floats) -> None:
+def _times_twist(T: Numbers, motion: Flat) -> None:
     # Like `times`, for a constant motion that is a turn about x and a step along it.
     a, c, s = motion[3], motion[5], motion[9]
     for i in range(0, 12, 4):
@@ -125,7 +125,7 @@ def times_screw(T: Numbers, theta: float, d: float) -> None:
         T[i + 3] = T[i + 3] + T[i + 2] * d
 
 
-def _write_motion(T: Numbers, row: Floats, at: int) -> None:
+def _write_motion(T: Numbers, row: Flat, at: int) -> None:
     for k in range(12):
         row[at + k] = T[k]
     row[at + 12] = 0.0
@@ -134,7 +134,7 @@ def _write_motion(T: Numbers, row: Floats, at: int) -> None:
     row[at + 15] = 1.0
 
 
-def write_quaternion(T: Numbers, row: Floats, at: int) -> None:
+def write_quaternion(T: Numbers, row: Flat, at: int) -> None:
     """
     Write the unit quaternion x y z w of the rotation in T, w >= 0.
 
@@ -160,14 +160,14 @@ def write_quaternion(T: Numbers, row: Floats, at: int) -> None:
     row[at + 3] = w * scale
 
 
-def _write_point_and_axis(T: Numbers, entries: int, screw: Floats) -> None:
+def _write_point_and_axis(T: Numbers, entries: int, screw: Flat) -> None:
     # Of an element, for one entry; they become the screw, once the tool is known.
     for i in range(3):
         screw[i * entries] = T[4 * i + 3]
         screw[(3 + i) * entries] = T[4 * i + 2]
 
 
-def _write_screw(by_theta: float, by_d: float, entries: int, row: Floats, screw: Floats) -> None:
+def _write_screw(by_theta: float, by_d: float, entries: int, row: Flat, screw: Flat) -> None:
     # Of one entry, from its point and axis: how it moves the tool's origin, and turns the tool.
     x = row[3] - screw[0]
     y = row[7] - screw[entries]
@@ -181,7 +181,7 @@ def _write_screw(by_theta: float, by_d: float, entries: int, row: Floats, screw:
     screw[5 * entries] = by_theta * zz
 
 
-def _write_fixed_frames(chain: Chain, row: Floats) -> int:
+def _write_fixed_frames(chain: Chain, row: Flat) -> int:
     # Writes the frames before every element; returns their number.
     frame = 0
     while frame < chain.frames and chain.frame_parent[frame] < 0:
@@ -192,7 +192,7 @@ def _write_fixed_frames(chain: Chain, row: Floats) -> int:
     return frame
 
 
-def _write_frames(chain: Chain, element: int, frame: int, T: Numbers, row: Floats) -> int:
+def _write_frames(chain: Chain, element: int, frame: int, T: Numbers, row: Flat) -> int:
     # Writes the frames that an element carries, from `frame` on; returns the first of the next
     # element.
     pose = [0.0] * 12
@@ -205,7 +205,7 @@ def _write_frames(chain: Chain, element: int, frame: int, T: Numbers, row: Float
     return frame
 
 
-def evaluate_row(chain: Chain, q: Floats, qdot: Floats, depth: int, row: Floats) -> float:
+def evaluate_row(chain: Chain, q: Flat, qdot: Flat, depth: int, row: Flat) -> float:
     """Fill a row as `evaluation.evaluate` does; the result is finite if all of the row is."""
     elements, entries = chain.elements, chain.entries
     twisted = chain.form == places.TWISTED
@@ -239,7 +239,7 @@ def evaluate_row(chain: Chain, q: Floats, qdot: Floats, depth: int, row: Floats)
     return _finish_row(chain, T, qdot, depth, row)
 
 
-def _finish_row(chain: Chain, T: Numbers, qdot: Floats, depth: int, row: Floats) -> float:
+def _finish_row(chain: Chain, T: Numbers, qdot: Flat, depth: int, row: Flat) -> float:
     # Completes a row whose tool pose T is known, with points and axes in place of the screws.
     _write_motion(T, row, places.POSE_AT)
     write_quaternion(T, row, places.QUATERNION_AT)
@@ -254,7 +254,7 @@ def _finish_row(chain: Chain, T: Numbers, qdot: Floats, depth: int, row: Floats)
     return total + _write_twist(chain, screws, qdot, row)
 
 
-def add_up_screws(chain: Chain, screws: Floats, row: Floats) -> None:
+def add_up_screws(chain: Chain, screws: Flat, row: Flat) -> None:
     """Fill the Jacobian, if entries and joints differ."""
     n = chain.dof
     for k in range(places.JACOBIAN_AT, places.JACOBIAN_AT + 6 * n):
@@ -265,7 +265,7 @@ def add_up_screws(chain: Chain, screws: Floats, row: Floats) -> None:
             row[j + i * n] += screws[i * chain.entries + e]
 
 
-def _write_twist(chain: Chain, screws: Floats, qdot: Floats, row: Floats) -> float:
+def _write_twist(chain: Chain, screws: Flat, qdot: Flat, row: Flat) -> float:
     # The result is finite if the screws and the twist are.
     entries = chain.entries
     twist = places.JACOBIAN_AT + 6 * chain.dof

@@ -1,13 +1,9 @@
 """Linear equations by elimination with partial pivoting, and those of the transposed matrix."""
 
-from typing import TypeAlias
-
-from ..layout.arrays import Integers, Numbers
-
-Order: TypeAlias = Integers | list[int]
+from ..layout.arrays import Numbers, WholeNumbers
 
 
-def factorise(A: Numbers, size: int, order: Order) -> float:
+def factorise(A: Numbers, size: int, order: WholeNumbers) -> float:
     """
     Overwrite A (size, size) with its factors for `solve`; return its determinant: 0, no inverse.
 
@@ -38,7 +34,7 @@ def factorise(A: Numbers, size: int, order: Order) -> float:
     return product
 
 
-def solve(A: Numbers, size: int, order: Order, x: Numbers) -> None:
+def solve(A: Numbers, size: int, order: WholeNumbers, x: Numbers) -> None:
     """Overwrite x (size,) with the solution of A y = x, from what `factorise` has left of A."""
     for i in range(size):
         pivot = order[i]
@@ -54,7 +50,7 @@ def solve(A: Numbers, size: int, order: Order, x: Numbers) -> None:
         x[i] = value / A[i * size + i]
 
 
-def solve_transposed(A: Numbers, size: int, order: Order, x: Numbers) -> None:
+def solve_transposed(A: Numbers, size: int, order: WholeNumbers, x: Numbers) -> None:
     """Overwrite x (size,) with the solution of A' y = x, from what `factorise` has left of A."""
     for i in range(size):
         value = x[i]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Integers, Numbers
+from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Numbers
 from .chain import Chain
 
 # The numbers of two covariances, of the pose and of the twist, 6 x 6 each.
@@ -97,18 +97,18 @@ class PoseErrors:
             array.setflags(write=False)
         if not _goes_together(chain, table):
             raise TypeError('the arrays of what may be off do not go together')
-        self.chain = chain
-        self.table = table
-        self.screws = len(table.frame)
-        self.causes = table.spread.shape[1]
-        self.reaches = _reaches(table.spread)
-        self.frame = arrays.whole(table.frame, self.screws)
-        self.screw = arrays.numbers(table.screw, 6 * self.screws)
-        self.gear = arrays.whole(table.gear, self.screws)
-        self.spread = arrays.numbers(table.spread, self.screws * self.causes)
-        self.rates = arrays.numbers(table.rates, chain.dof)
-        self.floor = arrays.numbers(table.floor, 6)
-        self.reach = arrays.whole(self.reaches, 2 * self.screws)
+        self.chain: Chain = chain
+        self.table: PoseErrorTable = table
+        self.screws: int = len(table.frame)
+        self.causes: int = table.spread.shape[1]
+        self.reaches: Integers = _reaches(table.spread)
+        self.frame: FlatIntegers = arrays.whole(table.frame, self.screws)
+        self.screw: Flat = arrays.numbers(table.screw, 6 * self.screws)
+        self.gear: FlatIntegers = arrays.whole(table.gear, self.screws)
+        self.spread: Flat = arrays.numbers(table.spread, self.screws * self.causes)
+        self.rates: Flat = arrays.numbers(table.rates, chain.dof)
+        self.floor: Flat = arrays.numbers(table.floor, 6)
+        self.reach: FlatIntegers = arrays.whole(self.reaches, 2 * self.screws)
 
 
 def room(errors: PoseErrors) -> int:
@@ -116,7 +116,7 @@ def room(errors: PoseErrors) -> int:
     return 12 * errors.causes + 6 * errors.chain.dof
 
 
-def _write_column(errors: PoseErrors, s: int, row: Floats, column: Numbers) -> None:
+def _write_column(errors: PoseErrors, s: int, row: Flat, column: Numbers) -> None:
     # How the tool moves along a screw: linear velocity of its origin, angular velocity.
     T = arrays.after(row, errors.chain.frames_at + 16 * errors.frame[s])
     screw = arrays.after(errors.screw, 6 * s)
@@ -130,7 +130,7 @@ def _write_column(errors: PoseErrors, s: int, row: Floats, column: Numbers) -> N
     column[2] = column[2] + (column[3] * y - column[4] * x)
 
 
-def _write_rate(column: Numbers, before: Numbers, twist: Floats, rate: Numbers) -> None:
+def _write_rate(column: Numbers, before: Numbers, twist: Flat, rate: Numbers) -> None:
     # How a motion along a screw changes the twist: what is behind it moves in another direction,
     # w x v; and the tool is elsewhere in the motion of what is before it.
     for i in range(3):
@@ -150,7 +150,7 @@ def _drive(share: float, rate_of_share: float, column: Numbers, rate: Numbers) -
         column[i] = share * column[i]
 
 
-def _turn_into_tool_axes(row: Floats, column: Numbers, twist: Floats, rate: Numbers) -> None:
+def _turn_into_tool_axes(row: Flat, column: Numbers, twist: Flat, rate: Numbers) -> None:
     # The change of a twist's numbers in the axes of the tool, which turn with the error.
     turned = [0.0] * 6
     for part in range(0, 6, 3):
@@ -166,7 +166,7 @@ def _turn_into_tool_axes(row: Floats, column: Numbers, twist: Floats, rate: Numb
             )
 
 
-def _carry_on(chain: Chain, element: int, row: Floats, qdot: Floats, before: Numbers) -> None:
+def _carry_on(chain: Chain, element: int, row: Flat, qdot: Flat, before: Numbers) -> None:
     # Adds an element's share of the twist to that of what is before it.
     screws = arrays.after(row, chain.screws_at)
     for e in range(chain.first_entry[element], chain.first_entry[element + 1]):
@@ -175,7 +175,7 @@ def _carry_on(chain: Chain, element: int, row: Floats, qdot: Floats, before: Num
             before[i] = before[i] + screws[i * chain.entries + e] * rate
 
 
-def _add_causes(errors: PoseErrors, s: int, column: Numbers, moved: Floats) -> None:
+def _add_causes(errors: PoseErrors, s: int, column: Numbers, moved: Flat) -> None:
     # Of the causes that move along a screw, what they do to the tool: moved (causes, 6). The six
     # are written out: the compiler takes two at once.
     spread = arrays.after(errors.spread, s * errors.causes)
@@ -191,7 +191,7 @@ def _add_causes(errors: PoseErrors, s: int, column: Numbers, moved: Floats) -> N
         one[5] += wz * along
 
 
-def _write_noise(errors: PoseErrors, row: Floats, in_tool_axes: bool, moved: Floats) -> None:
+def _write_noise(errors: PoseErrors, row: Flat, in_tool_axes: bool, moved: Flat) -> None:
     # The noise of each velocity is a cause of its own: what it does to the twist, moved (n, 6).
     n = errors.chain.dof
     twist = arrays.after(row, places.JACOBIAN_AT + 6 * n)
@@ -205,7 +205,7 @@ def _write_noise(errors: PoseErrors, row: Floats, in_tool_axes: bool, moved: Flo
             moved[6 * j + i] = rate[i]
 
 
-def _write_products(moved: Floats, count: int, covariance: Floats) -> None:
+def _write_products(moved: Flat, count: int, covariance: Flat) -> None:
     # The sum of products of each two of (count, 6).
     sums = [0.0] * 36
     for k in range(count):
@@ -219,14 +219,14 @@ def _write_products(moved: Floats, count: int, covariance: Floats) -> None:
 
 def write_covariances(
     errors: PoseErrors,
-    row: Floats,
-    q: Floats,
-    qdot: Floats,
+    row: Flat,
+    q: Flat,
+    qdot: Flat,
     of_pose: bool,
     of_twist: bool,
     in_tool_axes: bool,
-    covariances: Floats,
-    work: Floats,
+    covariances: Flat,
+    work: Flat,
 ) -> None:
     """
     Write the covariance of the pose, and behind it that of the twist: those that are wanted.

@@ -6,11 +6,11 @@ for one.
 import math
 
 from ..layout import arrays, lanes, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat
 from .chain import Chain
 
 
-def _write_quaternions(T: Floats, quaternions: Floats) -> None:
+def _write_quaternions(T: Flat, quaternions: Flat) -> None:
     for lane in range(places.LANES):
         xx, xy, xz = T[lane], T[lane + places.LANES], T[lane + 2 * places.LANES]
         yx, yy, yz = (
@@ -48,7 +48,7 @@ def _write_quaternions(T: Floats, quaternions: Floats) -> None:
         quaternions[lane + 3 * places.LANES] = w * scale
 
 
-def _write_screws(chain: Chain, rates: Floats, row: Floats) -> bool:
+def _write_screws(chain: Chain, rates: Flat, row: Flat) -> bool:
     # From points and axes: how each entry moves the tool's origin, and turns the tool; and the
     # twist. Returns False if a number is too large.
     step = chain.entries * places.LANES
@@ -101,7 +101,7 @@ def _write_screws(chain: Chain, rates: Floats, row: Floats) -> bool:
     )
 
 
-def _add_up_screws(chain: Chain, row: Floats) -> None:
+def _add_up_screws(chain: Chain, row: Flat) -> None:
     # The Jacobian, if entries and joints differ.
     n = chain.dof
     J = arrays.after(row, places.JACOBIAN_AT * places.LANES)
@@ -116,7 +116,7 @@ def _add_up_screws(chain: Chain, row: Floats) -> None:
                 column[lane] += screw[lane]
 
 
-def finish_rows(chain: Chain, rates: Floats, depth: int, row: Floats) -> bool:
+def finish_rows(chain: Chain, rates: Flat, depth: int, row: Flat) -> bool:
     """
     Complete LANES rows with known poses, and with points and axes in place of the screws. Returns
     False if a number is not finite or too large.

@@ -8,7 +8,7 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Numbers, Vector
+from ..layout.arrays import Flat, Floats, Numbers, Vector
 from . import roots, three_joints
 
 
@@ -189,7 +189,7 @@ def _with_parallel_axes(
     turn: float,
     way: float,
     free: Numbers,
-    found: Floats,
+    found: Flat,
     said: Numbers,
 ) -> int:
     # Axes 2, 3, 4 are parallel, 5 and 6 meet in `point`.
@@ -231,7 +231,7 @@ def _with_parallel_axes(
     return count
 
 
-def _times(rows: int, columns: int, A: Floats, x: Floats, y: Numbers) -> None:
+def _times(rows: int, columns: int, A: Flat, x: Flat, y: Numbers) -> None:
     # y = A x.
     for i in range(rows):
         y[i] = 0.0
@@ -262,6 +262,12 @@ class ClosedForm:
         It includes round-off.
     """
 
+    way: int
+    error: float
+    size: float
+    n: int
+    k: int
+
     def __init__(
         self,
         way: int,
@@ -274,31 +280,31 @@ class ClosedForm:
         error: float,
     ) -> None:
         self.way, self.error, self.size = way, error, 0.0
-        self.backwards = backwards
+        self.backwards: bool = backwards
         self.n, self.k = arrays.extent(to_joints, 0), arrays.extent(to_joints, 1)
         if self.k != (3 if self.way == places.POSITION_3 else 6):
             raise TypeError('a closed form has three screws for a position, six for a pose')
-        self.screws = arrays.numbers(screws, 7 * self.k)
-        self.point = arrays.numbers(point, 3)
-        self.home_inverse = arrays.numbers(home_inverse, 16)
-        self.to_joints = arrays.numbers(to_joints, self.n * self.k)
-        self.to_screws = arrays.numbers(to_screws, self.n * self.k)
-        self._arrays = screws, point, home_inverse, to_joints, to_screws
+        self.screws: Flat = arrays.numbers(screws, 7 * self.k)
+        self.point: Flat = arrays.numbers(point, 3)
+        self.home_inverse: Flat = arrays.numbers(home_inverse, 16)
+        self.to_joints: Flat = arrays.numbers(to_joints, self.n * self.k)
+        self.to_screws: Flat = arrays.numbers(to_screws, self.n * self.k)
+        self._arrays: tuple[object, ...] = screws, point, home_inverse, to_joints, to_screws
         for k in range(self.k):
             at = vectors.point_of(self.screws, k)
             self.size = max(self.size, math.sqrt(vectors.dot(at, at)))
         for at in (vectors.three(self.point, 0), vectors.apart(self.home_inverse, 3, 4)):
             self.size = max(self.size, math.sqrt(vectors.dot(at, at)))
 
-    def write_screws(self, q: Floats, psi: Numbers) -> None:
+    def write_screws(self, q: Flat, psi: Numbers) -> None:
         """Write the screws' positions for positions of the joints."""
         _times(self.k, self.n, self.to_screws, q, psi)
 
-    def write_joints(self, psi: Floats, q: Floats) -> None:
+    def write_joints(self, psi: Flat, q: Flat) -> None:
         """Write the joints' positions for positions of the screws."""
         _times(self.n, self.k, self.to_joints, psi, q)
 
-    def write_motion(self, pose: Floats, T: Numbers) -> None:
+    def write_motion(self, pose: Flat, T: Numbers) -> None:
         """Write the motion (4, 4) from rest to a pose that the screws have to make."""
         M = [0.0] * 12
         for i in range(3):
@@ -317,9 +323,7 @@ class ClosedForm:
                 if self.backwards:
                     T[4 * i + 3] -= M[4 * j + i] * M[4 * j + 3]
 
-    def candidates(
-        self, T: Numbers, off: float, free: Numbers, found: Floats, said: Numbers
-    ) -> int:
+    def candidates(self, T: Numbers, off: float, free: Numbers, found: Flat, said: Numbers) -> int:
         """Do what `inverse_candidates` does, for a motion whose rotation is off by so much."""
         start, to = vectors.three(self.point, 0), vectors.apart(T, 3, 4)
         turn = self.error + off

@@ -3,18 +3,18 @@ How near to dependent the columns of the rows of J that count are, and the motio
 """
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat, Floats
 from ..measures import singular_values
 from .residuals import Residual
 
 
 def _write_free_motions(
     residual: Residual,
-    scales: Floats,
-    q: Floats,
-    W: Floats,
-    sigma: Floats,
-    motions: Floats,
+    scales: Flat,
+    q: Flat,
+    W: Flat,
+    sigma: Flat,
+    motions: Flat,
 ) -> None:
     # Of one row of `free_motions`, with room W (n, 6 + n).
     n = residual.n
@@ -69,7 +69,7 @@ def free_motions(
     arrays.give_back(W)
 
 
-def share_of_last_pivot(residual: Residual, scales: Floats, q: Floats) -> float:
+def share_of_last_pivot(residual: Residual, scales: Flat, q: Flat) -> float:
     """Return one of the shares of `pivots`."""
     if residual.n > 6:
         return 0.0

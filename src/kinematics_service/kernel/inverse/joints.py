@@ -3,7 +3,7 @@
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat, Floats
 
 
 class Joints:
@@ -21,11 +21,11 @@ class Joints:
     """
 
     def __init__(self, scales: Floats, periods: Floats, limits: Floats) -> None:
-        self.n = arrays.size(scales)
-        self.scales = arrays.numbers(scales, self.n)
-        self.periods = arrays.numbers(periods, self.n)
-        self.limits = arrays.numbers(limits, 2 * self.n)
-        self._arrays = scales, periods, limits
+        self.n: int = arrays.size(scales)
+        self.scales: Flat = arrays.numbers(scales, self.n)
+        self.periods: Flat = arrays.numbers(periods, self.n)
+        self.limits: Flat = arrays.numbers(limits, 2 * self.n)
+        self._arrays: tuple[object, ...] = scales, periods, limits
 
     def without_turns(self, j: int, away: float) -> float:
         """Return a way of joint j without the full turns in it."""
@@ -34,7 +34,7 @@ class Joints:
             return away
         return away - period * math.floor(away / period + 0.5)
 
-    def represent(self, near: Floats, q: Floats) -> None:
+    def represent(self, near: Flat, q: Flat) -> None:
         """Turn q (n,) as `representatives` turns a row."""
         for j in range(self.n):
             period = self.periods[j]
@@ -56,7 +56,7 @@ class Joints:
                 x += period
             q[j] = x
 
-    def square_to(self, near: Floats, q: Floats) -> float:
+    def square_to(self, near: Flat, q: Flat) -> float:
         """Return the square of the distance from q to `near`."""
         square = 0.0
         for j in range(self.n):
@@ -64,18 +64,18 @@ class Joints:
             square += share * share
         return square
 
-    def space(self, j: int, q: Floats) -> float:
+    def space(self, j: int, q: Flat) -> float:
         """Return the distance of joint j to its nearest limit, rad or m; negative beyond it."""
         return min(q[j] - self.limits[2 * j], self.limits[2 * j + 1] - q[j])
 
-    def margin(self, q: Floats) -> float:
+    def margin(self, q: Flat) -> float:
         """Return the least space of a joint."""
         margin = places.INFINITY
         for j in range(self.n):
             margin = min(margin, self.space(j, q))
         return margin
 
-    def are_inside(self, q: Floats) -> bool:
+    def are_inside(self, q: Flat) -> bool:
         """Return whether no joint is beyond its limits."""
         return self.margin(q) >= -places.AT_LIMIT
 

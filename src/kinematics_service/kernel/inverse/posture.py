@@ -4,7 +4,7 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Integers, Vector
+from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Vector
 from .closed_forms import ClosedForm
 
 
@@ -14,14 +14,14 @@ def _sign(value: float, size: float) -> int:
     return 1 if value > 0.0 else -1
 
 
-def _shoulder(screws: Floats, end: Vector) -> int:
+def _shoulder(screws: Flat, end: Vector) -> int:
     # Returns the side of the plane of the first two axes on which the end of joint 3 is.
     side = vectors.cross(vectors.axis_of(screws, 1), vectors.axis_of(screws, 0))
     reach = vectors.plus(end, -1.0, vectors.point_of(screws, 0))
     return _sign(vectors.dot(side, reach), math.sqrt(vectors.dot(reach, reach)))
 
 
-def _elbow(screws: Floats, second: float, tip: Vector) -> int:
+def _elbow(screws: Flat, second: float, tip: Vector) -> int:
     # Returns the side of the line from axis 2 to the tip of the elbow's arm on which the elbow is.
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     chord = vectors.plus(tip, -1.0, o2)
@@ -38,14 +38,14 @@ def _elbow(screws: Floats, second: float, tip: Vector) -> int:
     )
 
 
-def _wrist(screws: Floats, fifth: float) -> int:
+def _wrist(screws: Flat, fifth: float) -> int:
     a = vectors.axis_of(screws, 4)
     first = vectors.turned(a, -fifth, vectors.axis_of(screws, 3))
     across = vectors.cross(first, a)
     return _sign(vectors.dot(across, vectors.axis_of(screws, 5)), 1.0)
 
 
-def write_posture(form: ClosedForm, q: Floats, signs: Integers) -> None:
+def write_posture(form: ClosedForm, q: Flat, signs: FlatIntegers) -> None:
     """Write the posture of one row of `postures`."""
     signs[0], signs[1], signs[2] = 0, 0, 0
     if form.backwards:

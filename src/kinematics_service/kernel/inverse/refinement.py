@@ -3,7 +3,7 @@
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat, Floats
 from ..measures import symmetric
 from .residuals import Residual
 
@@ -41,25 +41,25 @@ class Refinement:
         steps: int,
     ) -> None:
         arrays.given(residual)
-        self.residual = residual
+        self.residual: Residual = residual
         n = self.residual.n
-        self.scales = arrays.numbers(scales, n)
-        self.limits = arrays.numbers(limits, 2 * n)
-        self.damping = damping
-        self.steps = steps
-        self.room = arrays.scratch(2 * n * n + 3 * n)
-        self.A = self.room
-        self.L = arrays.after(self.A, n * n)
-        self.g = arrays.after(self.L, n * n)
-        self.step = arrays.after(self.g, n)
-        self.trial = arrays.after(self.step, n)
-        self._arrays = scales, limits
+        self.scales: Flat = arrays.numbers(scales, n)
+        self.limits: Flat = arrays.numbers(limits, 2 * n)
+        self.damping: float = damping
+        self.steps: int = steps
+        self.room: Flat = arrays.scratch(2 * n * n + 3 * n)
+        self.A: Flat = self.room
+        self.L: Flat = arrays.after(self.A, n * n)
+        self.g: Flat = arrays.after(self.L, n * n)
+        self.step: Flat = arrays.after(self.g, n)
+        self.trial: Flat = arrays.after(self.step, n)
+        self._arrays: tuple[object, ...] = scales, limits
 
     def __dealloc__(self) -> None:
         """Give the room back."""
         arrays.give_back(self.room)
 
-    def refine_one(self, q: Floats) -> float:
+    def refine_one(self, q: Flat) -> float:
         """Refine joint positions (n,) where they are, and return what is left: see `refine`."""
         square = self.residual.square(q, places.JACOBIAN)
         if square == places.INFINITY:
@@ -101,7 +101,7 @@ class Refinement:
                 slow += 1 if moved < 1e-13 else 0
         return math.sqrt(square)
 
-    def _linearise(self, q: Floats) -> float:
+    def _linearise(self, q: Flat) -> float:
         # Fills the normal equations A and g at q, which the residual was evaluated at last, and
         # returns the largest square of a column.
         n, A, g, limits = self.residual.n, self.A, self.g, self.limits
@@ -128,9 +128,9 @@ class Refinement:
                 A[i * n + i] = size
         return size
 
-    def _try_step(self, q: Floats) -> float:
+    def _try_step(self, q: Flat) -> float:
         # Fills `trial` with q after the step, within the limits; the longest move of a joint.
-        moved = 0.0
+        moved: float = 0.0
         for j in range(self.residual.n):
             value = q[j] + self.scales[j] * self.step[j]
             value = min(max(value, self.limits[2 * j]), self.limits[2 * j + 1])
@@ -139,7 +139,7 @@ class Refinement:
         return moved
 
 
-def _refine_rows(refinement: Refinement, rows: int, q: Floats, errors: Floats) -> None:
+def _refine_rows(refinement: Refinement, rows: int, q: Flat, errors: Flat) -> None:
     for k in range(rows):
         errors[k] = refinement.refine_one(arrays.after(q, k * refinement.residual.n))
 

@@ -5,7 +5,7 @@ import math
 from ..forward import vectors
 from ..forward.chain import Chain
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Numbers, Vector
+from ..layout.arrays import Flat, Floats, Numbers, Vector
 from ..loops import closed_pass
 
 # Where no angles count errors are compared with this share of the arm's reach.
@@ -49,7 +49,7 @@ def _turn_between(a: Vector, b: Vector) -> Vector:
     return (normal[0] * share, normal[1] * share, normal[2] * share)
 
 
-def _turned_back(axes: Floats, v: Vector) -> Vector:
+def _turned_back(axes: Flat, v: Vector) -> Vector:
     return (
         axes[0] * v[0] + axes[3] * v[1] + axes[6] * v[2],
         axes[1] * v[0] + axes[4] * v[1] + axes[7] * v[2],
@@ -58,7 +58,7 @@ def _turned_back(axes: Floats, v: Vector) -> Vector:
 
 
 def _write_weighted(
-    weights: Floats, scale: float, linear: Vector, angular: Vector, six: Numbers
+    weights: Flat, scale: float, linear: Vector, angular: Vector, six: Numbers
 ) -> None:
     six[0] = scale * weights[0] * linear[0]
     six[1] = scale * weights[1] * linear[1]
@@ -91,6 +91,9 @@ class Residual:
         How large the arm is, m.
     """
 
+    tool_axis: int
+    reach: float
+
     def __init__(
         self,
         chain: Chain,
@@ -104,23 +107,23 @@ class Residual:
         if not -1 <= tool_axis <= 2:
             raise TypeError('a tool has three axes')
         self.tool_axis, self.reach = tool_axis, reach
-        self.chain = chain
-        self.pose = arrays.numbers(pose, 16)
-        self.axes = arrays.numbers(axes, 9)
-        self.weights = arrays.numbers(weights, 6)
-        self.n = self.chain.dof
-        self.still = arrays.numbers(self.chain.at_rest, self.n)
-        self.room = arrays.scratch(6 + 6 * self.n + self.chain.frames_at)
-        self.error = self.room
-        self.columns = arrays.after(self.error, 6)
-        self.row = arrays.after(self.columns, 6 * self.n)
-        self._arrays = pose, axes, weights
+        self.chain: Chain = chain
+        self.pose: Flat = arrays.numbers(pose, 16)
+        self.axes: Flat = arrays.numbers(axes, 9)
+        self.weights: Flat = arrays.numbers(weights, 6)
+        self.n: int = self.chain.dof
+        self.still: Flat = arrays.numbers(self.chain.at_rest, self.n)
+        self.room: Flat = arrays.scratch(6 + 6 * self.n + self.chain.frames_at)
+        self.error: Flat = self.room
+        self.columns: Flat = arrays.after(self.error, 6)
+        self.row: Flat = arrays.after(self.columns, 6 * self.n)
+        self._arrays: tuple[object, ...] = pose, axes, weights
 
     def __dealloc__(self) -> None:
         """Give the room back."""
         arrays.give_back(self.room)
 
-    def evaluate(self, q: Floats, depth: int) -> bool:
+    def evaluate(self, q: Flat, depth: int) -> bool:
         """
         Fill `row` with the pose at q (n,), and with as much more as the depth asks for.
 
@@ -129,7 +132,7 @@ class Residual:
         total = closed_pass.evaluate_row(self.chain, q, self.still, depth, self.row)
         return self.chain.loops == 0 or math.isfinite(total)
 
-    def square(self, q: Floats, depth: int) -> float:
+    def square(self, q: Flat, depth: int) -> float:
         """
         Fill `error` (6,) with the weighted residual of the pose at q, and return its square.
 
@@ -162,7 +165,7 @@ class Residual:
             square += error[i] * error[i] + error[3 + i] * error[3 + i]
         return square
 
-    def write_columns(self, scales: Floats) -> None:
+    def write_columns(self, scales: Flat) -> None:
         """
         Fill `columns` (n, 6) with those of J in the axes of the rows, weighted like the error.
 
@@ -172,7 +175,7 @@ class Residual:
         for j in range(n):
             J = arrays.after(self.row, places.JACOBIAN_AT + j)
             linear = _turned_back(self.axes, (J[0], J[n], J[2 * n]))
-            turn = (J[3 * n], J[4 * n], J[5 * n])
+            turn: Vector = (J[3 * n], J[4 * n], J[5 * n])
             if k >= 0:
                 # Turning about the axis itself leaves its direction.
                 axis = (self.row[k], self.row[4 + k], self.row[8 + k])

@@ -1,7 +1,7 @@
 """The first solution that refinement meets, in one call."""
 
 from ..layout import arrays
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat, Floats
 from . import dependence, solutions
 from .joints import Joints
 from .refinement import Refinement
@@ -11,11 +11,11 @@ from .solutions import Solutions
 def _first_of(
     refinement: Refinement,
     joints: Joints,
-    near: Floats,
+    near: Flat,
     proved: float,
     count: int,
-    starts: Floats,
-    q: Floats,
+    starts: Flat,
+    q: Flat,
     solution: Solutions,
 ) -> int:
     # Does what `first_solution` does, with room for joint positions q (n,).

@@ -3,7 +3,7 @@
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat, FlatIntegers, Floats
 from ..measures import singular_values
 from ..measures.task_rows import TaskRows
 
@@ -29,6 +29,9 @@ class Servo:
         Limits of positions, infinite if there are none; of velocities, finite.
     """
 
+    m: int
+    n: int
+
     def __init__(
         self,
         task: TaskRows,
@@ -40,21 +43,21 @@ class Servo:
         fastest: Floats,
     ) -> None:
         arrays.given(task)
-        self.task = task
+        self.task: TaskRows = task
         self.m, self.n = self.task.count, self.task.joints
-        self.damping = damping
-        self.damped_below = damped_below
-        self.length = length
-        self.horizon = horizon
-        self.limits = arrays.numbers(limits, 2 * self.n)
-        self.fastest = arrays.numbers(fastest, self.n)
-        self._arrays = limits, fastest
+        self.damping: float = damping
+        self.damped_below: float = damped_below
+        self.length: float = length
+        self.horizon: float = horizon
+        self.limits: Flat = arrays.numbers(limits, 2 * self.n)
+        self.fastest: Flat = arrays.numbers(fastest, self.n)
+        self._arrays: tuple[object, ...] = limits, fastest
 
-    def upper(self, q: Floats, j: int) -> float:
+    def upper(self, q: Flat, j: int) -> float:
         """Return the largest velocity of joint j towards its upper limit."""
         return max((self.limits[2 * j + 1] - q[j]) / self.horizon, 0.0)
 
-    def lower(self, q: Floats, j: int) -> float:
+    def lower(self, q: Flat, j: int) -> float:
         """Return the least velocity of joint j, not above 0, towards its lower limit."""
         return min((self.limits[2 * j] - q[j]) / self.horizon, 0.0)
 
@@ -84,24 +87,32 @@ class ServoOutput:
         The joint whose velocity limit asked for that, or -1.
     """
 
+    damping: float
+    least_singular_value: float
+    followed: float
+    shortened: float
+    slowest: int
+    largest: float
+    count: int
+
     def __init__(self, servo: Servo, qdot: Floats) -> None:
         arrays.given(servo)
-        self.servo = servo
+        self.servo: Servo = servo
         m, n = self.servo.m, self.servo.n
         least = min(m, n)
-        self.qdot = qdot
-        self.rates = arrays.results(qdot, n)
+        self.qdot: Floats = qdot
+        self.rates: Flat = arrays.results(qdot, n)
         self.damping, self.least_singular_value, self.followed = 0.0, -1.0, 1.0
         self.shortened, self.slowest = 1.0, -1
         self.largest, self.count = 0.0, n
-        self.room = arrays.scratch(m * n + m + 4 * n + least * (1 + m + n))
-        self.J = self.room
-        self.v = arrays.after(self.J, m * n)
-        self.u = arrays.after(self.v, m)
-        self.sigma = arrays.after(self.u, n)
-        self.W = arrays.after(self.sigma, least)
-        self.free = arrays.as_whole(arrays.after(self.W, least * (m + n)))
-        self.held = arrays.whole_after(self.free, n)
+        self.room: Flat = arrays.scratch(m * n + m + 4 * n + least * (1 + m + n))
+        self.J: Flat = self.room
+        self.v: Flat = arrays.after(self.J, m * n)
+        self.u: Flat = arrays.after(self.v, m)
+        self.sigma: Flat = arrays.after(self.u, n)
+        self.W: Flat = arrays.after(self.sigma, least)
+        self.free: FlatIntegers = arrays.as_whole(arrays.after(self.W, least * (m + n)))
+        self.held: FlatIntegers = arrays.whole_after(self.free, n)
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -119,7 +130,7 @@ class ServoOutput:
         """Return whether a limit of its position decides the velocity of joint j."""
         return 0 <= j < self.servo.n and self.held[j] != 0
 
-    def write_task(self, row: Floats, twist: Floats, size: float) -> None:
+    def write_task(self, row: Flat, twist: Flat, size: float) -> None:
         """
         Fill J with the rows that count, and v with the twist by them, as a share of `size`.
 
@@ -206,7 +217,7 @@ class ServoOutput:
                 self.W[i * width + j] = 0.0
             self.W[i * width + length + i] = 1.0
 
-    def worst(self, q: Floats) -> int:
+    def worst(self, q: Flat) -> int:
         """Return the free joint that would run into a limit most, -1 if none does."""
         worst, over = -1, AT_REST
         for k in range(self.count):
@@ -219,7 +230,7 @@ class ServoOutput:
                 worst, over = k, beyond
         return worst
 
-    def hold(self, k: int, q: Floats) -> None:
+    def hold(self, k: int, q: Flat) -> None:
         """
         Move the k-th free joint towards its limit at its largest velocity, and remove it from the
         free ones.

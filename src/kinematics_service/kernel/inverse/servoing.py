@@ -1,7 +1,7 @@
 """A step of the servo: joint velocities for a wanted twist of the tool."""
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat, Floats
 from .servo_step import ServoOutput
 
 # A faster twist (m/s, rad/s) has the same result as a slower one of its direction.
@@ -23,7 +23,7 @@ def _shorten_alike(step: ServoOutput, size: float) -> None:
         step.v[i] *= rate
 
 
-def _hold_back(step: ServoOutput, q: Floats) -> None:
+def _hold_back(step: ServoOutput, q: Flat) -> None:
     # Holds joints back that would run into their limits, while the others compensate.
     for _ in range(step.servo.n):
         worst = step.worst(q)
@@ -37,7 +37,7 @@ def _hold_back(step: ServoOutput, q: Floats) -> None:
             step.rates[step.free[k]] = step.u[step.free[k]]
 
 
-def _keep_to_limits(step: ServoOutput, q: Floats) -> None:
+def _keep_to_limits(step: ServoOutput, q: Flat) -> None:
     # Velocities that became too fast by this are shortened, all alike.
     share = 1.0
     for j in range(step.servo.n):
@@ -50,9 +50,9 @@ def _keep_to_limits(step: ServoOutput, q: Floats) -> None:
         step.rates[j] = min(max(step.rates[j] * share, lower), upper)
 
 
-def _fill(step: ServoOutput, q: Floats, row: Floats, twist: Floats) -> None:
+def _fill(step: ServoOutput, q: Flat, row: Flat, twist: Flat) -> None:
     step.begin()
-    size = 0.0
+    size: float = 0.0
     for i in range(6):
         size = max(size, abs(twist[i]))
     step.write_task(row, twist, size)

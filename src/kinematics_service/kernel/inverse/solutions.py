@@ -3,7 +3,7 @@
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Integers
+from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
 from .joints import Joints
 from .residuals import Residual
 
@@ -32,23 +32,29 @@ class Solutions:
         Whether those are small, too, so that there are no other solutions.
     """
 
+    count: int
+    regular: bool
+    sure: bool
+    most: int
+    n: int
+
     def __init__(self, q: Floats) -> None:
         self.most, self.n, self.count = arrays.extent(q, 0), arrays.extent(q, 1), 0
         self.regular, self.sure = False, False
-        self.q = q
-        self.rows = arrays.results(q, self.most * self.n)
-        self.room = arrays.scratch(self.most * (self.n + 6))
-        self.misses = self.room
-        self.margins = arrays.after(self.misses, self.most)
-        self.shares = arrays.after(self.margins, self.most)
-        self.postures = arrays.as_whole(arrays.after(self.shares, self.most))
-        self.beyond = arrays.whole_after(self.postures, 3 * self.most)
+        self.q: Floats = q
+        self.rows: Flat = arrays.results(q, self.most * self.n)
+        self.room: Flat = arrays.scratch(self.most * (self.n + 6))
+        self.misses: Flat = self.room
+        self.margins: Flat = arrays.after(self.misses, self.most)
+        self.shares: Flat = arrays.after(self.margins, self.most)
+        self.postures: FlatIntegers = arrays.as_whole(arrays.after(self.shares, self.most))
+        self.beyond: FlatIntegers = arrays.whole_after(self.postures, 3 * self.most)
 
     def __dealloc__(self) -> None:
         """Give the room back."""
         arrays.give_back(self.room)
 
-    def take(self, k: int, joints: Joints, q: Floats, misses: float) -> None:
+    def take(self, k: int, joints: Joints, q: Flat, misses: float) -> None:
         """Take q (n,) as solution k, with its distance to the limits."""
         n = self.n
         for j in range(n):
@@ -104,14 +110,14 @@ class SolutionCandidates:
     """
 
     def __init__(self, most: int, n: int) -> None:
-        self.n = n
-        self.room = arrays.scratch(most * (n + 4) + n)
-        self.q = self.room
-        self.errors = arrays.after(self.q, most * n)
-        self.away = arrays.after(self.errors, most)
-        self.halfway = arrays.after(self.away, most)
-        self.which = arrays.as_whole(arrays.after(self.halfway, n))
-        self.met = arrays.whole_after(self.which, most)
+        self.n: int = n
+        self.room: Flat = arrays.scratch(most * (n + 4) + n)
+        self.q: Flat = self.room
+        self.errors: Flat = arrays.after(self.q, most * n)
+        self.away: Flat = arrays.after(self.errors, most)
+        self.halfway: Flat = arrays.after(self.away, most)
+        self.which: FlatIntegers = arrays.as_whole(arrays.after(self.halfway, n))
+        self.met: FlatIntegers = arrays.whole_after(self.which, most)
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -153,7 +159,7 @@ class SolutionCandidates:
     def _are_one(self, one: int, other: int, residual: Residual, joints: Joints) -> bool:
         # Equal up to round-off, or the point halfway is a solution, too.
         a, b = arrays.after(self.q, one * self.n), arrays.after(self.q, other * self.n)
-        distance = 0.0
+        distance: float = 0.0
         for j in range(self.n):
             away = joints.without_turns(j, a[j] - b[j])
             self.halfway[j] = b[j] + 0.5 * away
@@ -219,7 +225,7 @@ def distinct(
     return count
 
 
-def least(numbers: Floats, count: int) -> int:
+def least(numbers: Flat, count: int) -> int:
     """Return the index of the least of `count` numbers."""
     at = 0
     for i in range(1, count):

@@ -1,7 +1,7 @@
 """All solutions of an arm without a search, or the nearest of them, in one call."""
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Integers, Numbers
+from ..layout.arrays import Flat, Floats, Integers, Numbers
 from ..six_joints.six_joints import Roots, SixJoints
 from . import dependence, posture, solutions, targets
 from .closed_forms import ClosedForm
@@ -18,9 +18,9 @@ LAST = 1e200
 
 def _find(
     form: ClosedForm,
-    pose: Floats,
-    near: Floats,
-    psi: Floats,
+    pose: Flat,
+    near: Flat,
+    psi: Flat,
     found: SolutionCandidates,
     said: Numbers,
 ) -> int:
@@ -37,7 +37,7 @@ def _find(
 def _keep_nearest(
     refinement: Refinement,
     joints: Joints,
-    near: Floats,
+    near: Flat,
     proved: float,
     count: int,
     found: SolutionCandidates,
@@ -65,7 +65,7 @@ def _keep_nearest(
 def _keep_all(
     refinement: Refinement,
     joints: Joints,
-    near: Floats,
+    near: Flat,
     proved: float,
     count: int,
     found: SolutionCandidates,
@@ -193,7 +193,7 @@ def eliminated_solutions(
     arrays.take_back(lock)
 
 
-def _find_roots(arm: SixJoints, pose: Floats, roots: Roots, found: SolutionCandidates) -> int:
+def _find_roots(arm: SixJoints, pose: Flat, roots: Roots, found: SolutionCandidates) -> int:
     # Fills in the real solutions of a pose; how many there are.
     T = [0.0] * 12
     arm.write_motion(pose, T)

@@ -4,13 +4,13 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat, Floats
 
 # A rotation matrix with four digits is still accepted as one; a better one is taken unchanged.
 NEARLY_ROTATION, ROTATION = 1e-3, 1e-13
 
 
-def off(T: Floats) -> float:
+def off(T: Flat) -> float:
     """Do what `off_rotation` does."""
     most = 0.0
     for i in range(3):

@@ -32,7 +32,7 @@ def _write_conditions(screws: Numbers, p: Vector, turn: float, F: Numbers, G: Nu
         _write_condition(F, 0.0, z1, -vectors.dot(z1, p))
         _write_condition(G, 1.0, (0.0, 0.0, 0.0), -vectors.dot(p, p))
         return turn
-    a = vectors.cross(z1, z2)
+    a: Vector = vectors.cross(z1, z2)
     if vectors.dot(a, a) < ACROSS:
         a = vectors.across(z1)
     length = math.sqrt(vectors.dot(a, a))
@@ -85,6 +85,7 @@ def _eliminated(
 ) -> tuple[float, float]:
     # A number that is zero where joints 1 and 2 can bring w to the target, and its error. It is of
     # second degree in w, whose square is linear in the cosine and sine of joint 3.
+    off: float
     if slides:
         along = vectors.dot(vectors.three(F, 1), z2)
         rest, off = _left_over(F, w), 2.0 * way
@@ -150,6 +151,8 @@ def _third_joint(
 ) -> int:
     # Writes positions of joint 3 at which joints 1 and 2 have a solution, and their error behind
     # four; returns -1 if every position is one.
+    largest: float
+    off: float
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     slides_2, slides_3 = vectors.slides(screws, 1), vectors.slides(screws, 2)
     g, c, z, bounds = [0.0] * 5, [0.0] * 10, [0.0] * 8, [0.0] * 4
@@ -264,7 +267,7 @@ def _second_joint(
         v = vectors.plus((0.0, 0.0, 0.0), first, vectors.three(F, 5))
         v = vectors.plus(v, second, vectors.three(G, 5))
         found[0] = vectors.angle(z2, from_axis, v, free)
-        off = way + _error_of(F, b, across, way) / math.sqrt(F[8]) + 2.0 * abs(first) * F[9]
+        off: float = way + _error_of(F, b, across, way) / math.sqrt(F[8]) + 2.0 * abs(first) * F[9]
         off += _error_of(G, b, across, way) / math.sqrt(G[8]) + 2.0 * abs(second) * G[9]
         found[2] = roots.turn_error(z2, from_axis, off)
         return 1

@@ -4,6 +4,9 @@ from cpython.mem cimport PyMem_RawMalloc, PyMem_RawFree
 from libc.string cimport memcpy
 from libc.stdint cimport int32_t, uint32_t, uintptr_t
 
+ctypedef (double, double) Pair
+ctypedef (double, double, double) Triple
+
 
 cdef inline int given(object thing) except -1:
     if thing is None:

@@ -6,7 +6,7 @@ arrays.pxd has its versions of these functions. Some read the bits of numbers as
 the other way round.
 """
 
-from typing import Any
+from typing import Annotated, Any, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,8 +15,18 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Bytes = npt.NDArray[np.uint8]
 Vector = tuple[float, float, float]
-# Numbers in an array, or a few of them that a function keeps for itself.
+# The same to Python, but not to the compiled kernel: the addresses of an array's numbers; of those
+# or of a few that a function keeps for itself; whole numbers of 64 bits everywhere, and of 32; and
+# a field that Python may set.
+Flat = Floats
+FlatIntegers = Integers
+FlatBytes = Bytes
 Numbers = Floats | list[float]
+WholeNumbers = Integers | list[int]
+Nanoseconds = int
+Int32 = int
+Field = TypeVar('Field')
+Public: TypeAlias = Annotated[Field, 'public']
 
 
 def _flat(array: Any, count: int, kind: type, name: str, written: bool) -> Any:

@@ -5,17 +5,17 @@ Each loop over the lanes applies one operation to neighbours in memory, several 
 """
 
 from . import arrays, places
-from .arrays import Floats, Numbers
+from .arrays import Flat, Numbers
 
 
-def put_side_by_side(rows: Floats, width: int, count: int, lanes: Floats) -> None:
+def put_side_by_side(rows: Flat, width: int, count: int, lanes: Flat) -> None:
     """Write the first `count` numbers of LANES rows, `width` numbers apart, side by side."""
     for k in range(count):
         for lane in range(places.LANES):
             lanes[k * places.LANES + lane] = rows[lane * width + k]
 
 
-def put_one_by_one(lanes: Floats, count: int, rows: Floats, width: int) -> None:
+def put_one_by_one(lanes: Flat, count: int, rows: Flat, width: int) -> None:
     """
     Write the first `count` numbers of LANES rows, `width` numbers apart, one row after the other.
     """

@@ -3,11 +3,11 @@
 from ..forward import chain_pass
 from ..forward.chain import Chain
 from ..layout import arrays, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat
 from . import closing
 
 
-def evaluate_row(chain: Chain, q: Floats, qdot: Floats, depth: int, row: Floats) -> float:
+def evaluate_row(chain: Chain, q: Flat, qdot: Flat, depth: int, row: Flat) -> float:
     """
     Fill a row as `evaluation.evaluate` does; the result is finite if all of the row is.
 
@@ -20,7 +20,7 @@ def evaluate_row(chain: Chain, q: Floats, qdot: Floats, depth: int, row: Floats)
     return evaluate_closed(chain, qdot, depth, row)
 
 
-def evaluate_closed(chain: Chain, qdot: Floats, depth: int, row: Floats) -> float:
+def evaluate_closed(chain: Chain, qdot: Flat, depth: int, row: Flat) -> float:
     """Fill the row of a chain whose loops have been closed in it."""
     n, variables = chain.dof, chain.variables
     x = arrays.after(row, chain.closure_at)
@@ -39,7 +39,7 @@ def evaluate_closed(chain: Chain, qdot: Floats, depth: int, row: Floats) -> floa
     return total
 
 
-def _add_up_screws(chain: Chain, screws: Floats, coupling: Floats, row: Floats) -> None:
+def _add_up_screws(chain: Chain, screws: Flat, coupling: Flat, row: Flat) -> None:
     # J = J_open [1; C]: a passive variable's screw counts for each joint that it follows.
     n, entries = chain.dof, chain.entries
     J = arrays.after(row, places.JACOBIAN_AT)

@@ -13,7 +13,7 @@ one group after another, for the later ones may move with the earlier ones' vari
 from ..forward import linear_equations
 from ..forward.chain import Chain, Closure, LoopGroup, groups_from, section_width
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Numbers
+from ..layout.arrays import Flat, Floats, Numbers
 from . import residual
 
 # A loop is closed where the largest component of its residual, as a share of its size or in rad,
@@ -42,7 +42,7 @@ def _solve(
     group: LoopGroup,
     x: Numbers,
     largest: float,
-    screws: Floats,
+    screws: Flat,
     slopes: Numbers,
     told: Numbers,
     at: int,
@@ -74,9 +74,9 @@ def _solve(
 
 def _levers(group: LoopGroup, slopes: Numbers) -> float:
     # The product of the largest slopes by each variable, without unit.
-    product = 1.0
+    product: float = 1.0
     for k in range(group.count):
-        longest = LEVER
+        longest: float = LEVER
         for i in range(group.count):
             slope = abs(slopes[i * group.count + k]) * group.unit[group.first + k]
             longest = max(longest, slope / group.span[i])
@@ -88,8 +88,8 @@ def _solve_all(
     group: LoopGroup,
     left: int,
     x: Numbers,
-    before: Floats,
-    screws: Floats,
+    before: Flat,
+    screws: Flat,
     slopes: Numbers,
     told: Numbers,
     at: int,
@@ -110,7 +110,7 @@ def _solve_all(
 
 
 def _couple(
-    group: LoopGroup, left: int, n: int, section: Floats, screws: Floats, slopes: Numbers
+    group: LoopGroup, left: int, n: int, section: Flat, screws: Flat, slopes: Numbers
 ) -> None:
     # Fills how the passive variables of closed loops follow the joints, of the screws there.
     count = group.count
@@ -128,7 +128,7 @@ def _couple(
         _couple(group.following, left - 1, n, section, following, slopes)
 
 
-def _farthest(group: LoopGroup, dof: int, q: Numbers, section: Floats) -> float:
+def _farthest(group: LoopGroup, dof: int, q: Numbers, section: Flat) -> float:
     # The largest motion of a joint from a section to q, rad.
     farthest = 0.0
     for j in range(dof):
@@ -138,7 +138,7 @@ def _farthest(group: LoopGroup, dof: int, q: Numbers, section: Floats) -> float:
     return farthest
 
 
-def _go(closure: Closure, q: Numbers, section: Floats) -> int:
+def _go(closure: Closure, q: Numbers, section: Flat) -> int:
     # Brings a section to q. Returns 0, or the number of the group that does not come along,
     # counted from the last, with the section where it last was closed.
     n, variables = closure.dof, closure.variables
@@ -176,7 +176,7 @@ def _go(closure: Closure, q: Numbers, section: Floats) -> int:
     return 0
 
 
-def _begin(closure: Closure, numbers: Floats, q: Floats, other_ways: int, section: Floats) -> int:
+def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: Flat) -> int:
     # A copy of a section, its joints that turn without end turned by whole turns to where q is
     # nearest; a bit of `other_ways` for each of the first of them that are to come from the other
     # side. Returns how many there are.
@@ -187,7 +187,7 @@ def _begin(closure: Closure, numbers: Floats, q: Floats, other_ways: int, sectio
         away = q[j] - section[j]
         if closure.turns[j] == 0 or away == 0.0 or not abs(away) < places.LARGEST:
             continue
-        whole = int(away / places.TAU + (0.5 if away > 0.0 else -0.5))
+        whole: int = int(away / places.TAU + (0.5 if away > 0.0 else -0.5))
         turns = float(whole)
         away -= turns * places.TAU
         if ways < BOTH_WAYS:
@@ -198,7 +198,7 @@ def _begin(closure: Closure, numbers: Floats, q: Floats, other_ways: int, sectio
     return ways
 
 
-def _go_beside(closure: Closure, q: Floats, joint: int, bend: float, section: Floats) -> bool:
+def _go_beside(closure: Closure, q: Flat, joint: int, bend: float, section: Flat) -> bool:
     # From the known positions to q over a place beside the middle, by a joint of a loop.
     unit = closure.first.unit[joint]
     if not unit < places.INFINITY:
@@ -211,7 +211,7 @@ def _go_beside(closure: Closure, q: Floats, joint: int, bend: float, section: Fl
     return _go(closure, beside, section) == 0 and _go(closure, q, section) == 0
 
 
-def close(closure: Closure, q: Floats, section: Floats) -> int:
+def close(closure: Closure, q: Flat, section: Flat) -> int:
     """
     Fill a section with the passive variables at q, on the branch of the known positions.
 
@@ -237,7 +237,7 @@ def close(closure: Closure, q: Floats, section: Floats) -> int:
     return _go(closure, q, section)
 
 
-def close_next(closure: Closure, last: Floats, q: Floats, section: Floats) -> int:
+def close_next(closure: Closure, last: Flat, q: Flat, section: Flat) -> int:
     """Do as `close`, from a last section where q is near it."""
     _begin(closure, last, q, 0, section)
     if _farthest(closure.first, closure.dof, q, section) <= TRUSTED:
@@ -248,8 +248,8 @@ def close_next(closure: Closure, last: Floats, q: Floats, section: Floats) -> in
 def _assemble_all(
     group: LoopGroup,
     left: int,
-    section: Floats,
-    screws: Floats,
+    section: Flat,
+    screws: Flat,
     slopes: Numbers,
     told: Numbers,
     at: int,

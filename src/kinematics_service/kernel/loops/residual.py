@@ -11,7 +11,7 @@ import math
 from ..forward import chain_pass
 from ..forward.chain import Chain, Loop, LoopGroup
 from ..layout import arrays
-from ..layout.arrays import Floats, Numbers
+from ..layout.arrays import Flat, Numbers
 
 
 def _walk(chain: Chain, x: Numbers, T: Numbers, screws: Numbers, at: int) -> None:
@@ -63,7 +63,7 @@ def _write_gap(there: Numbers, back: Numbers, gap: Numbers) -> None:
         gap[3], gap[4], gap[5] = angle, angle, angle
 
 
-def write_residual(group: LoopGroup, x: Numbers, residual: Numbers, screws: Floats) -> float:
+def write_residual(group: LoopGroup, x: Numbers, residual: Numbers, screws: Flat) -> float:
     """
     Fill the residual of a group of loops (p,) and the screws of its entries; return its largest
     component.
@@ -88,7 +88,7 @@ def _write_residuals(
     size: float,
     x: Numbers,
     residual: Numbers,
-    screws: Floats,
+    screws: Flat,
     largest: float,
 ) -> float:
     there, back, gap = [0.0] * 12, [0.0] * 12, [0.0] * 6
@@ -98,7 +98,7 @@ def _write_residuals(
     for i in range(loop.count):
         component = gap[loop.axis[i]]
         residual[loop.row + i] = component
-        amount = abs(component)
+        amount: float = abs(component)
         if loop.axis[i] < 3:
             amount /= size
         if amount > largest or amount != amount:  # one that is not a number stays
@@ -109,7 +109,7 @@ def _write_residuals(
     return _write_residuals(loop.following, left - 1, size, x, residual, following, largest)
 
 
-def write_slopes(group: LoopGroup, screws: Floats, slopes: Numbers) -> None:
+def write_slopes(group: LoopGroup, screws: Flat, slopes: Numbers) -> None:
     """
     Fill the slopes (p, p) of the residual by the group's own passive variables.
     """
@@ -119,7 +119,7 @@ def write_slopes(group: LoopGroup, screws: Floats, slopes: Numbers) -> None:
 
 
 def _write_slopes(
-    loop: Loop, left: int, first: int, count: int, screws: Floats, slopes: Numbers
+    loop: Loop, left: int, first: int, count: int, screws: Flat, slopes: Numbers
 ) -> None:
     for e in range(loop.there.entries):
         column = loop.there.joint[e] - first
@@ -138,7 +138,7 @@ def _write_slopes(
 
 
 def write_by_joint(
-    group: LoopGroup, dof: int, joint: int, screws: Floats, section: Floats, slopes: Numbers
+    group: LoopGroup, dof: int, joint: int, screws: Flat, section: Flat, slopes: Numbers
 ) -> None:
     """
     Fill the slope (p,) of the residual by a joint of the arm: its own motion, and that of the
@@ -153,8 +153,8 @@ def _write_by_joint(
     first: int,
     dof: int,
     joint: int,
-    screws: Floats,
-    section: Floats,
+    screws: Flat,
+    section: Flat,
     slopes: Numbers,
 ) -> None:
     for i in range(loop.count):
@@ -173,7 +173,7 @@ def _write_by_joint(
         _write_by_joint(loop.following, left - 1, first, dof, joint, following, section, slopes)
 
 
-def _share(loop: Loop, first: int, dof: int, joint: int, variable: int, section: Floats) -> float:
+def _share(loop: Loop, first: int, dof: int, joint: int, variable: int, section: Flat) -> float:
     # How a variable follows a joint; none of the group's own does yet.
     if variable < dof:
         return 1.0 if variable == joint else 0.0

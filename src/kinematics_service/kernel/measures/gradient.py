@@ -284,7 +284,7 @@ def _add_inverse(
     group: LoopGroup,
     determinant: float,
     slopes: Floats,
-    order: linear_equations.Order,
+    order: arrays.WholeNumbers,
     screws: Floats,
     weights: Floats,
     total: Floats,

@@ -4,7 +4,7 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays
-from ..layout.arrays import Numbers, Vector
+from ..layout.arrays import Flat, Numbers, Vector
 from . import complex_numbers, pairs
 from .pairs import Complex
 from .six_screws import SixScrews
@@ -89,14 +89,17 @@ class Motion:
         Of `certify`: there is no other solution as near, and this one is nearer by far.
     """
 
+    first: float
+    radius: float
+
     def __init__(self) -> None:
-        self.room = arrays.scratch(18 + 6 + 36 + 36 + 12 * WIDTH + 8)
-        self.R = self.room
-        self.p = arrays.after(self.R, 18)
-        self.axes = arrays.after(self.p, 6)
-        self.points = arrays.after(self.axes, 36)
-        self.J = arrays.after(self.points, 36)
-        self.turn = arrays.after(self.J, 12 * WIDTH)
+        self.room: Flat = arrays.scratch(18 + 6 + 36 + 36 + 12 * WIDTH + 8)
+        self.R: Flat = self.room
+        self.p: Flat = arrays.after(self.R, 18)
+        self.axes: Flat = arrays.after(self.p, 6)
+        self.points: Flat = arrays.after(self.axes, 36)
+        self.J: Flat = arrays.after(self.points, 36)
+        self.turn: Flat = arrays.after(self.J, 12 * WIDTH)
         self.first, self.radius = 0.0, 0.0
 
     def __dealloc__(self) -> None:
@@ -186,6 +189,7 @@ class Motion:
 
     def _multiply(self, loop: SixScrews, t: Numbers) -> None:
         # Fills R, p with the product, and each screw's axis and point as those before it move it.
+        o: Complex
         R, p = self.R, self.p
         for i in range(18):
             R[i] = 1.0 if i % 8 == 0 else 0.0
@@ -226,7 +230,7 @@ class Motion:
     def miss(self, loop: SixScrews, t: Numbers) -> float:
         """Return by how much positions t (6 pairs) miss the goal: the largest difference."""
         self._multiply(loop, t)
-        missed = 0.0
+        missed: float = 0.0
         for i in range(3):
             missed = max(missed, abs(self.p[2 * i] - loop.goal[4 * i + 3]), abs(self.p[2 * i + 1]))
             for j in range(3):
@@ -240,8 +244,8 @@ class Motion:
             slides = vectors.slides(loop.screws, k)
             for i in range(3):
                 a, b = (i + 1) % 3, (i + 2) % 3
-                z = pairs.pair(self.axes, 3 * k + i)
-                linear = z
+                z: Complex = pairs.pair(self.axes, 3 * k + i)
+                linear: Complex = z
                 if not slides:
                     linear = pairs.plus(self._moment(k, a, b), -1.0, self._moment(k, b, a))
                 else:

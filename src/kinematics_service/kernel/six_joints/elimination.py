@@ -10,7 +10,7 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat
 from . import lines
 from .six_screws import SixScrews
 
@@ -41,17 +41,21 @@ class Elimination:
         last pivot that round-off is, as a share of what is left of the shortest one.
     """
 
+    count: int
+    rank: int
+    error: float
+
     def __init__(self) -> None:
-        self.room = arrays.scratch(1700)
-        self.line = self.room
-        self.goal = arrays.after(self.line, 15)
-        self.fifth = arrays.after(self.goal, 15)
-        self.fourth = arrays.after(self.fifth, 45)
-        self.left = arrays.after(self.fourth, 135)
-        self.first = arrays.after(self.left, 405)
-        self.right = arrays.after(self.first, 45)
-        self.table = arrays.after(self.right, 135)
-        self.equations = arrays.after(self.table, 490)
+        self.room: Flat = arrays.scratch(1700)
+        self.line: Flat = self.room
+        self.goal: Flat = arrays.after(self.line, 15)
+        self.fifth: Flat = arrays.after(self.goal, 15)
+        self.fourth: Flat = arrays.after(self.fifth, 45)
+        self.left: Flat = arrays.after(self.fourth, 135)
+        self.first: Flat = arrays.after(self.left, 405)
+        self.right: Flat = arrays.after(self.first, 45)
+        self.table: Flat = arrays.after(self.right, 135)
+        self.equations: Flat = arrays.after(self.table, 490)
         self.count, self.rank, self.error = 0, 0, 0.0
 
     def __dealloc__(self) -> None:
@@ -103,7 +107,7 @@ class Elimination:
             lines.write_parts(screws, 1, arrays.after(self.first, 15 * a), to)
             self._invert(screws, 1, to)
 
-    def _invert(self, screws: Floats, k: int, parts: Floats) -> None:
+    def _invert(self, screws: Flat, k: int, parts: Flat) -> None:
         # The sine of the opposite angle, or the opposite way.
         odd = 1 if vectors.slides(screws, k) else 2
         for i in range(15):

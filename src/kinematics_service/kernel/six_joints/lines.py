@@ -9,7 +9,7 @@ these fourteen equations), so what a joint does is a conic of matrices: a rotati
 
 from ..forward import vectors
 from ..layout import arrays
-from ..layout.arrays import Floats, Numbers, Vector
+from ..layout.arrays import Flat, Numbers, Vector
 
 LINE = 15
 # Where vectors stand in a line.
@@ -60,7 +60,7 @@ def carry(V: Numbers, T: Numbers) -> None:
     translate(V, (T[3], T[7], T[11]))
 
 
-def write_parts(screws: Numbers, k: int, V: Numbers, parts: Floats) -> None:
+def write_parts(screws: Numbers, k: int, V: Numbers, parts: Flat) -> None:
     """Write the three parts (3, 15) of the line that screw k moves V to."""
     axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
     for i in range(LINE):
@@ -97,7 +97,7 @@ def _write_slides(axis: Vector, V: Numbers, parts: Numbers) -> None:
     _put(parts, 2 * LINE + THIRD, vectors.plus(direction, -2.0 * along, axis))
 
 
-def _translate_all(parts: Floats, point: Vector) -> None:
+def _translate_all(parts: Flat, point: Vector) -> None:
     for k in range(3):
         translate(arrays.after(parts, LINE * k), point)
 

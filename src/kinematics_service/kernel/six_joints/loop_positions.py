@@ -2,7 +2,7 @@
 
 from ..forward import vectors
 from ..layout import arrays
-from ..layout.arrays import Floats, Numbers, Vector
+from ..layout.arrays import Flat, Numbers, Vector
 from . import complex_motion, complex_numbers, lines, pairs
 from .complex_motion import Motion
 from .elimination import Elimination
@@ -41,7 +41,7 @@ def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
     terms = [0.0] * 24
     for b in range(3):
         for i in range(4):
-            value = pairs.pair(x, 3 * i + b)
+            value: Complex = pairs.pair(x, 3 * i + b)
             if not slides:
                 # e^(-3i t/2), e^(-i t/2), e^(i t/2), e^(3i t/2).
                 k = 0 if i in (1, 2) else 2
@@ -71,7 +71,7 @@ def _last_joint(x: Numbers, slides: bool) -> Complex:
     return _ratio(terms, 4, 3)
 
 
-def _write_parts_of(t: Complex, slides: bool, three: Floats) -> None:
+def _write_parts_of(t: Complex, slides: bool, three: Flat) -> None:
     # 1, cos and sin of an angle; 1, d and d^2 of a way.
     three[0], three[1] = 1.0, 0.0
     if slides:
@@ -96,25 +96,27 @@ class Positions:
     """
 
     def __init__(self) -> None:
-        self.room = arrays.scratch(MOST + 36 + 24 + 30 + 18 + 90 + 36 + 12 + 12 + 6 + 8 + 30 + 15)
-        self.t = self.room
-        self.x = arrays.after(self.t, 36)
-        self.line = arrays.after(self.x, 24)
-        self.three = arrays.after(self.line, 30)
-        self.fourth = arrays.after(self.three, 6)
-        self.fifth = arrays.after(self.fourth, 6)
-        self.parts = arrays.after(self.fifth, 6)
-        self.parts_i = arrays.after(self.parts, 45)
-        self.C = arrays.after(self.parts_i, 45)
-        self.six = arrays.after(self.C, 36)
-        self.seconds = arrays.after(self.six, 12)
-        self.vector = arrays.after(self.seconds, 12)
-        self.turn = arrays.after(self.vector, 6)
-        self.moved = arrays.after(self.turn, 8)
-        self.wanted = arrays.after(self.moved, 30)
-        self.missed = arrays.after(self.wanted, 15)
-        self.motion = Motion()
-        self.count = 0
+        self.room: Flat = arrays.scratch(
+            MOST + 36 + 24 + 30 + 18 + 90 + 36 + 12 + 12 + 6 + 8 + 30 + 15
+        )
+        self.t: Flat = self.room
+        self.x: Flat = arrays.after(self.t, 36)
+        self.line: Flat = arrays.after(self.x, 24)
+        self.three: Flat = arrays.after(self.line, 30)
+        self.fourth: Flat = arrays.after(self.three, 6)
+        self.fifth: Flat = arrays.after(self.fourth, 6)
+        self.parts: Flat = arrays.after(self.fifth, 6)
+        self.parts_i: Flat = arrays.after(self.parts, 45)
+        self.C: Flat = arrays.after(self.parts_i, 45)
+        self.six: Flat = arrays.after(self.C, 36)
+        self.seconds: Flat = arrays.after(self.six, 12)
+        self.vector: Flat = arrays.after(self.seconds, 12)
+        self.turn: Flat = arrays.after(self.vector, 6)
+        self.moved: Flat = arrays.after(self.turn, 8)
+        self.wanted: Flat = arrays.after(self.moved, 30)
+        self.missed: Flat = arrays.after(self.wanted, 15)
+        self.motion: Motion = Motion()
+        self.count: int = 0
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -124,6 +126,8 @@ class Positions:
         self, loop: SixScrews, elimination: Elimination, pencil: Pencil, swapped: bool, z: Complex
     ) -> None:
         """Fill in the candidates of a root z = e^(i t) of the hidden joint."""
+        fifth: Complex
+        fourth: Complex
         self.count = 0
         third = complex_numbers.angle_of(z)
         if not complex_numbers.is_near(third):
@@ -131,10 +135,10 @@ class Positions:
         pencil.write_null_vector(z, self.x)
         many, last = (4, 3) if swapped else (3, 4)
         slides = vectors.slides(loop.screws, many)
-        a = _multiplied_joint(self.x, slides)
+        a: Complex = _multiplied_joint(self.x, slides)
         a = a if slides else complex_numbers.angle_of(a)
         slides = vectors.slides(loop.screws, last)
-        b = _last_joint(self.x, slides)
+        b: Complex = _last_joint(self.x, slides)
         b = b if slides else complex_numbers.angle_of(b)
         if not complex_numbers.is_near(a) or not complex_numbers.is_near(b):
             return
@@ -201,7 +205,7 @@ class Positions:
             self.C[24 + 2 * i + 1] = -self.C[24 + 2 * i + 1]
         return self._solve_pair(vectors.slides(screws, 1))
 
-    def _write_column(self, screws: Floats, V: Floats, to: int, part: int) -> None:
+    def _write_column(self, screws: Flat, V: Flat, to: int, part: int) -> None:
         lines.write_invariants(screws, 0, V, self.six)
         for i in range(6):
             self.C[12 * to + 2 * i + part] = self.six[i]
@@ -218,14 +222,16 @@ class Positions:
 
     def _solve_pair(self, slides: bool) -> int:
         # Least squares of six equations in two unknowns, the longer column first.
+        cosine: Complex
+        sine: Complex
         longer = 0 if self._inner(0, 0)[0] >= self._inner(1, 1)[0] else 1
         shorter = 1 - longer
         square = self._inner(longer, longer)[0]
         if not 1e-24 < square < 1e200:
             return 0
-        shared = self._inner(longer, shorter)
+        shared: Complex = self._inner(longer, shorter)
         shared = (shared[0] / square, shared[1] / square)
-        wanted = self._inner(longer, 2)
+        wanted: Complex = self._inner(longer, 2)
         wanted = (wanted[0] / square, wanted[1] / square)
         # What of the shorter column, and of the right side, is across the longer one.
         for i in range(6):
@@ -239,7 +245,7 @@ class Positions:
         rest = self._inner(shorter, shorter)[0]
         count = 0
         if rest > ONE * ONE * square:
-            y = self._inner(shorter, 2)
+            y: Complex = self._inner(shorter, 2)
             y = (y[0] / rest, y[1] / rest)
             x = pairs.plus(wanted, -1.0, pairs.times(shared, y))
             cosine, sine = x if longer == 0 else y, y if longer == 0 else x

@@ -11,7 +11,7 @@ import math
 
 from ..forward import chain_pass
 from ..layout import arrays, places
-from ..layout.arrays import Numbers
+from ..layout.arrays import Flat, Numbers
 from . import pairs, trigonometric_samples
 from .elimination import Elimination
 from .pairs import Complex
@@ -46,15 +46,22 @@ class Pencil:
         How far round-off may have moved them.
     """
 
+    degree: int
+    count: int
+    noise: float
+    gap: float
+    error: float
+    pivot: float
+
     def __init__(self) -> None:
-        self.room = arrays.scratch(3 * 336 + 3 * SQUARE + 12 + 2 * SQUARE + 26 + 64 + 32)
-        self.rows = self.room
-        self.M = arrays.after(self.rows, 3 * 336)
-        self.columns = arrays.after(self.M, 3 * SQUARE)
-        self.work = arrays.after(self.columns, SIZE)
-        self.coefficients = arrays.after(self.work, 2 * SQUARE)
-        self.circle = arrays.after(self.coefficients, 26)
-        self.samples = arrays.after(self.circle, 64)
+        self.room: Flat = arrays.scratch(3 * 336 + 3 * SQUARE + 12 + 2 * SQUARE + 26 + 64 + 32)
+        self.rows: Flat = self.room
+        self.M: Flat = arrays.after(self.rows, 3 * 336)
+        self.columns: Flat = arrays.after(self.M, 3 * SQUARE)
+        self.work: Flat = arrays.after(self.columns, SIZE)
+        self.coefficients: Flat = arrays.after(self.work, 2 * SQUARE)
+        self.circle: Flat = arrays.after(self.coefficients, 26)
+        self.samples: Flat = arrays.after(self.circle, 64)
         self.degree, self.count = 0, 0
         self.noise, self.gap, self.error, self.pivot = 0.0, 0.0, 0.0, 0.0
 
@@ -140,6 +147,8 @@ class Pencil:
 
     def sample(self) -> None:
         """Fill in the coefficients of the determinant, its largest sample 1, and their noise."""
+        largest: float
+        minor: float
         count = SAMPLES if self.degree == DEGREE else MOST_SAMPLES
         trigonometric_samples.write_circle(count, self.circle)
         largest, minor = 0.0, 0.0
@@ -229,6 +238,9 @@ class Pencil:
 
         Twelve combinations of more equations are singular at angles that solve none of these.
         """
+        left: Complex
+        missed: float
+        terms: float
         inverse = pairs.over((1.0, 0.0), z)
         c = (0.5 * (z[0] + inverse[0]), 0.5 * (z[1] + inverse[1]))
         s = (0.5 * (z[1] - inverse[1]), -0.5 * (z[0] - inverse[0]))
@@ -245,7 +257,7 @@ class Pencil:
                 left = pairs.plus(left, 1.0, pairs.times(entry, pairs.pair(x, j)))
                 terms += (abs(A) + abs(B) + abs(C)) * self.columns[j]
             if terms > 0.0:
-                share = math.sqrt(pairs.square_of(left) / longest) / terms
+                share: float = math.sqrt(pairs.square_of(left) / longest) / terms
                 missed = max(missed, share)
         return missed
 
@@ -298,7 +310,7 @@ class Pencil:
                 x, y = W[24 * j], W[24 * j + 1]
                 re -= a * x - b * y
                 im -= a * y + b * x
-            pivot = first if i == 0 else pairs.pair(W, 13 * i)
+            pivot: Complex = first if i == 0 else pairs.pair(W, 13 * i)
             if pairs.square_of(pivot) == 0.0:
                 pivot = (1.0, 0.0)
             value = pairs.over((re, im), pivot)

@@ -4,7 +4,7 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Integers, Numbers
+from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Numbers
 from . import complex_numbers, elimination, pairs, pencils, trigonometric_roots
 from .complex_motion import Motion
 from .elimination import Elimination
@@ -53,6 +53,9 @@ class SixJoints:
         No target has more isolated complex solutions.
     """
 
+    bound: int
+    slides: int
+
     def __init__(
         self,
         screws: Floats,
@@ -61,11 +64,11 @@ class SixJoints:
         options: Integers,
         bound: int,
     ) -> None:
-        self.screws = arrays.numbers(screws, 42)
-        self.home_inverse = arrays.numbers(home_inverse, 16)
-        self.to_joints = arrays.numbers(to_joints, 36)
-        self.count = arrays.extent(options, 0)
-        self.options = arrays.whole(options, 3 * self.count)
+        self.screws: Flat = arrays.numbers(screws, 42)
+        self.home_inverse: Flat = arrays.numbers(home_inverse, 16)
+        self.to_joints: Flat = arrays.numbers(to_joints, 36)
+        self.count: int = arrays.extent(options, 0)
+        self.options: FlatIntegers = arrays.whole(options, 3 * self.count)
         if not 0 < bound <= MOST // 2:
             raise TypeError('so many solutions six joints cannot have')
         for k in range(3 * self.count):
@@ -74,16 +77,16 @@ class SixJoints:
         self.bound, self.slides = bound, 0
         for k in range(6):
             self.slides += 1 if vectors.slides(self.screws, k) else 0
-        self._arrays = screws, home_inverse, to_joints, options
+        self._arrays: tuple[object, ...] = screws, home_inverse, to_joints, options
 
-    def write_joints(self, psi: Numbers, q: Floats) -> None:
+    def write_joints(self, psi: Numbers, q: Flat) -> None:
         """Write the positions of the joints that are those of the screws, real parts of pairs."""
         for i in range(6):
             q[i] = 0.0
             for j in range(6):
                 q[i] += self.to_joints[6 * i + j] * psi[2 * j]
 
-    def write_motion(self, pose: Floats, T: Numbers) -> None:
+    def write_motion(self, pose: Flat, T: Numbers) -> None:
         """Write the motion (3, 4) from rest to a pose."""
         for i in range(3):
             for j in range(4):
@@ -113,16 +116,28 @@ class Roots:
         The longest first step of Newton to a solution: how good the candidates were.
     """
 
+    loop: SixScrews
+    elimination: Elimination
+    pencil: Pencil
+    linkage: SphericalLinkage
+    hidden: int
+    positions: Positions
+    motion: Motion
+    count: int
+    proved: bool
+    noise: float
+    first_step: float
+
     def __init__(self) -> None:
-        self.room = arrays.scratch(MOST * 15 + 48 + 24 + 12 + 12)
-        self.psi = self.room
-        self.radii = arrays.after(self.psi, 12 * MOST)
-        self.lengths = arrays.after(self.radii, MOST)
-        self.is_real = arrays.as_whole(arrays.after(self.lengths, MOST))
-        self.z = arrays.after(self.radii, 3 * MOST)
-        self.bounds = arrays.after(self.z, 48)
-        self.t = arrays.after(self.bounds, 24)
-        self.one = arrays.after(self.t, 12)
+        self.room: Flat = arrays.scratch(MOST * 15 + 48 + 24 + 12 + 12)
+        self.psi: Flat = self.room
+        self.radii: Flat = arrays.after(self.psi, 12 * MOST)
+        self.lengths: Flat = arrays.after(self.radii, MOST)
+        self.is_real: FlatIntegers = arrays.as_whole(arrays.after(self.lengths, MOST))
+        self.z: Flat = arrays.after(self.radii, 3 * MOST)
+        self.bounds: Flat = arrays.after(self.z, 48)
+        self.t: Flat = arrays.after(self.bounds, 24)
+        self.one: Flat = arrays.after(self.t, 12)
         self.loop, self.elimination, self.pencil = SixScrews(), Elimination(), Pencil()
         self.linkage, self.hidden = SphericalLinkage(), THIRD
         self.positions, self.motion = Positions(), Motion()
@@ -141,7 +156,7 @@ class Roots:
             if self.proved:
                 return
 
-    def follow(self, arm: SixJoints, T: Numbers, starts: Floats, count: int) -> None:
+    def follow(self, arm: SixJoints, T: Numbers, starts: Flat, count: int) -> None:
         """Fill in the solutions of a motion that Newton leads to from those of one beside it."""
         self.count, self.proved = 0, False
         self.loop.close(arm.screws, T, 0, False)
@@ -272,7 +287,7 @@ class Roots:
     def _take(self) -> None:
         # Takes the solution t of the loop, and its conjugate one where it is not real.
         length, radius = self.loop.length, self.motion.radius
-        imaginary = 0.0
+        imaginary: float = 0.0
         for j in range(6):
             share = length if vectors.slides(self.loop.screws, j) else 1.0
             imaginary = max(imaginary, abs(self.t[2 * j + 1]))

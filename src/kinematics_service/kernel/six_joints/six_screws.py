@@ -4,7 +4,7 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays
-from ..layout.arrays import Floats, Numbers, Vector
+from ..layout.arrays import Flat, FlatIntegers, Numbers, Vector
 
 # The unit of length is no smaller than this share of the farthest axis' distance.
 LEAST_SHARE = 1e-3
@@ -38,18 +38,19 @@ class SixScrews:
     """
 
     def __init__(self) -> None:
-        self.room = arrays.scratch(60)
-        self.screws = self.room
-        self.goal = arrays.after(self.room, 42)
-        self.order = arrays.as_whole(arrays.after(self.room, 54))
-        self.length = 1.0
+        self.room: Flat = arrays.scratch(60)
+        self.screws: Flat = self.room
+        self.goal: Flat = arrays.after(self.room, 42)
+        self.order: FlatIntegers = arrays.as_whole(arrays.after(self.room, 54))
+        self.length: float = 1.0
 
     def __dealloc__(self) -> None:
         """Give the room back."""
         arrays.give_back(self.room)
 
-    def close(self, screws: Floats, T: Numbers, first: int, backwards: bool) -> None:
+    def close(self, screws: Flat, T: Numbers, first: int, backwards: bool) -> None:
         """Begin the loop of an arm's screws and motion at one of them, forwards or backwards."""
+        axis: Vector
         back = [0.0] * 12
         write_inverse(T, back)
         for k in range(12):
@@ -78,7 +79,7 @@ class SixScrews:
         # The origin: on axis 3, next to the middle of the points.
         away = [0.0] * 6
         origin, axis = vectors.point_of(self.screws, 2), vectors.axis_of(self.screws, 2)
-        middle = (0.0, 0.0, 0.0)
+        middle: Vector = (0.0, 0.0, 0.0)
         for k in range(6):
             middle = vectors.plus(middle, 1.0 / 6.0, vectors.point_of(self.screws, k))
         along = vectors.dot(axis, vectors.plus(middle, -1.0, origin))

@@ -21,7 +21,7 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays, places
-from ..layout.arrays import Numbers, Vector
+from ..layout.arrays import Flat, FlatIntegers, Numbers, Vector
 from . import complex_motion, complex_numbers, pairs, trigonometric_samples
 from .complex_motion import Motion
 from .pairs import Complex
@@ -84,18 +84,29 @@ class SphericalLinkage:
         Round-off, as a share of the polynomial's largest value.
     """
 
+    turning: int
+    second: int
+    before: int
+    hidden: int
+    other: int
+    degree: int
+    across: bool
+    bent: float
+    reach: float
+    noise: float
+
     def __init__(self) -> None:
-        self.room = arrays.scratch(6 + 9 + 9 + 9 + 2 * SAMPLES + SAMPLES + 10 + 6 + 4 + 24)
-        self.order = arrays.as_whole(self.room)
-        self.way = arrays.after(self.room, 6)
-        self.E = arrays.after(self.way, 9)
-        self.F = arrays.after(self.E, 9)
-        self.circle = arrays.after(self.F, 9)
-        self.values = arrays.after(self.circle, 2 * SAMPLES)
-        self.coefficients = arrays.after(self.values, SAMPLES)
-        self.vector = arrays.after(self.coefficients, 10)
-        self.turn = arrays.after(self.vector, 6)
-        self.columns = arrays.after(self.turn, 4)
+        self.room: Flat = arrays.scratch(6 + 9 + 9 + 9 + 2 * SAMPLES + SAMPLES + 10 + 6 + 4 + 24)
+        self.order: FlatIntegers = arrays.as_whole(self.room)
+        self.way: Flat = arrays.after(self.room, 6)
+        self.E: Flat = arrays.after(self.way, 9)
+        self.F: Flat = arrays.after(self.E, 9)
+        self.circle: Flat = arrays.after(self.F, 9)
+        self.values: Flat = arrays.after(self.circle, 2 * SAMPLES)
+        self.coefficients: Flat = arrays.after(self.values, SAMPLES)
+        self.vector: Flat = arrays.after(self.coefficients, 10)
+        self.turn: Flat = arrays.after(self.vector, 6)
+        self.columns: Flat = arrays.after(self.turn, 4)
         self.turning, self.second, self.before = 0, 0, 0
         self.hidden, self.other, self.degree = 0, 0, 0
         self.across, self.bent, self.reach, self.noise = False, 0.0, 0.0, 1.0
@@ -216,6 +227,7 @@ class SphericalLinkage:
         self.vector[1] = vectors.dot(vectors.cross(slide, x), way) - self.bent * last
 
     def _sample(self, degree: int) -> None:
+        largest: float
         E, F, largest, steepest = self.E, self.F, 0.0, 0.0
         trigonometric_samples.write_circle(SAMPLES, self.circle)
         for n in range(SAMPLES):

@@ -53,6 +53,8 @@ def _coefficient(c: Numbers, degree: int, k: int) -> Complex:
 
 def _improve(c: Numbers, degree: int, z: Numbers, k: int) -> bool:
     # One step of root k; whether it has arrived.
+    derivative: Complex
+    p: Complex
     count = 2 * degree
     here = pairs.pair(z, k)
     size = math.sqrt(pairs.square_of(here))
@@ -62,7 +64,7 @@ def _improve(c: Numbers, degree: int, z: Numbers, k: int) -> bool:
     shrink = 1.0 / size if outside else size
     a = _coefficient(c, degree, 0 if outside else count)
     value, value_i, slope, slope_i = a[0], a[1], 0.0, 0.0
-    terms = math.sqrt(pairs.square_of(a))
+    terms: float = math.sqrt(pairs.square_of(a))
     for i in range(1, count + 1):
         a = _coefficient(c, degree, i if outside else count - i)
         product = slope * x[0] - slope_i * x[1]
@@ -110,6 +112,7 @@ def write_bounds(c: Numbers, degree: int, noise: float, z: Numbers, bounds: Numb
     1970). What the exact P is at z[k] is what errors of its coefficients, each up to `noise`, make
     of it.
     """
+    value: Complex
     count = 2 * degree
     leading = math.sqrt(pairs.square_of(pairs.pair(c, degree)))
     for k in range(count):

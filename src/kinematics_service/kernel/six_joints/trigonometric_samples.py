@@ -4,10 +4,10 @@ import math
 
 from ..forward import chain_pass
 from ..layout import places
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat
 
 
-def write_circle(samples: int, circle: Floats) -> None:
+def write_circle(samples: int, circle: Flat) -> None:
     """Write cosine and sine of so many equal turns."""
     for k in range(samples):
         s, c = chain_pass.sincos(places.TAU * k / samples)
@@ -15,7 +15,7 @@ def write_circle(samples: int, circle: Floats) -> None:
 
 
 def write_coefficients(
-    values: Floats, count: int, circle: Floats, largest: float, degree: int, c: Floats
+    values: Flat, count: int, circle: Flat, largest: float, degree: int, c: Flat
 ) -> float:
     """
     Write the complex coefficients of e^(i k t) up to a degree; those of -k are conjugate.

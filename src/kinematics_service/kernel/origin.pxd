@@ -1,3 +1,0 @@
-from .layout cimport places
-
-cpdef bytes source()
