@@ -2,7 +2,6 @@
 The topics of a node that answer every accepted message: subscribers, and the messages for them.
 """
 
-import copy
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -10,7 +9,6 @@ import numpy as np
 from rclpy.event_handler import PublisherEventCallbacks, UnsupportedEventTypeError
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ... import kernel
 from ...estimation.estimator import EstimatorOutput
@@ -19,7 +17,7 @@ from ...kinematics.singularity import measured
 from ..messages.message_layout import MessageLayout
 from ..messages.messages import StateReport, transform_message
 from ..messages.output_messages import Copied, Numbers, WithCovariance
-from ..messages.topics import OUTPUT_QOS, OutputTopic, topics_of
+from ..messages.topics import OUTPUT_QOS, OutputTopic, overridable, topics_of
 from ..parameters.settings import NodeSettings
 from .point_states import PointStates
 from .stamp_grid import StampGrid
@@ -278,12 +276,7 @@ class Outputs:
     def _channel(self, topic: OutputTopic) -> Channel:
         def publisher_with(callbacks: PublisherEventCallbacks | None) -> Publisher:
             return self._node.create_publisher(
-                topic.type,
-                topic.name,
-                # Overrides are written into the profile that is given: each topic needs its own.
-                copy.copy(OUTPUT_QOS),
-                event_callbacks=callbacks,
-                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+                topic.type, topic.name, event_callbacks=callbacks, **overridable(OUTPUT_QOS)
             )
 
         try:
