@@ -205,7 +205,7 @@ def _draw_legend(figure: Any, axes: Any) -> None:
         collection.get_gid() for collection in axes.collections
     }
     slides = any(line.get_gid() == 'joint' and line.get_marker() == 's' for line in axes.lines)
-    entries = {
+    entries: dict[str, dict[str, Any]] = {
         'link': {'color': GREY, 'linewidth': 5},
         'joint and its axis': {
             'color': BLACK, 'linewidth': 1.1, 'linestyle': '-.', 'marker': 'o',

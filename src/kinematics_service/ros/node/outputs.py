@@ -154,9 +154,8 @@ class Outputs:
         self._transport = transport
         self.events_in_order = False
         self._told_of_listeners = True
-        self._told_of: set[str] = (
-            set()
-        )  # topics whose layout differs from that of ROS's serializer
+        # Topics whose layout differs from that of ROS's serializer.
+        self._told_of: set[str] = set()
         self._settings = settings
         self._active: ActiveTopics | None = None
         self._points = PointStates()
@@ -169,9 +168,8 @@ class Outputs:
         self._settings, self._active = settings, None
         self.channels = [self._configured(channel) for channel in self._offered(settings)]
         if settings.publish_tf and self._tf is None:
-            from tf2_msgs.msg import (
-                TFMessage,
-            )  # the wheels lack it: imported only if it is asked for
+            # The wheels lack it: imported only if it is asked for.
+            from tf2_msgs.msg import TFMessage
 
             self._tf = self._node.create_publisher(TFMessage, '/tf', OUTPUT_QOS)
 

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from rclpy.clock import Clock
 from rclpy.duration import Duration
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
@@ -46,8 +45,8 @@ from ..messages.topics import (
     overridable,
 )
 from ..parameters.settings import NodeSettings
+from .steady_time import Throttle, steady_timer
 from .target_status import pose_status, twist_status
-from .throttle import Throttle
 
 # Period of the check that twists still arrive, as a share of their timeout.
 WATCH_SHARE = 0.25
@@ -70,8 +69,6 @@ class Targets:
         The settings in force.
     latest
         Returns the arm's present state, or a sentence why it is unknown.
-    steady
-        Clock of the timer.
     """
 
     def __init__(
@@ -79,7 +76,6 @@ class Targets:
         node: Node,
         settings: NodeSettings,
         latest: Callable[[], EstimatorOutput | str],
-        steady: Clock,
     ) -> None:
         self._node = node
         self._settings = _planned(settings)
@@ -101,9 +97,7 @@ class Targets:
             # Raw: refused here with a reason.
             node.create_subscription(kind, name, take, raw=True, **overridable(qos))
         # Runs only while a twist is in force: its thread would wake for nothing otherwise.
-        self._timer = node.create_timer(
-            self._watch_period(), self._watch, clock=steady, autostart=False
-        )
+        self._timer = steady_timer(node, self._watch_period(), self._watch, autostart=False)
 
     @property
     def topics(self) -> tuple[list[str], list[str]]:
