@@ -112,7 +112,7 @@ def test_view_of_a_point_needs_its_robot(capsys):
         (['fk', '--of', 'plate'], "--of: no joint moves 'plate' of craig_3r"),
         (
             ['jacobian', '--at', '1,2'],
-            "--at: '1,2' is not three numbers; write for instance --at=0,0,0.1",
+            "--at: '1,2' is not 3 numbers, such as --at=0.1,0.1,0.1",
         ),
         (
             ['jacobian', '--axes', '9'],

@@ -4,6 +4,8 @@ Who can see the page of `view` and talk to it: tried by programs that send whate
 
 import re
 import socket
+import subprocess
+import sys
 import threading
 import time
 
@@ -426,3 +428,47 @@ def test_the_list_of_arms_changes_the_arm_the_page_shows(capfd):
     finally:
         ended.set()
         page.join()
+
+
+MESSAGES_TO_NOBODY = """
+import asyncio, socket, struct
+from kinematics_service.display.view.guarded_server import guarded_server
+from kinematics_service.display.view.origin_check import origin_check_of
+
+async def write_to_a_client_that_vanishes():
+    server = await asyncio.start_server(vanished, '127.0.0.1', 0)
+    client = socket.create_connection(server.sockets[0].getsockname())
+    client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack('ii', 1, 0))
+    client.close()
+    await told
+
+async def vanished(reader, writer):
+    try:
+        await reader.read()
+    except ConnectionResetError:
+        pass
+    for _ in range(100):
+        writer.write(b'a picture')
+    told.set_result(None)
+
+async def main():
+    global told
+    told = asyncio.get_running_loop().create_future()
+    await write_to_a_client_that_vanishes()
+
+if GUARDED:
+    with guarded_server('127.0.0.1', 0, 'view', origin_check_of('127.0.0.1', ())):
+        asyncio.run(main())
+else:
+    asyncio.run(main())
+"""
+
+
+@pytest.mark.parametrize('guarded', [True, False])
+def test_messages_to_a_client_that_has_gone_leave_no_line_on_the_terminal(guarded):
+    program = MESSAGES_TO_NOBODY.replace('GUARDED', str(guarded))
+    done = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, check=True, timeout=60
+    )
+    # Without the guard asyncio's own logger has one for each of them.
+    assert done.stderr == '' if guarded else done.stderr.count('socket.send() raised') > 50

@@ -100,8 +100,8 @@ def known_alike(one, plain, arrival):
     assert one.missing(arrival) == plain.missing(arrival)
     assert one.age(arrival) == plain.age(arrival)
     assert one.disputed(arrival) == plain.disputed(arrival)
-    assert one._table.newest() == plain.newest()
-    jumps = one._table.memory.columns.jump_count.tolist()
+    assert one._joints.newest() == plain.newest()
+    jumps = one._joints.columns.jump_count.tolist()
     assert [min(count, 16) for count in jumps] == [
         len(joint.jumps) for joint in plain.joints.values()
     ]

@@ -338,7 +338,7 @@ def shown_on(columns, lines, level='ERROR', robot='panda', measure=0.0123):
     listener = SimpleNamespace(
         source='/demo/kinematics',
         time=12.5,
-        warned=WarningReading(level, 'kinematics', sentence, values),
+        warned=WarningReading(level, sentence, 'kinematics', values),
         pose=SimpleNamespace(message=PoseStamped()),
         twist=SimpleNamespace(message=TwistStamped()),
         jacobian=SimpleNamespace(message=matrix, rate=lambda: 50.0),

@@ -26,7 +26,7 @@ from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.errors import LayoutError
-from kinematics_service.ros.messages.readings import WarningReading, matrix_of
+from kinematics_service.ros.messages.readings import WarningReading, jacobian_of
 from kinematics_service.ros.tools.live_table import bars, matrix_lines, number, warned_lines
 
 Q, QDOT = (0.3, -0.4, 1.2), (0.5, -0.25, 1.0)
@@ -319,10 +319,10 @@ def array(rows, columns, data, offset=0, stride=None):
 
 
 def test_a_matrix_is_read_by_its_layout():
-    matrix = matrix_of(array('a,b', 'x,y', [0.0, 1, 2, 9, 3, 4, 9], offset=1, stride=3))
+    matrix = jacobian_of(array('a,b', 'x,y', [0.0, 1, 2, 9, 3, 4, 9], offset=1, stride=3))
     assert matrix.rows == ('a', 'b')
     assert matrix.columns == ('x', 'y')
-    assert matrix.values.tolist() == [[1, 2], [3, 4]]
+    assert matrix.jacobian.tolist() == [[1, 2], [3, 4]]
 
 
 @pytest.mark.parametrize(
@@ -336,7 +336,7 @@ def test_a_matrix_is_read_by_its_layout():
 )
 def test_a_layout_that_does_not_fit_is_refused(message):
     with pytest.raises(LayoutError):
-        matrix_of(message)
+        jacobian_of(message)
 
 
 def test_a_foreign_layout_is_one_line_not_an_end(ros_domain, told):
@@ -359,7 +359,7 @@ def test_a_foreign_layout_is_one_line_not_an_end(ros_domain, told):
 @pytest.mark.parametrize('width', [20, 40, 80, 200])
 def test_a_matrix_fits_the_terminal(width):
     robot = ks.load_robot('panda')
-    matrix = matrix_of(
+    matrix = jacobian_of(
         array(','.join(ROWS), ','.join(robot.joint_names), np.arange(42.0).tolist())
     )
     lines = matrix_lines(matrix, width)
@@ -386,7 +386,7 @@ def test_numbers_have_no_negative_zero_and_never_outgrow_their_cell():
 
 
 def test_what_a_terminal_would_obey_is_not_printed():
-    warned = WarningReading('WARN', 'name', 'near \x1b[31m red', {'key\x07': 'a\x1b]0;b'})
+    warned = WarningReading('WARN', 'near \x1b[31m red', 'name', {'key\x07': 'a\x1b]0;b'})
     lines = warned_lines(warned, 80)
     assert not any('\x1b' in line or '\x07' in line for line in lines)
 

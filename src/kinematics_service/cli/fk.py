@@ -21,9 +21,10 @@ from .options import (
 from .singularity_report import (
     DEGREES,
     JSON_KEYS,
-    beyond_limits,
+    attributes,
     print_singularity,
     singularity_json,
+    state_json,
 )
 
 HELP = f"""
@@ -71,20 +72,13 @@ def fk(
 
 
 def _document(state: ToolState, singularity: Singularity) -> str:
-    robot = state.robot
     return json_text(
         {
-            'robot': robot.name,
-            'base_frame': robot.base_frame,
-            'tool_frame': robot.tool_frame,
-            'joint_names': robot.joint_names,
-            'q': state.q,
-            'beyond_limits': beyond_limits(robot, state.q),
-            'position': state.position,
-            'quaternion_xyzw': state.quaternion_xyzw,
+            **state_json(state),
+            **attributes(state, 'position', 'quaternion_xyzw'),
             'roll_pitch_yaw': roll_pitch_yaw(state.pose[:3, :3]),
             'matrix': state.pose,
-            'singularity': singularity_json(robot, singularity),
+            'singularity': singularity_json(state.robot, singularity),
         }
     )
 

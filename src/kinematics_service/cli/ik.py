@@ -16,15 +16,15 @@ from ..rigid_motion import rotation_of_quaternion, rotation_of_roll_pitch_yaw
 from ..robot.robot import Robot
 from ..robot.task import ROW_NAMES
 from .options import (
-    NUMBER,
     DegreesOption,
     JsonOption,
     RobotOption,
     WrongUsage,
+    given_numbers,
     given_robot,
     joint_values,
 )
-from .singularity_report import DEGREES
+from .singularity_report import DEGREES, arm_json, attributes
 
 HELP = """
 Print the joint positions that bring the tool to a pose, or to a position alone, and whether
@@ -185,12 +185,12 @@ def target_from(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool
     WrongUsage
         An option is not as many numbers as it takes, or two of them exclude each other.
     """
-    position = _given(xyz, '--xyz', 3)
+    position = given_numbers('--xyz', xyz, 3)
     if rpy is not None:
-        angles = _given(rpy, '--rpy', 3)
+        angles = given_numbers('--rpy', rpy, 3)
         R = rotation_of_roll_pitch_yaw(np.radians(angles) if degrees else angles)
     elif quaternion is not None:
-        given = _given(quaternion, '--quaternion', 4)
+        given = given_numbers('--quaternion', quaternion, 4)
         if abs(float(np.linalg.norm(given)) - 1.0) > 1e-3:
             raise WrongUsage(f'--quaternion: {quaternion} has no unit length')
         R = rotation_of_quaternion(given)
@@ -199,14 +199,6 @@ def target_from(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = R, position
     return pose
-
-
-def _given(text: str, option: str, count: int) -> Floats:
-    words = re.split(r'\s*,\s*|\s+', text.strip().strip('[]()').strip().rstrip(','))
-    if len(words) != count or not all(NUMBER.fullmatch(word) for word in words):
-        example = ','.join(['0.1'] * count)
-        raise WrongUsage(f'{option}: {text!r} is not {count} numbers, such as {option}={example}')
-    return np.array([float(word) for word in words])
 
 
 def _row_names(text: str, target: Floats, axis: str | None) -> list[str]:
@@ -227,51 +219,28 @@ def _document(
     nearest = result.nearest
     return json_text(
         {
-            'robot': robot.name,
-            'base_frame': robot.base_frame,
-            'tool_frame': robot.tool_frame,
-            'joint_names': robot.joint_names,
+            **arm_json(robot),
             'target': target,
             'near': near,
             **asked,
-            'status': result.status,
-            'reason': result.reason,
-            'method': result.method,
-            'complete': result.complete,
-            'roots': result.roots,
+            **attributes(result, 'status', 'reason', 'method', 'complete', 'roots'),
             'solutions': [
                 {**_entry(solution), 'multiplicity': solution.multiplicity} for solution in result
             ],
             'families': [
-                {
-                    **_entry(family),
-                    'motions': family.motions,
-                    'straight': family.straight,
-                    'joints': family.joints,
-                }
+                {**_entry(family), **attributes(family, 'motions', 'straight', 'joints')}
                 for family in result.families
             ],
             'nearest': nearest
-            and {
-                'q': nearest.q,
-                'residual': nearest.residual,
-                'position_error': nearest.position_error,
-                'rotation_error': nearest.rotation_error,
-            },
+            and attributes(nearest, 'q', 'residual', 'position_error', 'rotation_error'),
         }
     )
 
 
 def _entry(one: IkSolution | IkFamily) -> dict[str, Any]:
     return {
-        'q': one.q,
-        'residual': one.residual,
-        'feasible': one.feasible,
-        'beyond': one.beyond,
-        'margin': one.margin,
-        'shoulder': one.posture.shoulder,
-        'elbow': one.posture.elbow,
-        'wrist': one.posture.wrist,
+        **attributes(one, 'q', 'residual', 'feasible', 'beyond', 'margin'),
+        **attributes(one.posture, 'shoulder', 'elbow', 'wrist'),
     }
 
 

@@ -30,9 +30,9 @@ from .options import (
 from .singularity_report import (
     DEGREES,
     JSON_KEYS,
-    beyond_limits,
     print_singularity,
     singularity_json,
+    state_json,
 )
 
 ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
@@ -119,21 +119,15 @@ def _pose_of_axes(robot: Robot, axes: str, state: ToolState) -> Floats:
 def _document(
     state: ToolState, singularity: Singularity, axes: str, J: Floats, twist: Floats | None
 ) -> str:
-    robot = state.robot
     return json_text(
         {
-            'robot': robot.name,
-            'base_frame': robot.base_frame,
-            'tool_frame': robot.tool_frame,
-            'joint_names': robot.joint_names,
-            'q': state.q,
-            'beyond_limits': beyond_limits(robot, state.q),
+            **state_json(state),
             'frame': axes,
             'rows': ROWS,
             'jacobian': J,
             'qdot': state.qdot,
             'twist': twist,
-            'singularity': singularity_json(robot, singularity),
+            'singularity': singularity_json(state.robot, singularity),
         }
     )
 

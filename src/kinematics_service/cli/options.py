@@ -110,16 +110,20 @@ def ending_at(robot: Robot, of: str | None, at: str | None = None) -> Robot:
     if of is None and at is None:
         return robot
     try:
-        return robot.ending_at(given_point(of or TOOL), None if at is None else _place(at))
+        return robot.ending_at(
+            given_point(of or TOOL), None if at is None else given_numbers('--at', at, 3)
+        )
     except PointError as error:
         raise WrongUsage(f'--{error.argument}: {error}') from None
 
 
-def _place(text: str) -> list[float]:
+def given_numbers(option: str, text: str, count: int) -> Floats:
+    """Return the numbers of an option that takes so many, shape (count,)."""
     words = _words(text)
-    if len(words) != 3 or not all(map(NUMBER.fullmatch, words)):
-        raise WrongUsage(f'--at: {text!r} is not three numbers; write for instance --at=0,0,0.1')
-    return [float(word) for word in words]
+    if len(words) != count or not all(map(NUMBER.fullmatch, words)):
+        example = ','.join(['0.1'] * count)
+        raise WrongUsage(f'{option}: {text!r} is not {count} numbers, such as {option}={example}')
+    return np.array([float(word) for word in words])
 
 
 def _words(text: str) -> list[str]:

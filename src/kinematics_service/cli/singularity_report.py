@@ -70,27 +70,34 @@ def beyond_limits(robot: Robot, q: Floats) -> list[str]:
     return [name for name, out in zip(robot.joint_names, outside) if out]
 
 
+def arm_json(robot: Robot) -> dict[str, Any]:
+    """Return what every document about poses of an arm begins with."""
+    return {'robot': robot.name, **attributes(robot, 'base_frame', 'tool_frame', 'joint_names')}
+
+
+def attributes(thing: object, *names: str) -> dict[str, Any]:
+    """Return attributes under their names."""
+    return {name: getattr(thing, name) for name in names}
+
+
+def state_json(state: ToolState) -> dict[str, Any]:
+    """Return the arm, where its joints are, and which of them are beyond their limits."""
+    beyond = beyond_limits(state.robot, state.q)
+    return {**arm_json(state.robot), 'q': state.q, 'beyond_limits': beyond}
+
+
 def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Any]:
     """Return the measures under the keys of `JSON_KEYS`."""
+    moving = ('lost_direction', 'joint_motion', 'way_out', 'rate', 'time_to_warning')
     return {
         'level': singularity.level.name,
-        'measure': robot.thresholds.measure,
-        'warn': robot.thresholds.warn,
-        'stop': robot.thresholds.stop,
-        'distance': singularity.distance,
-        'distance_at_least': singularity.distance_at_least,
-        **{name: getattr(singularity, name) for name in NUMBERS},
-        'nearest_singular': singularity.nearest_singular,
+        **attributes(robot.thresholds, 'measure', 'warn', 'stop'),
+        **attributes(singularity, 'distance', 'distance_at_least', *NUMBERS, 'nearest_singular'),
         'flat_loop': flat_loop(robot, singularity) or None,
-        'decided': singularity.decided,
-        'clearance': singularity.clearance,
+        **attributes(singularity, 'decided', 'clearance'),
         'task': robot.task.rows,
         'length': robot.task.length,
-        'lost_direction': singularity.lost_direction,
-        'joint_motion': singularity.joint_motion,
-        'way_out': singularity.way_out,
-        'rate': singularity.rate,
-        'time_to_warning': singularity.time_to_warning,
+        **attributes(singularity, *moving),
     }
 
 

@@ -13,14 +13,14 @@ import numpy as np
 
 from .. import kernel
 from ..errors import JointVectorError
-from ..kernel import Floats, IncomingForm, NearestSearch, OutgoingMessages
+from ..kernel import Floats, IncomingForm, NearestSearch, OurJoints, OutgoingMessages
 from ..kinematics.closure import why_not_closed
 from ..kinematics.singularity import Singularity, watched_value
 from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it, evaluate
 from ..robot.measures import Level
 from ..robot.robot import Robot
 from .alarm import Alarm
-from .joint_memory import JointLayout, JointTable, joint_names
+from .joint_memory import HeardJoints, NamedJoints, joint_names
 from .joint_sample import JointSample
 from .joint_state_form import JointStateForm
 
@@ -166,7 +166,7 @@ class Estimator:
         self.robot = robot
         self.settings = settings
         self.counts: Counter[str] = Counter()
-        self._table = self._new_table()
+        self._joints = self._new_joints()
         self._search = NearestSearch(robot.arm)
         self._alarm = Alarm()
         self._is_open = False
@@ -174,20 +174,20 @@ class Estimator:
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
         """Apply another arm or other settings; joints that keep their names keep their states."""
-        former = self._table
+        former = self._joints
         if robot is not self.robot:
             self._search = NearestSearch(robot.arm)
-            former.forget_loops()
+            former.is_closed = False  # the loops are closed from their known position
         moves_alike = robot.chain is self.robot.chain
         self.robot, self.settings = robot, settings
         same_names = joint_names(robot, settings.joint_prefix) == former.names
         if same_names and former.fits(robot):
             former.configure(robot, self._source, settings.timeout)
         else:
-            self._table = self._new_table()
-            self._table.remember(former)
+            self._joints = self._new_joints()
+            self._joints.remember(former)
         if not moves_alike:
-            self._table.forget_tool()
+            self._joints.is_new_tool = True
             self._alarm = Alarm()
         self._prepare()
 
@@ -195,7 +195,7 @@ class Estimator:
         """
         Return the last answer for the arm in force now; None if not all of its joints are known.
         """
-        known = self._table.joint_vectors()
+        known = self._joints.joint_vectors()
         if known is None:
             return None
         try:
@@ -208,18 +208,18 @@ class Estimator:
     def _source(self) -> int:
         return VELOCITY_SOURCES.index(self.settings.velocity_source)
 
-    def _new_table(self) -> JointTable:
+    def _new_joints(self) -> NamedJoints:
         settings = self.settings
         # Forms as the kernel takes them; None for a form whose messages make no state of this arm.
         self._forms: dict[JointStateForm, IncomingForm | None] = {}
-        return JointTable(self.robot, settings.joint_prefix, self._source, settings.timeout)
+        return NamedJoints(self.robot, settings.joint_prefix, self._source, settings.timeout)
 
     def _prepare(self) -> None:
         # The values `take_bytes` needs for each message, looked up once.
         robot = self.robot
         self._arguments = (
             self._search,
-            self._table.memory,
+            self._joints,
             robot.chain.single_widths,
             robot.measure_places.width,
         )
@@ -227,8 +227,8 @@ class Estimator:
     def reset(self) -> None:
         """Forget every joint: the clock or the recording started again."""
         self.counts[RESETS] += 1
-        self._table.forget()
-        self._table.forget_tool()
+        kernel.forget(self._joints)
+        self._joints.is_new_tool = True
 
     def clock_stepped_back(self, now: int, back: int) -> bool:
         """
@@ -236,7 +236,7 @@ class Estimator:
 
         If messages of the new time came before the clock's step, they have made the reset already.
         """
-        latest = self._table.newest()
+        latest = self._joints.newest()
         if latest is None or latest <= now + back // 2:
             return False
         self.reset()
@@ -246,19 +246,19 @@ class Estimator:
         """
         Return the names of joints not heard for the timeout before `arrival` (steady clock, ns).
         """
-        return self._table.missing(arrival, self.settings.timeout)
+        return self._joints.missing(arrival, self.settings.timeout)
 
     def age(self, arrival: int) -> float:
         """Return the age in seconds of the oldest joint position, inf if a joint has none."""
-        return self._table.age(arrival)
+        return self._joints.age(arrival)
 
     def beyond_limits(self) -> tuple[str, ...]:
         """Return the names of known joints that are outside their limits."""
-        return self._table.beyond(self.robot.limits)
+        return self._joints.beyond(self.robot.limits)
 
     def disputed(self, arrival: int) -> tuple[str, ...]:
         """Return the names of joints about which messages have disagreed lately."""
-        return self._table.disputed(arrival, JUMPS)
+        return self._joints.disputed(arrival, JUMPS)
 
     def is_settled(self, state: ToolState, arrival: int) -> bool:
         """
@@ -376,11 +376,11 @@ class Estimator:
         return EstimatorOutput(state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[outcome])
 
     def _keep(self, form: JointStateForm) -> IncomingForm | None:
-        layout = self._table.layout(form.names)
+        ours, duplicates = self._joints.heard(form.names)
         one_each = form.counts[0] == len(form.names)
         incoming = None
-        if layout.joints and not layout.duplicates and one_each:
-            incoming = form.for_joints(layout.ours)
+        if ours.count and not duplicates and one_each:
+            incoming = form.for_joints(ours)
         if len(self._forms) >= FORMS:
             self._forms.clear()
         self._forms[form] = incoming
@@ -408,14 +408,14 @@ class Estimator:
 
     def _observe(self, sample: JointSample, row: Floats) -> int | RefusedMessage:
         # One of the first three outcomes of `kernel.observe`, or a refusal; counted.
-        layout = self._table.layout(sample.names)
-        refusal = self._shape_refusal(sample, layout)
+        heard = self._joints.heard(sample.names)
+        refusal = self._shape_refusal(sample, heard)
         if refusal is None:
             positions, velocities = _doubles(sample.positions), _doubles(sample.velocities)
             outcome: int = kernel.observe(
                 self.robot.arm,
-                self._table.memory,
-                layout.ours,
+                self._joints,
+                heard.ours,
                 positions,
                 velocities,
                 sample.stamp,
@@ -434,14 +434,14 @@ class Estimator:
                 return outcome
             if outcome in _REFUSALS or outcome == kernel.NOT_CLOSED:
                 return self._refused(outcome)
-            refusal = self._bad_position(layout, positions)
+            refusal = self._bad_position(heard.ours, positions)
         self.counts[refusal.reason] += 1
         return refusal
 
     def _refused(self, outcome: int) -> RefusedMessage:
         if outcome == kernel.NOT_COMPUTABLE:
             # The lengths of an arm made in Python can overflow; such a position must not be kept.
-            self._table.forget()
+            kernel.forget(self._joints)
         refusal = self._not_closed() if outcome == kernel.NOT_CLOSED else _REFUSALS[outcome]
         self.counts[refusal.reason] += 1
         return refusal
@@ -451,14 +451,14 @@ class Estimator:
         if self._is_open:
             return RefusedMessage(NOT_CLOSED)
         self._is_open = True
-        _, sentence = why_not_closed(self.robot, self._table.positions())
+        _, sentence = why_not_closed(self.robot, self._joints.positions())
         return RefusedMessage(
             NOT_CLOSED,
             sentence or f'a loop of {self.robot.name} ends on the way from the last position',
         )
 
-    def _shape_refusal(self, sample: JointSample, layout: JointLayout) -> RefusedMessage | None:
-        if not layout.joints:
+    def _shape_refusal(self, sample: JointSample, heard: HeardJoints) -> RefusedMessage | None:
+        if not heard.ours.count:
             return RefusedMessage(NOT_OURS)
         if len(sample.positions) != len(sample.names):
             if len(sample.positions) == 0:
@@ -467,17 +467,17 @@ class Estimator:
                 MALFORMED,
                 f'{len(sample.names)} names but {len(sample.positions)} positions',
             )
-        if layout.duplicates:
-            return RefusedMessage(DUPLICATE, f'joint {layout.duplicates[0]!r} is named twice')
+        if heard.duplicates:
+            return RefusedMessage(DUPLICATE, f'joint {heard.duplicates[0]!r} is named twice')
         return None
 
-    def _bad_position(self, layout: JointLayout, positions: Floats) -> RefusedMessage:
-        for j, index in zip(layout.joints, layout.indices):
+    def _bad_position(self, ours: OurJoints, positions: Floats) -> RefusedMessage:
+        for j, index in zip(*ours.table):
             position = float(positions[index])
             if not abs(position) <= kernel.LARGEST:
                 reason = TOO_LARGE if math.isfinite(position) else NOT_FINITE
                 return RefusedMessage(
-                    reason, f'position of joint {self._table.names[j]!r} is {position}'
+                    reason, f'position of joint {self._joints.names[j]!r} is {position}'
                 )
         raise AssertionError('the kernel found a position that is not finite or too large')
 

@@ -102,7 +102,7 @@ def set_space(axes: Any, cube: Floats, azimuth: float, small: bool = False) -> N
     """Give axes in space equal scales, units and a view; `small` for one of many panels."""
     size = 8.0 if small else 10.0
     axes.set(xlim=cube[0], ylim=cube[1], zlim=cube[2])
-    axes.set_box_aspect((1.0, 1.0, 1.0), zoom=1.0 if small else 1.0)
+    axes.set_box_aspect((1.0, 1.0, 1.0))
     axes.computed_zorder = False  # axes in front of links, labels in front of all
     axes.view_init(elev=ELEVATION, azim=azimuth)
     for name, color, axis in zip('xyz', AXIS_COLORS, (axes.xaxis, axes.yaxis, axes.zaxis)):
@@ -205,35 +205,23 @@ def _draw_legend(figure: Any, axes: Any) -> None:
         collection.get_gid() for collection in axes.collections
     }
     slides = any(line.get_gid() == 'joint' and line.get_marker() == 's' for line in axes.lines)
-    entries = [
-        Line2D([], [], color=GREY, linewidth=5, label='link'),
-        Line2D(
-            [], [], color=BLACK, linewidth=1.1, linestyle='-.', marker='o',
-            markerfacecolor='white', markersize=7, label='joint and its axis',
-        ),
-    ]  # fmt: skip
+    entries: dict[str, dict[str, Any]] = {
+        'link': {'color': GREY, 'linewidth': 5},
+        'joint and its axis': {
+            'color': BLACK, 'linewidth': 1.1, 'linestyle': '-.', 'marker': 'o',
+            'markerfacecolor': 'white', 'markersize': 7,
+        },
+    }  # fmt: skip
     if slides:
-        entries.append(
-            Line2D(
-                [],
-                [],
-                color=ORANGE,
-                linewidth=5,
-                marker='s',
-                markerfacecolor='white',
-                markeredgecolor=BLACK,
-                markersize=7,
-                label='sliding joint',
-            )  # fmt: skip
-        )
-    entries += [
-        Line2D([], [], color=color, linewidth=2.2, label=name)
-        for name, color in zip(('x', 'y', 'z (thick: tool)'), AXIS_COLORS)
-    ]
+        entries['sliding joint'] = {
+            'color': ORANGE, 'linewidth': 5, 'marker': 's', 'markerfacecolor': 'white',
+            'markeredgecolor': BLACK, 'markersize': 7,
+        }  # fmt: skip
+    for name, color in zip(('x', 'y', 'z (thick: tool)'), AXIS_COLORS):
+        entries[name] = {'color': color, 'linewidth': 2.2}
     if 'lost' in seen:
-        entries.append(
-            Line2D([], [], color=PURPLE, linestyle='--', linewidth=2, label='lost translation')
-        )
+        entries['lost translation'] = {'color': PURPLE, 'linestyle': '--', 'linewidth': 2}
+    handles = [Line2D([], [], label=label, **style) for label, style in entries.items()]
     figure.legend(
-        handles=entries, loc='lower center', ncols=len(entries), frameon=False, columnspacing=1.2
+        handles=handles, loc='lower center', ncols=len(entries), frameon=False, columnspacing=1.2
     )

@@ -60,12 +60,7 @@ def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
                 _draw_thresholds(axes, robot)
             axes.margins(x=0.0)
         _name_factors(robot, rows[0], motion, near)
-        entries = shade(rows, motion, near.level)
-        if entries:
-            figure.legend(
-                handles=entries, loc='outside lower left', ncols=2, frameon=False,
-                title='beyond a threshold', alignment='left',
-            )  # fmt: skip
+        shade(figure, rows, motion, near.level, 'beyond a threshold')
 
     return draw
 

@@ -65,10 +65,10 @@ def draw_legend(axes: Any) -> None:
     axes.legend(loc='upper left', bbox_to_anchor=(1.005, 1.02), frameon=False, borderaxespad=0.2)
 
 
-def shade(rows: Sequence[Any], motion: PlottedMotion, levels: Floats) -> list[Any]:
-    """
-    Shade the stretches of WARN and ERROR in all panels; return the entries of a legend for them.
-    """
+def shade(
+    figure: Any, rows: Sequence[Any], motion: PlottedMotion, levels: Floats, meaning: str
+) -> None:
+    """Shade the stretches of WARN and ERROR in all panels; a legend says what they are."""
     from matplotlib.patches import Patch
 
     found = stretches(motion.times, levels)
@@ -79,11 +79,16 @@ def shade(rows: Sequence[Any], motion: PlottedMotion, levels: Floats) -> list[An
         for axes in rows:
             axes.axvspan(stretch.start, end, color=color, alpha=alpha, linewidth=0, zorder=0.5)
     present = {stretch.level for stretch in found}
-    return [
+    entries = [
         Patch(color=color, alpha=alpha, label=level.name)
         for level, (color, alpha) in SHADES.items()
         if level in present
     ]
+    if entries:
+        figure.legend(
+            handles=entries, loc='outside lower left', ncols=2, frameon=False,
+            title=meaning, alignment='left',
+        )  # fmt: skip
 
 
 def finite_range(axes: Any, values: Floats) -> None:

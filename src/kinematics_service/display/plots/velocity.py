@@ -55,17 +55,12 @@ def velocity_picture(robot: Robot, motion: PlottedMotion, marked: Sequence[float
             names = [f"{short(name)}'" for name, take in zip(robot.variables, chosen) if take]
             draw_curves(axes, motion, motion.qdot[:, chosen], names)
             axes.set_ylabel(with_unit('joint velocity', unit))
-        entries = shade(rows, motion, levels)
         for axes in rows:
             for time in marked:
                 axes.axvline(time, color='0.5', linewidth=0.8, linestyle='--')
             draw_legend(axes)
             axes.margins(x=0.0)
-        if entries:
-            figure.legend(
-                handles=entries, loc='outside lower left', ncols=2, frameon=False,
-                title='near a singular pose', alignment='left',
-            )  # fmt: skip
+        shade(figure, rows, motion, levels, 'near a singular pose')
 
     return draw
 

@@ -10,18 +10,25 @@ from ...rigid_motion import roll_pitch_yaw, rotation_of_quaternion
 from ...robot.measures import Level
 
 
-class MatrixReading(NamedTuple):
-    """A matrix with the labels of its rows and columns; values of shape (rows, columns)."""
+class Stamp(NamedTuple):
+    """A time as messages have it: a double cannot hold the nanoseconds of a present one."""
+
+    sec: int
+    nanosec: int
+
+
+class JacobianReading(NamedTuple):
+    """A Jacobian (rows, columns) with the labels of its rows and columns."""
 
     rows: tuple[str, ...]
     columns: tuple[str, ...]
-    values: Floats
+    jacobian: Floats
 
 
 class PoseReading(NamedTuple):
     """A pose in a frame: position (3,) in m, quaternion x y z w, roll pitch yaw (3,) in rad."""
 
-    stamp: tuple[int, int]
+    stamp: Stamp
     frame: str
     position: Floats
     quaternion_xyzw: Floats
@@ -31,7 +38,7 @@ class PoseReading(NamedTuple):
 class TwistReading(NamedTuple):
     """A twist in the axes of a frame: linear (3,) in m/s, angular (3,) in rad/s."""
 
-    stamp: tuple[int, int]
+    stamp: Stamp
     frame: str
     linear: Floats
     angular: Floats
@@ -41,14 +48,14 @@ class WarningReading(NamedTuple):
     """A singularity warning: level, sentence, and keys with values."""
 
     level: str
-    name: str
     sentence: str
+    name: str
     values: dict[str, str]
 
 
-def matrix_of(message: Any) -> MatrixReading:
+def jacobian_of(message: Any) -> JacobianReading:
     """
-    Return the labelled matrix a Float64MultiArray holds, whatever the order of its rows.
+    Return the Jacobian that a Float64MultiArray holds, whatever the order of its rows.
 
     Raises
     ------
@@ -68,11 +75,11 @@ def matrix_of(message: Any) -> MatrixReading:
         raise LayoutError(f'{len(data)} numbers do not fill {sizes[0]} x {sizes[1]}')
     flat = np.asarray(data, dtype=np.float64)[at:]
     values = np.stack([flat[k * stride : k * stride + sizes[1]] for k in range(sizes[0])])
-    return MatrixReading(rows, columns, values)
+    return JacobianReading(rows, columns, values)
 
 
-def _stamp(message: Any) -> tuple[int, int]:
-    return int(message.header.stamp.sec), int(message.header.stamp.nanosec)
+def _stamp(message: Any) -> Stamp:
+    return Stamp(int(message.header.stamp.sec), int(message.header.stamp.nanosec))
 
 
 def _xyz(vector: Any) -> Floats:
@@ -105,4 +112,4 @@ def warned_of(message: Any) -> WarningReading:
     level = ord(message.level)
     name = Level(level).name if level in list(Level) else f'LEVEL {level}'
     values = {value.key: value.value for value in message.values}
-    return WarningReading(name, message.name, message.message, values)
+    return WarningReading(name, message.message, message.name, values)

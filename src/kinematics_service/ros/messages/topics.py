@@ -2,6 +2,7 @@
 The topics a node publishes for each accepted message: one row each, in the order they go out.
 """
 
+import copy
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -15,6 +16,7 @@ from geometry_msgs.msg import (
     VelocityStamped,
 )
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_msgs.msg import Float64, Float64MultiArray
 from visualization_msgs.msg import MarkerArray
 
@@ -60,6 +62,17 @@ TARGET_POSE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT
 TARGET_TWIST_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 # As of a node's parameter services: a busy node keeps more requests than ROS's ten.
 SERVICE_QOS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
+
+
+def overridable(qos: QoSProfile) -> dict[str, Any]:
+    """
+    Return the arguments of a topic whose quality of service a user may override by parameters.
+
+    Overrides are written into the profile that is given: each topic needs its own.
+    """
+    overrides = QoSOverridingOptions.with_default_policies()
+    return {'qos_profile': copy.copy(qos), 'qos_overriding_options': overrides}
+
 
 JOINT_STATES = 'joint_states'
 WARNING = '~/singularity/warning'

@@ -5,7 +5,6 @@ from collections import Counter, deque
 from collections.abc import Callable
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.clock import Clock
 from rclpy.node import Node
 
 from ...estimation.estimator import Estimator
@@ -14,7 +13,7 @@ from ..messages.messages import full_name, status_message
 from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS
 from .best_subscription import BestSubscription
 from .diagnostics import RECENT, InputState, Work, input_status
-from .throttle import Throttle
+from .steady_time import Throttle, steady_timer
 
 PERIOD = 1.0
 # After a stall the timer makes up for its calls, some at once: a rate over a shorter time means
@@ -64,7 +63,6 @@ class Health:
         subscription: BestSubscription,
         frames: Callable[[], StatusText | None],
         velocity_source: Callable[[], str],
-        steady: Clock,
     ) -> None:
         self.work = Work()
         self._node = node
@@ -78,7 +76,7 @@ class Health:
         # Times of diagnostics, s, and the number of messages lost by then.
         self._losses: deque[tuple[float, int]] = deque([(self._said, 0)])
         self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
-        node.create_timer(PERIOD, self.say_when_due, clock=steady)
+        steady_timer(node, PERIOD, self.say_when_due)
 
     @property
     def topic_name(self) -> str:

@@ -5,7 +5,7 @@ import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
+from rclpy.clock import JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
 from std_srvs.srv import Trigger
@@ -30,8 +30,8 @@ from .reference import Reference
 from .reload import Reload
 from .robot_description import DescriptionPublisher
 from .stamp_grid import StampGrid
+from .steady_time import Throttle, steady_timer
 from .targets import Targets
-from .throttle import Throttle
 
 NODE_NAME = 'kinematics'
 
@@ -70,13 +70,10 @@ class KinematicsNode(Node):
         self._estimator = Estimator(settings.robot, settings.estimator)
         self._latest: EstimatorOutput | None = None
         self._resets = 0  # the estimator's resets that are handled here
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._grid = StampGrid()
         self._throttle = Throttle(5.0)
         self._open_topics()
-        self._watchdog = self.create_timer(
-            self._watchdog_period(), self._watch, clock=self._steady
-        )
+        self._watchdog = steady_timer(self, self._watchdog_period(), self._watch)
         self._reference = Reference(
             self, lambda: self.settings.robot, lambda: self.settings.reference
         )
@@ -86,10 +83,9 @@ class KinematicsNode(Node):
             self._input.subscription,
             self._reference.status_text,
             lambda: self._latest.velocity_source if self._latest else 'none',
-            self._steady,
         )
         self._own.listen(self._take_settings)
-        self._reload = Reload(self, self._own, self._take_settings, self._steady)
+        self._reload = Reload(self, self._own, self._take_settings)
         self._jump = self.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1)),
             post_callback=self._on_clock_jump,
@@ -102,7 +98,7 @@ class KinematicsNode(Node):
         self._outputs = Outputs(self, self.settings, transport)
         self._description = DescriptionPublisher(self, self.settings)
         self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
-        self._targets = Targets(self, self.settings, self._present, self._steady)
+        self._targets = Targets(self, self.settings, self._present)
         self._input = Input(self, transport, self._on_sample, self._on_bytes, self._refuse)
         self.create_service(Trigger, DESCRIBE, self._describe, qos_profile=SERVICE_QOS)
 

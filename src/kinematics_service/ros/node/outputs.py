@@ -2,7 +2,6 @@
 The topics of a node that answer every accepted message: subscribers, and the messages for them.
 """
 
-import copy
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -10,7 +9,6 @@ import numpy as np
 from rclpy.event_handler import PublisherEventCallbacks, UnsupportedEventTypeError
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ... import kernel
 from ...estimation.estimator import EstimatorOutput
@@ -19,7 +17,7 @@ from ...kinematics.singularity import measured
 from ..messages.message_layout import MessageLayout
 from ..messages.messages import StateReport, transform_message
 from ..messages.output_messages import Copied, Numbers, WithCovariance
-from ..messages.topics import OUTPUT_QOS, OutputTopic, topics_of
+from ..messages.topics import OUTPUT_QOS, OutputTopic, overridable, topics_of
 from ..parameters.settings import NodeSettings
 from .point_states import PointStates
 from .stamp_grid import StampGrid
@@ -156,9 +154,8 @@ class Outputs:
         self._transport = transport
         self.events_in_order = False
         self._told_of_listeners = True
-        self._told_of: set[str] = (
-            set()
-        )  # topics whose layout differs from that of ROS's serializer
+        # Topics whose layout differs from that of ROS's serializer.
+        self._told_of: set[str] = set()
         self._settings = settings
         self._active: ActiveTopics | None = None
         self._points = PointStates()
@@ -171,9 +168,8 @@ class Outputs:
         self._settings, self._active = settings, None
         self.channels = [self._configured(channel) for channel in self._offered(settings)]
         if settings.publish_tf and self._tf is None:
-            from tf2_msgs.msg import (
-                TFMessage,
-            )  # the wheels lack it: imported only if it is asked for
+            # The wheels lack it: imported only if it is asked for.
+            from tf2_msgs.msg import TFMessage
 
             self._tf = self._node.create_publisher(TFMessage, '/tf', OUTPUT_QOS)
 
@@ -278,12 +274,7 @@ class Outputs:
     def _channel(self, topic: OutputTopic) -> Channel:
         def publisher_with(callbacks: PublisherEventCallbacks | None) -> Publisher:
             return self._node.create_publisher(
-                topic.type,
-                topic.name,
-                # Overrides are written into the profile that is given: each topic needs its own.
-                copy.copy(OUTPUT_QOS),
-                event_callbacks=callbacks,
-                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+                topic.type, topic.name, event_callbacks=callbacks, **overridable(OUTPUT_QOS)
             )
 
         try:

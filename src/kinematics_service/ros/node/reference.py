@@ -2,7 +2,6 @@
 A second source of the tool's pose, compared with the node's: a frame check while the node runs.
 """
 
-import copy
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -11,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ...errors import KinematicsError, RefusedTargetError, WireError
 from ...estimation.estimator import EstimatorOutput
@@ -23,7 +21,7 @@ from ...robot.robot import Robot
 from ..messages.message_check import read_message
 from ..messages.messages import stamp_of
 from ..messages.target_messages import pose_of
-from ..messages.topics import REFERENCE_POSE, TARGET_POSE_QOS
+from ..messages.topics import REFERENCE_POSE, TARGET_POSE_QOS, overridable
 from ..parameters.settings import ReferenceLimits
 
 if TYPE_CHECKING:
@@ -88,9 +86,8 @@ class Reference:
             PoseStamped,
             REFERENCE_POSE,
             self._on_pose,
-            copy.copy(TARGET_POSE_QOS),
             raw=True,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            **overridable(TARGET_POSE_QOS),
         )
 
     @property

@@ -10,7 +10,6 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from rclpy.clock import Clock
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
@@ -18,6 +17,7 @@ from ...errors import KinematicsError
 from ..messages.topics import RELOAD, SERVICE_QOS
 from ..parameters.node_parameters import CheckedArm, NodeParameters
 from ..parameters.settings import NodeSettings
+from .steady_time import steady_timer
 
 # Period of the look for the end of the reading, s.
 LOOK = 0.005
@@ -41,8 +41,6 @@ class Reload:
         The node's parameters, which read the file.
     apply
         Called with the settings of the arm that has been read.
-    steady
-        Clock of the timer.
     """
 
     def __init__(
@@ -50,13 +48,12 @@ class Reload:
         node: Node,
         parameters: NodeParameters,
         apply: Callable[[NodeSettings], None],
-        steady: Clock,
     ) -> None:
         self._node, self._parameters, self._apply = node, parameters, apply
         self._asked: list[Any] = []  # headers of requests for the next reading
         self._answered: list[Any] = []  # of those that the present one answers
         self._outcome: CheckedArm | str | None = None
-        self._timer = node.create_timer(LOOK, self._look, clock=steady, autostart=False)
+        self._timer = steady_timer(node, LOOK, self._look, autostart=False)
         self._service = node.create_service(
             Trigger, RELOAD, lambda request, response: response, qos_profile=SERVICE_QOS
         )

@@ -1,6 +1,5 @@
 """Targets for the tool: poses in, joint positions out; twists in, joint velocities out."""
 
-import copy
 import time
 from collections.abc import Callable
 from typing import Any
@@ -8,10 +7,8 @@ from typing import Any
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from rclpy.clock import Clock
 from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
@@ -45,10 +42,11 @@ from ..messages.topics import (
     TARGET_POSE_QOS,
     TARGET_TWIST,
     TARGET_TWIST_QOS,
+    overridable,
 )
 from ..parameters.settings import NodeSettings
+from .steady_time import Throttle, steady_timer
 from .target_status import pose_status, twist_status
-from .throttle import Throttle
 
 # Period of the check that twists still arrive, as a share of their timeout.
 WATCH_SHARE = 0.25
@@ -71,8 +69,6 @@ class Targets:
         The settings in force.
     latest
         Returns the arm's present state, or a sentence why it is unknown.
-    steady
-        Clock of the timer.
     """
 
     def __init__(
@@ -80,7 +76,6 @@ class Targets:
         node: Node,
         settings: NodeSettings,
         latest: Callable[[], EstimatorOutput | str],
-        steady: Clock,
     ) -> None:
         self._node = node
         self._settings = _planned(settings)
@@ -89,12 +84,7 @@ class Targets:
         self._moving_since: float | None = None  # time of the last twist that is in force
 
         def publisher(kind: Any, name: str) -> Any:
-            return node.create_publisher(
-                kind,
-                name,
-                copy.copy(OUTPUT_QOS),
-                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-            )
+            return node.create_publisher(kind, name, **overridable(OUTPUT_QOS))
 
         self._joint_states = publisher(JointState, IK_JOINT_STATES)
         self._solutions = publisher(Float64MultiArray, IK_SOLUTIONS)
@@ -104,18 +94,10 @@ class Targets:
             (PoseStamped, TARGET_POSE, self._on_pose, TARGET_POSE_QOS),
             (TwistStamped, TARGET_TWIST, self._on_twist, TARGET_TWIST_QOS),
         ):
-            node.create_subscription(
-                kind,
-                name,
-                take,
-                copy.copy(qos),
-                raw=True,  # refused here with a reason
-                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-            )
+            # Raw: refused here with a reason.
+            node.create_subscription(kind, name, take, raw=True, **overridable(qos))
         # Runs only while a twist is in force: its thread would wake for nothing otherwise.
-        self._timer = node.create_timer(
-            self._watch_period(), self._watch, clock=steady, autostart=False
-        )
+        self._timer = steady_timer(node, self._watch_period(), self._watch, autostart=False)
 
     @property
     def topics(self) -> tuple[list[str], list[str]]:

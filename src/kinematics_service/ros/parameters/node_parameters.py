@@ -14,7 +14,7 @@ from ...errors import KinematicsError, RobotConflictError, SettingsError
 from ...kinematics.inverse.plan import plan_for
 from ...kinematics.uncertainty.arm_errors import errors_of_file
 from ...robot.robot import Robot, load_robot
-from .settings import NodeSettings, defaults, settings_from
+from .settings import NodeSettings, check_value, defaults, settings_from
 from .table import PARAMETERS, POINTS, ROBOT, TRANSPORT
 
 MEASURE = 'singularity.measure'
@@ -162,11 +162,7 @@ class NodeParameters:
 
     def _transport(self) -> str:
         value = self._declare(TRANSPORT.name, TRANSPORT.default, TRANSPORT.descriptor())
-        if value not in TRANSPORT.choices:
-            raise SettingsError(
-                f'parameter {TRANSPORT.name}: {value!r} is not accepted '
-                f'(one of {", ".join(TRANSPORT.choices)})'
-            )
+        check_value(TRANSPORT, value)
         return str(value)
 
     def _values(self) -> dict[str, Any]:

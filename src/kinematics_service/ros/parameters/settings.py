@@ -15,7 +15,7 @@ from ...robot.file.parts.quantities import LARGEST
 from ...robot.measures import Thresholds, thresholds_for
 from ...robot.robot import Robot, with_singularity, with_tool
 from ...robot.task import ROW_NAMES
-from .table import PARAMETERS
+from .table import PARAMETERS, Parameter
 
 # No roll, pitch or yaw (rad) goes farther: more is in degrees.
 FULL_TURN = 2.0 * math.pi
@@ -117,6 +117,22 @@ def _checked_name(name: str, value: str, what: str) -> str:
     return value
 
 
+def check_value(parameter: Parameter, value: Any) -> None:
+    """Refuse a value that is not among the choices of a parameter, or beyond its range."""
+    if parameter.numbers:
+        _checked_numbers(parameter.name, value, parameter.numbers)
+    if parameter.choices and value not in parameter.choices:
+        raise _refuse(parameter.name, value, 'one of ' + ', '.join(parameter.choices))
+    if parameter.range is not None:
+        low, high = parameter.range
+        accepted = f'{low:g} to {high:g}'
+        if parameter.least:
+            accepted = f'0, or {parameter.least:g} to {high:g}'
+        fits = math.isfinite(value) and low <= value <= high
+        if not fits or 0.0 < value < parameter.least:
+            raise _refuse(parameter.name, value, accepted)
+
+
 def settings_from(
     values: Mapping[str, Any], robot: Robot, points: Sequence[str] = ()
 ) -> NodeSettings:
@@ -138,19 +154,7 @@ def settings_from(
         A value is refused, alone or together with another.
     """
     for parameter in PARAMETERS:
-        value = values[parameter.name]
-        if parameter.numbers:
-            _checked_numbers(parameter.name, value, parameter.numbers)
-        if parameter.choices and value not in parameter.choices:
-            raise _refuse(parameter.name, value, 'one of ' + ', '.join(parameter.choices))
-        if parameter.range is not None:
-            low, high = parameter.range
-            accepted = f'{low:g} to {high:g}'
-            if parameter.least:
-                accepted = f'0, or {parameter.least:g} to {high:g}'
-            fits = math.isfinite(value) and low <= value <= high
-            if not fits or 0.0 < value < parameter.least:
-                raise _refuse(parameter.name, value, accepted)
+        check_value(parameter, values[parameter.name])
     prefix = _checked_name('frame_prefix', values['frame_prefix'].lstrip('/'), 'part of a frame')
     base = _checked_name('base_frame', values['base_frame'], 'a frame') or robot.base_frame
     tool = _checked_name('tool_frame', values['tool_frame'], 'a frame') or robot.tool_frame

@@ -1,7 +1,12 @@
 """From the command line to a running node and back to an exit code."""
 
 import gc
+import inspect
+import re
+import sys
 from collections.abc import Sequence
+from pathlib import PurePath
+from typing import NamedTuple
 
 from rclpy.context import Context
 from rclpy.exceptions import ParameterException
@@ -10,8 +15,6 @@ from ...errors import ArmsError
 from ...stop_signals import StopSignal
 from ..messages.messages import full_name
 from ..node.node import KinematicsNode
-from .arms import ArmChoice, arms_from
-from .log_callers import know_callers
 from .session import FAULT, FINE, first_clause, run_session, tell
 from .spin import Spinner
 
@@ -19,6 +22,62 @@ from .spin import Spinner
 QOS_PROFILE = 'rmw_qos_profile_t'
 # The executor of the node runs so long without a look at the end (s): what ends it interrupts it.
 UNDISTURBED = 60.0
+# A namespace as ROS accepts it, without the leading slash.
+NAMESPACE = re.compile(r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
+
+
+class ArmChoice(NamedTuple):
+    """A robot (file, bundled name, or None for the parameter `robot`) and its namespace."""
+
+    robot: str | None
+    namespace: str | None
+
+
+def arms_from(choices: Sequence[str]) -> tuple[ArmChoice, ...]:
+    """
+    Return the arms that values of `--robot` name: `ROBOT`, or `NAMESPACE=ROBOT`.
+
+    Of several arms each one without a namespace gets the name of its robot.
+
+    Raises
+    ------
+    ArmsError
+        A namespace is none, or two arms have the same.
+    """
+    if not choices:
+        return (ArmChoice(None, None),)
+    arms = [_arm(choice) for choice in choices]
+    if len(arms) == 1:
+        return tuple(arms)
+    arms = [
+        arm if arm.namespace else arm._replace(namespace=_named_after(str(arm.robot)))
+        for arm in arms
+    ]
+    spaces = [arm.namespace for arm in arms]
+    for arm in arms:
+        if spaces.count(arm.namespace) > 1:
+            raise ArmsError(
+                f'two arms in the namespace {arm.namespace}: '
+                f'write --robot NAMESPACE={arm.robot}, each with its own'
+            )
+    return tuple(arms)
+
+
+def _arm(choice: str) -> ArmChoice:
+    space, equals, robot = choice.partition('=')
+    if not equals or '/' in space.lstrip('/') and not NAMESPACE.fullmatch(space):
+        return ArmChoice(choice, None)
+    if not NAMESPACE.fullmatch(space):
+        raise ArmsError(
+            f'--robot {choice}: {space!r} is not a namespace (letters, digits, _ and /)'
+        )
+    if not robot:
+        raise ArmsError(f'--robot {choice}: no robot after the namespace')
+    return ArmChoice(robot, '/' + space.lstrip('/'))
+
+
+def _named_after(robot: str) -> str:
+    return '/' + re.sub(r'[^A-Za-z0-9_]|^(?=[0-9])', '_', PurePath(robot).stem)
 
 
 def run_node(
@@ -53,6 +112,20 @@ def run_node(
                 node.destroy_node()
 
     return run_session(ros_args, work, allow_unsecured, allow_mixed_ros)
+
+
+def know_callers() -> None:
+    """
+    Tell `inspect` which file each loaded module came from.
+
+    rclpy asks it for the caller of every line of the log. At the first line `inspect` resolves the
+    paths of all modules, some 600: 40 ms of processor time, where this takes less than one.
+    """
+    # Not documented: where it is not there, the first line costs what it costs.
+    known: dict[str, str] = getattr(inspect, 'modulesbyfile', {})
+    for name, module in sys.modules.copy().items():
+        if file := getattr(module, '__file__', None):
+            known.setdefault(file, name)
 
 
 def _run(

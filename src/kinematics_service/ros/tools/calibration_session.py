@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from geometry_msgs.msg import PoseStamped
-from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
@@ -22,6 +21,7 @@ from ...stop_signals import StopSignal
 from ..messages.message_check import read_message
 from ..messages.messages import sample_of, stamp_of
 from ..messages.target_messages import pose_of
+from ..node.steady_time import steady_timer
 from ..process.no_messages import why_no_messages
 from ..process.session import WRONG_USAGE, helper_node, run_session, tell
 from ..process.spin import Spinner
@@ -121,7 +121,7 @@ class _Session:
             str(node.create_subscription(kind, topic, take, HEARD, raw=True).topic_name)
             for kind, topic, take in subscriptions
         ]
-        node.create_timer(LOOK, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        steady_timer(node, LOOK, self._look)
         say(f'collecting joint states of {self._topics[0]} and poses of {self._topics[1]}')
 
     _thread: threading.Thread | None

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from rclpy.node import Node
 from rich.console import Console, RenderableType
@@ -17,6 +16,7 @@ from ...kinematics.trajectory import TRAJECTORIES
 from ...robot.measure_units import measure_units
 from ...stop_signals import StopSignal
 from ..node.node import KinematicsNode
+from ..node.steady_time import steady_timer
 from ..process.session import FAULT, FINE, helper_node, run_session
 from ..process.spin import Spinner
 from ..process.standard_output import StandardOutput
@@ -172,11 +172,10 @@ def _report(
     display: Node, listener: DemoListener, output: StandardOutput, units: Mapping[str, str]
 ) -> Iterator[None]:
     # On a terminal the table has a screen of its own; the former one is restored in the end.
-    steady = Clock(clock_type=ClockType.STEADY_TIME)
     if not output.is_terminal:
         report = PlainReport(listener, output)
         listener.then = report.warn
-        display.create_timer(SECOND, report.tick, clock=steady)
+        steady_timer(display, SECOND, report.tick)
         yield
         return
     console = Console(markup=False, highlight=False, emoji=False)
@@ -192,5 +191,5 @@ def _report(
         redirect_stdout=False,
         redirect_stderr=False,
     ) as live:
-        display.create_timer(REDRAW, lambda: live.update(drawn(), refresh=True), clock=steady)
+        steady_timer(display, REDRAW, lambda: live.update(drawn(), refresh=True))
         yield

@@ -18,7 +18,6 @@ from ..messages.readings import PoseReading, WarningReading, pose_of, warned_of
 from ..messages.topics import JOINT_STATES, OUTPUT_QOS, WARNING, WARNING_QOS
 from ..process.latest_message import LatestMessage
 
-DISTANCE = 'singularity/distance'
 # The time of an entry of the history, s, and the number of entries.
 INTERVAL = 0.25
 LONGEST_HISTORY = 400
@@ -81,24 +80,16 @@ class DemoListener:
         self.jacobian = subscribe('jacobian', Float64MultiArray)
         self.twist = subscribe('twist', TwistStamped)
         self.measures = {
-            name: subscribe(f'singularity/{name}', Float64)
-            for name in MEASURES
-            if name != 'distance'
+            name: subscribe(f'singularity/{name}', Float64, took)
+            for name, took in {**dict.fromkeys(MEASURES), 'distance': self._note}.items()
         }
-        self.distance = subscribe(DISTANCE, Float64, self._note)
+        self.distance = self.measures['distance']
         warning = WARNING.replace('~', source)
         self.warning = LatestMessage(node, warning, DiagnosticStatus, WARNING_QOS, self._warn)
 
     def found(self, node: Node) -> bool:
         """Return whether the node's publishers have found all subscriptions."""
-        ours = [
-            self.pose,
-            self.jacobian,
-            self.twist,
-            self.distance,
-            self.warning,
-            *self.measures.values(),
-        ]
+        ours = (self.pose, self.jacobian, self.twist, self.warning, *self.measures.values())
         topics = {heard.topic for heard in ours}
         found = {p.topic_name for p in node.publishers if p.get_subscription_count() > 0}
         return topics <= found
@@ -125,7 +116,7 @@ class DemoListener:
 
     def measure(self, name: str) -> float | None:
         """Return the last value of a measure, None if there was none."""
-        message = (self.distance if name == 'distance' else self.measures[name]).message
+        message = self.measures[name].message
         return None if message is None else float(message.data)
 
     def joint_speeds(self) -> dict[str, float]:

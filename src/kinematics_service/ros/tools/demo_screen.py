@@ -15,7 +15,7 @@ from ...errors import LayoutError
 from ...kernel import Floats
 from ...printing import plain
 from ...robot.measures import MEASURES, Level
-from ..messages.readings import MatrixReading, WarningReading, matrix_of, pose_of, velocity_of
+from ..messages.readings import JacobianReading, WarningReading, jacobian_of, pose_of, velocity_of
 from .demo_listener import INTERVAL, DemoListener
 from .live_table import BARS, STYLES, bars, coloured, matrix_lines, number
 
@@ -197,15 +197,15 @@ def _jacobian(listener: DemoListener, width: int) -> list[Text]:
     if listener.jacobian.message is None:
         return [_labelled('Jacobian', NOTHING)]
     try:
-        matrix = matrix_of(listener.jacobian.message)
+        matrix = jacobian_of(listener.jacobian.message)
     except LayoutError as error:
         return [_labelled('Jacobian', str(error))]
     speeds = listener.joint_speeds()
     if set(matrix.columns) <= set(speeds):
         # Below each column the speed of its joint.
         row = np.array([speeds[name] for name in matrix.columns])
-        matrix = MatrixReading(
-            (*matrix.rows, QDOT), matrix.columns, np.vstack([matrix.values, row])
+        matrix = JacobianReading(
+            (*matrix.rows, QDOT), matrix.columns, np.vstack([matrix.jacobian, row])
         )
     return [Text(line) for line in matrix_lines(matrix, width)]
 

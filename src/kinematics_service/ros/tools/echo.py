@@ -5,7 +5,6 @@ import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
@@ -16,6 +15,7 @@ from rich.text import Text
 from ...errors import LayoutError
 from ...printing import json_text
 from ...stop_signals import StopSignal
+from ..node.steady_time import steady_timer
 from ..process.latest_message import LatestMessage
 from ..process.no_messages import why_no_messages
 from ..process.session import (
@@ -122,24 +122,23 @@ class _Echo:
     @contextmanager
     def shown(self) -> Iterator[None]:
         """Show messages within the block."""
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
         if self._timeout is not None:
-            self._node.create_timer(self._timeout, self._give_up, clock=steady)
+            steady_timer(self._node, self._timeout, self._give_up)
         if not self._live:
-            self._node.create_timer(0.5, self._watch, clock=steady)
+            steady_timer(self._node, 0.5, self._watch)
             yield
             return
         console = Console(markup=False, highlight=False, emoji=False)
         with Live(
             console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False
         ) as live:
-            self._node.create_timer(
-                REDRAW,
-                lambda: live.update(self._screen(console.width), refresh=True),
-                clock=steady,
-            )
+
+            def redraw() -> None:
+                live.update(self._screen(console.width), refresh=True)
+
+            steady_timer(self._node, REDRAW, redraw)
             yield
-            live.update(self._screen(console.width), refresh=True)
+            redraw()
 
     def _write(self, message: bytes) -> None:
         if self._once and self._latest.count > 1:

@@ -9,7 +9,7 @@ from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64MultiArray
 
-from ..messages.readings import matrix_of, pose_of, velocity_of, warned_of
+from ..messages.readings import Stamp, jacobian_of, pose_of, velocity_of, warned_of
 from ..messages.topics import OUTPUT_QOS, WARNING, WARNING_QOS
 from .live_table import matrix_lines, pose_lines, velocity_lines, warned_lines
 
@@ -23,10 +23,10 @@ class EchoTopic:
     ----------
     name
         Its name as in `topics`, where `~` stands for the node.
-    lines
-        From a message and a width to lines; LayoutError if it cannot be read.
-    document
-        From a message to what `--json` prints.
+    reading
+        From a message to its content; LayoutError if it cannot be read.
+    shown
+        From that and a width to lines.
     rare
         Whether messages are rare, so that none after the first is normal.
     """
@@ -34,80 +34,33 @@ class EchoTopic:
     name: str
     type: Any
     qos: QoSProfile
-    lines: Callable[[Any, int], list[str]]
-    document: Callable[[Any], dict[str, Any]]
+    reading: Callable[[Any], Any]
+    shown: Callable[[Any, int], list[str]]
     rare: bool = False
 
+    def lines(self, message: Any, width: int) -> list[str]:
+        """Return a message as lines; LayoutError if it cannot be read."""
+        return self.shown(self.reading(message), width)
 
-def _stamp(stamp: tuple[int, int]) -> dict[str, int]:
-    # Two integers: a double cannot hold the nanoseconds of a present time.
-    return {'sec': stamp[0], 'nanosec': stamp[1]}
-
-
-def _jacobian(message: Any) -> dict[str, Any]:
-    matrix = matrix_of(message)
-    return {'rows': matrix.rows, 'columns': matrix.columns, 'jacobian': matrix.values}
-
-
-def _pose(message: Any) -> dict[str, Any]:
-    pose = pose_of(message)
-    return {
-        'stamp': _stamp(pose.stamp),
-        'frame': pose.frame,
-        'position': pose.position,
-        'quaternion_xyzw': pose.quaternion_xyzw,
-        'roll_pitch_yaw': pose.roll_pitch_yaw,
-    }
-
-
-def _twist(message: Any) -> dict[str, Any]:
-    velocity = velocity_of(message)
-    return {
-        'stamp': _stamp(velocity.stamp),
-        'frame': velocity.frame,
-        'linear': velocity.linear,
-        'angular': velocity.angular,
-    }
-
-
-def _warning(message: Any) -> dict[str, Any]:
-    warned = warned_of(message)
-    return {
-        'level': warned.level,
-        'sentence': warned.sentence,
-        'name': warned.name,
-        'values': warned.values,
-    }
+    def document(self, message: Any) -> dict[str, Any]:
+        """Return what `--json` prints of a message; LayoutError if it cannot be read."""
+        content = self.reading(message)._asdict().items()
+        return {key: x._asdict() if isinstance(x, Stamp) else x for key, x in content}
 
 
 ECHO_TOPICS = {
-    'jacobian': EchoTopic(
-        '~/jacobian',
-        Float64MultiArray,
-        OUTPUT_QOS,
-        lambda message, width: matrix_lines(matrix_of(message), width),
-        _jacobian,
-    ),
+    'jacobian': EchoTopic('~/jacobian', Float64MultiArray, OUTPUT_QOS, jacobian_of, matrix_lines),
     'pose': EchoTopic(
-        '~/pose',
-        PoseStamped,
-        OUTPUT_QOS,
-        lambda message, width: pose_lines(pose_of(message)),
-        _pose,
+        '~/pose', PoseStamped, OUTPUT_QOS, pose_of, lambda pose, width: pose_lines(pose)
     ),
     'twist': EchoTopic(
         '~/twist',
         TwistStamped,
         OUTPUT_QOS,
-        lambda message, width: velocity_lines(velocity_of(message)),
-        _twist,
+        velocity_of,
+        lambda twist, width: velocity_lines(twist),
     ),
     'warning': EchoTopic(
-        WARNING,
-        DiagnosticStatus,
-        WARNING_QOS,
-        lambda message, width: warned_lines(warned_of(message), width),
-        _warning,
-        rare=True,
+        WARNING, DiagnosticStatus, WARNING_QOS, warned_of, warned_lines, rare=True
     ),
 }

@@ -9,7 +9,7 @@ from rich.text import Text
 from ...kernel import Floats
 from ...printing import broken_name, plain
 from ...robot.measures import Level
-from ..messages.readings import MatrixReading, PoseReading, TwistReading, WarningReading
+from ..messages.readings import JacobianReading, PoseReading, TwistReading, WarningReading
 
 # Width of a number and a gap, and how wide a column may grow for its joint's name.
 CELL, WIDEST_CELL = 9, 14
@@ -43,7 +43,7 @@ def numbers(values: Sequence[float] | Floats, decimals: int = 4) -> str:
     return ' '.join(number(float(value), decimals).rjust(CELL) for value in values)
 
 
-def matrix_lines(matrix: MatrixReading, width: int) -> list[str]:
+def matrix_lines(matrix: JacobianReading, width: int) -> list[str]:
     """Return a matrix with its labels; columns that do not fit follow below the others."""
     columns = [plain(name) for name in matrix.columns]
     rows = [plain(name) for name in matrix.rows]
@@ -58,7 +58,7 @@ def matrix_lines(matrix: MatrixReading, width: int) -> list[str]:
         for k in range(-max(map(len, headers)), 0):
             cells = (header[k] if -k <= len(header) else '' for header in headers)
             lines.append(' ' * margin + ''.join(f' {text.rjust(cell - 1)}' for text in cells))
-        for name, values in zip(rows, matrix.values[:, part].tolist()):
+        for name, values in zip(rows, matrix.jacobian[:, part].tolist()):
             cells = (number(value) for value in values)
             lines.append(
                 name.rjust(margin) + ''.join(f' {text.rjust(cell - 1)}' for text in cells)

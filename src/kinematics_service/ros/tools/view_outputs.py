@@ -17,7 +17,7 @@ from ...errors import LayoutError
 from ...kernel import Floats
 from ...rigid_motion import rotation_of_quaternion
 from ...robot.measures import Level
-from ..messages.readings import matrix_of, velocity_of, warned_of
+from ..messages.readings import jacobian_of, velocity_of, warned_of
 from ..messages.topics import WARNING, WARNING_QOS
 from ..process.latest_message import LatestMessage
 
@@ -114,14 +114,14 @@ def _matrix(pose: Any) -> Floats:
 def _six_rows(message: Any) -> Floats | None:
     # Linear rows first, whatever the order is.
     try:
-        matrix = matrix_of(message)
+        matrix = jacobian_of(message)
     except LayoutError:
         return None
     order = {name: k for k, name in enumerate(matrix.rows)}
     wanted = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
     if set(order) != set(wanted):
         return None
-    return matrix.values[[order[name] for name in wanted]]
+    return matrix.jacobian[[order[name] for name in wanted]]
 
 
 def _to_base(six_rows: Floats, pose: Floats) -> Floats:

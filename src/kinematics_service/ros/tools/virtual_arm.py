@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
@@ -15,6 +14,7 @@ from ...kernel import Floats
 from ...kinematics.motion import Trajectory
 from ..messages.messages import time_message
 from ..messages.topics import JOINT_STATES
+from ..node.steady_time import steady_timer
 
 # Joint states per second along a path.
 RATE = 50.0
@@ -98,9 +98,7 @@ class VirtualArm:
         # The timer has one period and is started once: each reset of a timer, and each call of one
         # that is due again, adds an event to the executor's queue. A timer that is reset in its
         # own callback doubles its calls without end whenever the queue is longer than its pause.
-        self._timer = node.create_timer(
-            period, self._turn, clock=Clock(clock_type=ClockType.STEADY_TIME), autostart=False
-        )
+        self._timer = steady_timer(node, period, self._turn, autostart=False)
 
     @property
     def heard(self) -> bool:
