@@ -42,7 +42,7 @@ DIRECTIVES = {
     'initializedcheck': False,
     'cdivision': True,
     'infer_types': True,
-    # Less of what each module would carry: a class of functions, and pickles of what has addresses.
+    # Less of what each module carries: a class of functions, and pickles of what has addresses.
     'binding': False,
     'auto_pickle': False,
 }
