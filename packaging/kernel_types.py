@@ -50,6 +50,8 @@ INLINE = {
     'measures/jacobi_lanes': ['_turn_pairs'],
     'measures/singular_values': ['_turn_pair'],
 }
+# Classes that classes of Python derive from; calls of the others' methods are direct.
+OPEN = ('JointMemory',)
 # Calls that are arithmetic of C.
 ARITHMETIC = ('abs', 'min', 'max', 'range', 'int', 'float')
 IN_C = {'nan': 'Py_NAN', 'inf': 'Py_HUGE_VAL', "b''": '""'}
@@ -187,7 +189,8 @@ class KernelTypes:
 
     def _structure(self, node: ast.ClassDef, file: Path) -> list[str]:
         exported = node.name in self.exported
-        lines = ['@cython.final', f'cdef class {node.name}:']
+        lines = [] if node.name in OPEN else ['@cython.final']
+        lines.append(f'cdef class {node.name}:')
         for name, annotation in fields(node).items():
             kind = self.c_type(annotation).replace('cnp.ndarray', '') or 'object'
             access = 'public ' if 'Public[' in ast.unparse(annotation) else 'readonly '
