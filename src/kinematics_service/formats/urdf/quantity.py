@@ -20,12 +20,17 @@ class WrittenNumber:
     value: float
 
 
+def number_text(value: float) -> str:
+    """Return a number so that it is read back to the last bit; 2 for 2.0, 0 for -0.0."""
+    return repr(float(value) + 0.0).removesuffix('.0')
+
+
 def length_of(value: float) -> WrittenNumber:
     """Return a length without the last digits that are round-off, 0.4 for 0.40000000000000013."""
     value = float(value)  # the repr of a numpy number is not a number
     near = round(value, DECIMALS)
     value = (near if abs(value - near) <= ROUND_OFF * max(1.0, abs(value)) else value) + 0.0
-    return WrittenNumber(repr(value).removesuffix('.0'), value)
+    return WrittenNumber(number_text(value), value)
 
 
 def angle_of(value: float) -> WrittenNumber:

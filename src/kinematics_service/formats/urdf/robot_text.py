@@ -11,7 +11,7 @@ from ...rigid_motion import exact_rpy
 from ...robot.file.text.expression_syntax import why_no_name
 from .chain import UrdfChain, Variable
 from .document import shown
-from .quantity import WrittenNumber
+from .quantity import WrittenNumber, number_text
 from .table import ConstantPose, UrdfRow, UrdfTable
 
 # Longer joint names make a table unreadable: then the variables are q1, q2, ...
@@ -99,18 +99,14 @@ def _joint(joint: Variable, variable: str, moves: bool) -> str:
     if not math.isinf(joint.lower) or not math.isinf(joint.upper):
         entry.append(f'limits: [{_limit(joint.lower)}, {_limit(joint.upper)}]')
     if math.isfinite(joint.velocity):
-        entry.append(f'velocity: {_number(joint.velocity)}')
+        entry.append(f'velocity: {number_text(joint.velocity)}')
     if not moves:
         entry.append('unused: true')
     return f'  - {{{", ".join(entry)}}}'
 
 
 def _limit(value: float) -> str:
-    return _number(value) if math.isfinite(value) else '-.inf' if value < 0.0 else '.inf'
-
-
-def _number(value: float) -> str:
-    return repr(float(value) + 0.0).removesuffix('.0')
+    return number_text(value) if math.isfinite(value) else '-.inf' if value < 0.0 else '.inf'
 
 
 def _link(row: UrdfRow, names: Sequence[str]) -> str:
@@ -123,7 +119,7 @@ def _expression(row: UrdfRow, turns: bool, names: Sequence[str]) -> str:
     text = ''
     for term in row.terms:
         if term.turns == turns:
-            factor = '' if abs(term.factor) == 1.0 else f'{_number(abs(term.factor))}*'
+            factor = '' if abs(term.factor) == 1.0 else f'{number_text(abs(term.factor))}*'
             text = _added(text, term.factor < 0.0, f'{factor}{names[term.variable]}')
     if not text:
         return constant.text
@@ -152,4 +148,4 @@ def _texts(values: Sequence[WrittenNumber]) -> str:
 
 def _known_pose(q: Floats, T: Floats) -> str:
     values = (('q', q), ('xyz', T[:3, 3]), ('rpy', exact_rpy(T[:3, :3])))
-    return '{' + ', '.join(f'{k}: [{", ".join(map(_number, v))}]' for k, v in values) + '}'
+    return '{' + ', '.join(f'{k}: [{", ".join(map(number_text, v))}]' for k, v in values) + '}'

@@ -13,6 +13,7 @@ from ...robot.robot import AnyRobot, Robot, as_robot, build_robot
 from ...version import __version__
 from .elements import AS_IN_THE_FILE, EXTENSION, UNLIMITED, FrameNames, PlannedJoint, UrdfPlan
 from .plan import plan_of
+from .quantity import number_text
 from .shapes import Shape, shapes_of
 
 # Okabe and Ito 2008, told apart by colour-blind people too; red green blue alpha.
@@ -92,7 +93,8 @@ def _about(robot: Robot, plan: UrdfPlan) -> Iterable[str]:
     if any(joint.limit for joint in plan.joints):
         yield (
             'URDF asks for effort, velocity and limits where the robot file may have none: '
-            f'{_text(UNLIMITED)} stands for not known, or without limit; effort is never known.'
+            f'{number_text(UNLIMITED)} stands for not known, or without limit; effort is never '
+            'known.'
         )
     if any(joint.mimic for joint in plan.joints):
         yield (
@@ -106,12 +108,8 @@ def _comment(sentence: str) -> str:
     return f' {sentence.replace("--", "- -").replace("--", "- -")} '
 
 
-def _text(value: float) -> str:
-    return repr(float(value) + 0.0).removesuffix('.0')
-
-
 def _texts(values: Iterable[float]) -> str:
-    return ' '.join(_text(value) for value in values)
+    return ' '.join(number_text(value) for value in values)
 
 
 def _add_origin(parent: ElementTree.Element, T: Floats) -> None:
@@ -127,7 +125,7 @@ def _add_visual(link: ElementTree.Element, shape: Shape, material: str) -> None:
     if shape.kind == 'box':
         ElementTree.SubElement(geometry, 'box', size=_texts(shape.size))
     else:
-        sizes = dict(zip(SIZES[shape.kind], map(_text, shape.size)))
+        sizes = dict(zip(SIZES[shape.kind], map(number_text, shape.size)))
         ElementTree.SubElement(geometry, shape.kind, sizes)
     ElementTree.SubElement(visual, 'material', name=material)
 
@@ -142,9 +140,9 @@ def _add_joint(root: ElementTree.Element, joint: PlannedJoint) -> None:
     ElementTree.SubElement(element, 'axis', xyz=f'0 0 {math.copysign(1.0, joint.sign):.0f}')
     if joint.limit:
         ends = {'lower': joint.limit.lower, 'upper': joint.limit.upper}
-        limit = {name: _text(end) for name, end in ends.items() if end is not None}
-        limit |= {'effort': _text(UNLIMITED), 'velocity': _text(joint.limit.velocity)}
+        limit = {name: number_text(end) for name, end in ends.items() if end is not None}
+        limit |= {'effort': number_text(UNLIMITED), 'velocity': number_text(joint.limit.velocity)}
         ElementTree.SubElement(element, 'limit', limit)
     if joint.mimic:
-        multiplier = _text(joint.mimic.multiplier)
+        multiplier = number_text(joint.mimic.multiplier)
         ElementTree.SubElement(element, 'mimic', joint=joint.mimic.joint, multiplier=multiplier)
