@@ -451,8 +451,8 @@ def test_nothing_grows_with_the_number_of_lists_of_names(one):
     for k in range(1000):
         one.take(sample((*Q, 0.0), names=(*NAMES, f'extra_{k}'), at=START + k))
     one.take(sample([0.0] * 100_000, names=[f'j{k}' for k in range(100_000)], at=START + 1000))
-    assert len(one._joints._heard) <= 16
-    assert max(len(names) for names in one._joints._heard) < 1000
+    assert len(one._joints._lists) <= 16
+    assert max(len(names) for names in one._joints._lists) < 1000
 
 
 def test_messages_without_a_stamp_are_counted_and_no_others(one):

@@ -48,7 +48,10 @@ link of 250 m, is a line with WARN there; with --strict it makes the exit code 1
 """
 
 Files = Annotated[
-    list[str], typer.Argument(metavar='FILE...', help='Robot files, or names of bundled robots.')
+    list[str],
+    typer.Argument(
+        metavar='FILE...', help='Robot files, or names of bundled robots; also with --robot.'
+    ),
 ]
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ..printing import Output, json_text, plain
-from .options import JsonOption, WrongUsage, given_robot
+from .options import JsonOption, RobotArgument, WrongUsage, given_robot
 
 LARGEST = 256 * 1024
 
@@ -74,7 +74,7 @@ The keys of --json: robot, file, agrees, poses, random_constants, formulas; of e
 
 
 def compare(
-    robot: Annotated[str, typer.Argument(metavar='ROBOT', help='A robot file, or a bundled one.')],
+    robot: RobotArgument,
     file: Annotated[
         str, typer.Argument(metavar='FILE', help='The formulas; - reads from a pipe.')
     ],

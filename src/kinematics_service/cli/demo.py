@@ -8,7 +8,7 @@ from typing import Annotated, Optional
 import typer
 
 from .missing_ros import ros_module
-from .options import WrongUsage, refuse_unknown_robot
+from .options import WrongUsage, default_robot, refuse_unknown_robot
 
 HELP = """
 Show the node at work without a robot: a simulated arm moves, and the node's outputs are
@@ -34,14 +34,7 @@ class DemoTrajectory(str, Enum):
 
 def demo(
     context: typer.Context,
-    robot: Annotated[
-        Optional[str],
-        typer.Option(
-            metavar='FILE|NAME',
-            help='A robot file, or a bundled robot.',
-            show_default='puma560',
-        ),
-    ] = None,
+    robot: Annotated[Optional[str], default_robot('puma560')] = None,
     duration: Annotated[
         Optional[float],
         typer.Option(

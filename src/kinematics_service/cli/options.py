@@ -3,7 +3,7 @@
 import re
 import sys
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated, Any, Optional
 
 import numpy as np
 import typer
@@ -50,6 +50,12 @@ AtOption = Annotated[
     ),
 ]
 JsonOption = Annotated[bool, typer.Option('--json', help='Print one JSON object, in SI units.')]
+
+
+def default_robot(default: str) -> Any:
+    """Return the option of a robot that need not be given, and what it is then."""
+    words = 'A robot file, or a bundled robot.'
+    return typer.Option('--robot', metavar='FILE|NAME', help=words, show_default=default)
 
 
 class WrongUsage(typer.BadParameter):

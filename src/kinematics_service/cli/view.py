@@ -9,7 +9,7 @@ import typer
 from ..errors import ViewerMissingError
 from ..stop_signals import stop_signals
 from .missing_ros import RosMissingError, is_ours, ros_module
-from .options import OfOption, WrongUsage, ending_at, given_robot
+from .options import OfOption, WrongUsage, default_robot, ending_at, given_robot
 
 DEFAULT = 'puma560'
 WITHOUT_VISER = (
@@ -38,14 +38,7 @@ joint states, for a node without a robot. Without ROS there are sliders only.
 
 def view(
     context: typer.Context,
-    robot: Annotated[
-        Optional[str],
-        typer.Option(
-            metavar='FILE|NAME',
-            help='A robot file, or a bundled robot.',
-            show_default=f"the node's, or {DEFAULT}",
-        ),
-    ] = None,
+    robot: Annotated[Optional[str], default_robot(f"the node's, or {DEFAULT}")] = None,
     of: OfOption = None,
     node: Annotated[
         str,
@@ -80,7 +73,7 @@ def view(
         raise WrongUsage('--of names a point of a robot: give --robot, too')
     try:
         from ..display.view.address import Address, check_address
-        from ..display.view.run import SliderSource, run_page
+        from ..display.view.run import ArmSource, run_page
     except ImportError as error:
         if is_ours(error):
             raise
@@ -95,7 +88,7 @@ def view(
             raise typer.Exit(run_view(arm, DEFAULT, node, address, publish, context.obj))
         status = 'sliders only: there is no ROS here'
     with stop_signals() as stop:
-        source = SliderSource(arm or given_robot(DEFAULT), status)
+        source = ArmSource(arm or given_robot(DEFAULT), status)
         run_page(source, address, False, lambda: stop.came)
 
 

@@ -20,7 +20,7 @@ from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it, evaluate
 from ..robot.measures import Level
 from ..robot.robot import Robot
 from .alarm import Alarm
-from .joint_memory import HeardJoints, NamedJoints, joint_names
+from .joint_memory import MessageJoints, NamedJoints, joint_names
 from .joint_sample import JointSample
 from .joint_state_form import JointStateForm
 
@@ -376,7 +376,7 @@ class Estimator:
         return EstimatorOutput(state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[outcome])
 
     def _keep(self, form: JointStateForm) -> IncomingForm | None:
-        ours, duplicates = self._joints.heard(form.names)
+        ours, duplicates = self._joints.joints_in(form.names)
         one_each = form.counts[0] == len(form.names)
         incoming = None
         if ours.count and not duplicates and one_each:
@@ -408,14 +408,14 @@ class Estimator:
 
     def _observe(self, sample: JointSample, row: Floats) -> int | RefusedMessage:
         # One of the first three outcomes of `kernel.observe`, or a refusal; counted.
-        heard = self._joints.heard(sample.names)
-        refusal = self._shape_refusal(sample, heard)
+        named = self._joints.joints_in(sample.names)
+        refusal = self._shape_refusal(sample, named)
         if refusal is None:
             positions, velocities = _doubles(sample.positions), _doubles(sample.velocities)
             outcome: int = kernel.observe(
                 self.robot.arm,
                 self._joints,
-                heard.ours,
+                named.ours,
                 positions,
                 velocities,
                 sample.stamp,
@@ -434,7 +434,7 @@ class Estimator:
                 return outcome
             if outcome in _REFUSALS or outcome == kernel.NOT_CLOSED:
                 return self._refused(outcome)
-            refusal = self._bad_position(heard.ours, positions)
+            refusal = self._bad_position(named.ours, positions)
         self.counts[refusal.reason] += 1
         return refusal
 
@@ -457,8 +457,8 @@ class Estimator:
             sentence or f'a loop of {self.robot.name} ends on the way from the last position',
         )
 
-    def _shape_refusal(self, sample: JointSample, heard: HeardJoints) -> RefusedMessage | None:
-        if not heard.ours.count:
+    def _shape_refusal(self, sample: JointSample, named: MessageJoints) -> RefusedMessage | None:
+        if not named.ours.count:
             return RefusedMessage(NOT_OURS)
         if len(sample.positions) != len(sample.names):
             if len(sample.positions) == 0:
@@ -467,8 +467,8 @@ class Estimator:
                 MALFORMED,
                 f'{len(sample.names)} names but {len(sample.positions)} positions',
             )
-        if heard.duplicates:
-            return RefusedMessage(DUPLICATE, f'joint {heard.duplicates[0]!r} is named twice')
+        if named.duplicates:
+            return RefusedMessage(DUPLICATE, f'joint {named.duplicates[0]!r} is named twice')
         return None
 
     def _bad_position(self, ours: OurJoints, positions: Floats) -> RefusedMessage:

@@ -10,7 +10,7 @@ from ..kernel import Floats, JointMemory, OurJoints
 from ..robot.robot import Robot
 
 # Number of lists of names kept: a topic has few drivers, and names must not pile up.
-MOST_HEARD = 16
+MOST_LISTS = 16
 
 # Disagreements older than this are forgotten.
 DISPUTE_WINDOW = 2_000_000_000
@@ -26,7 +26,7 @@ PER_JOINT = (
 )
 
 
-class HeardJoints(NamedTuple):
+class MessageJoints(NamedTuple):
     """
     The arm's joints in a message with certain names.
 
@@ -73,7 +73,7 @@ class NamedJoints(JointMemory):
         super().__init__(robot.dof, _closure_width(robot))
         self.names = joint_names(robot, prefix)
         self._index = {name: j for j, name in enumerate(self.names)}
-        self._heard: dict[tuple[str, ...], HeardJoints] = {}
+        self._lists: dict[tuple[str, ...], MessageJoints] = {}
         self.configure(robot, source, timeout)
 
     def configure(self, robot: Robot, source: int, timeout: int) -> None:
@@ -110,12 +110,12 @@ class NamedJoints(JointMemory):
         """Return whether the memory is of an arm with loops as this one has."""
         return self.closure == _closure_width(robot)
 
-    def heard(self, names: Sequence[str]) -> HeardJoints:
+    def joints_in(self, names: Sequence[str]) -> MessageJoints:
         """Return the joints of the arm in a message with these names."""
         key = tuple(names)
-        heard = self._heard.get(key)
-        if heard is not None:
-            return heard
+        found = self._lists.get(key)
+        if found is not None:
+            return found
         joints: list[int] = []
         indices: list[int] = []
         duplicates: list[str] = []
@@ -128,12 +128,12 @@ class NamedJoints(JointMemory):
             joints.append(j)
             indices.append(index)
         ours = OurJoints(np.array(joints, dtype=np.int64), np.array(indices, dtype=np.int64))
-        heard = HeardJoints(ours, tuple(duplicates))
-        if len(self._heard) >= MOST_HEARD:
-            self._heard.pop(next(iter(self._heard)))
+        found = MessageJoints(ours, tuple(duplicates))
+        if len(self._lists) >= MOST_LISTS:
+            self._lists.pop(next(iter(self._lists)))
         if len(key) <= 8 * len(self.names) + 256:  # a hostile list of names is not worth keeping
-            self._heard[key] = heard
-        return heard
+            self._lists[key] = found
+        return found
 
     def newest(self) -> int | None:
         """Return the latest time (ns) for which a joint is known, None if there is none."""

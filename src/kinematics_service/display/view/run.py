@@ -5,7 +5,6 @@ The loop behind the page: take messages or sliders, compute, show; some thirty t
 import sys
 import time
 from collections.abc import Callable
-from typing import Protocol
 
 from ...errors import LoopError
 from ...kernel import Floats
@@ -19,64 +18,51 @@ from .viewpoint import Viewpoint
 PERIOD = 1.0 / 30.0
 
 
-class ArmSource(Protocol):
-    """The arm to show, and the source of its joint states; `ros.view_session` has one."""
+class ArmSource:
+    """
+    The arm to show, and the source of its joint states: none here, so that the sliders move it.
 
-    @property
-    def robot(self) -> Robot:
-        """Return the arm to show now: another object if it has changed."""
+    Attributes
+    ----------
+    robot
+        The arm to show now: another object if it has changed.
+    nodes
+        The nodes whose arms can be shown.
+    """
+
+    nodes: tuple[str, ...] = ()
+
+    def __init__(self, robot: Robot, status: str = '') -> None:
+        self.robot, self._status = robot, status
 
     @property
     def title(self) -> str:
         """Return the title of the arm."""
+        return self.robot.name
+
+    @property
+    def status(self) -> str:
+        """Return the source of the observation in one line, or why there is none."""
+        return self._status
 
     @property
     def node(self) -> str:
         """Return the node whose arm it is; empty without ROS."""
-
-    @property
-    def nodes(self) -> tuple[str, ...]:
-        """Return the nodes whose arms can be shown."""
+        return ''
 
     def choose(self, node: str) -> None:
         """Show the arm of another node."""
 
     def listen(self, seconds: float) -> None:
         """Take messages for this time, s."""
-
-    def observation(self) -> Observation | None:
-        """Return the newest observation; None while no joint states arrive."""
-
-    @property
-    def status(self) -> str:
-        """Return the source of the observation in one line, or why there is none."""
-
-    def publish(self, q: Floats) -> str:
-        """Publish joint positions; return the reason of a refusal, or an empty text."""
-
-
-class SliderSource:
-    """The source of a page without ROS: an arm that is moved by sliders alone."""
-
-    node = ''
-    nodes: tuple[str, ...] = ()
-
-    def __init__(self, robot: Robot, status: str) -> None:
-        self.robot, self.title, self.status = robot, robot.name, status
-
-    def choose(self, node: str) -> None:
-        """Do nothing: there is one arm."""
-
-    def listen(self, seconds: float) -> None:
-        """Let the time pass."""
         time.sleep(seconds)
 
     def observation(self) -> Observation | None:
-        """Return nothing."""
+        """Return the newest observation; None while no joint states arrive."""
         return None
 
     def publish(self, q: Floats) -> str:
-        """Refuse."""
+        """Publish joint positions; return the reason of a refusal, or an empty text."""
         return 'there is no ROS here'
 
 

@@ -5,11 +5,13 @@ A scalar field of a message silently accepts any value, so every number passes t
 int().
 """
 
+import time
 from typing import Any, NamedTuple
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from geometry_msgs.msg import TransformStamped
+from rclpy.clock import Clock
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
@@ -47,14 +49,12 @@ def stamp_of(message: Any) -> int:
     return int(stamp.sec) * SECOND + int(stamp.nanosec)
 
 
-def sample_of(message: JointState, received: int, arrival: int) -> JointSample:
-    """
-    Return the content of a JointState received at `received` (ROS clock, ns) and `arrival`
-    (steady, ns).
-    """
-    return JointSample(
-        message.name, message.position, message.velocity, stamp_of(message), received, arrival
-    )
+def sample_of(message: JointState, clock: Clock) -> JointSample:
+    """Return the content of a JointState that is received now, by the clock where it says not."""
+    stamp = stamp_of(message)
+    received = stamp or int(clock.now().nanoseconds)
+    now = time.monotonic_ns()
+    return JointSample(message.name, message.position, message.velocity, stamp, received, now)
 
 
 def set_time(message: Time, stamp: int) -> Time:

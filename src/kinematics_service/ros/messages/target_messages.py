@@ -134,16 +134,10 @@ def _listed(values: Sequence[float]) -> str:
     return ' '.join(f'{value:g}' for value in values)
 
 
-def joint_positions_message(q: Floats, stamp: int, settings: NodeSettings) -> JointState:
-    """Return joint positions with the stamp (ns) of their target."""
-    message = JointState(name=settings.joint_names, position=array('d', q.tobytes()))
-    message.header.stamp = time_message(stamp)
-    return message
-
-
-def joint_velocities_message(qdot: Floats, stamp: int, settings: NodeSettings) -> JointState:
-    """Return joint velocities with the stamp (ns) of their target."""
-    message = JointState(name=settings.joint_names, velocity=array('d', qdot.tobytes()))
+def joint_message(stamp: int, settings: NodeSettings, **numbers: Floats) -> JointState:
+    """Return a JointState of all joints with positions or velocities, each of shape (n,)."""
+    doubles = {name: array('d', values.tobytes()) for name, values in numbers.items()}
+    message = JointState(name=settings.joint_names, **doubles)
     message.header.stamp = time_message(stamp)
     return message
 

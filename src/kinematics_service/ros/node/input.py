@@ -11,7 +11,7 @@ from ...estimation.joint_sample import JointSample
 from ...estimation.joint_state_form import JointStateForm
 from ..messages.joint_state_reader import JointStateReader
 from ..messages.message_check import read_message
-from ..messages.messages import sample_of, stamp_of
+from ..messages.messages import sample_of
 from ..messages.topics import JOINT_STATES, JOINT_STATES_QOS
 from .best_subscription import BestSubscription
 
@@ -66,9 +66,6 @@ class Input:
         """Return the full name of the topic."""
         return self.subscription.topic_name
 
-    def _received(self, stamp: int) -> int:
-        return stamp or int(self._clock.now().nanoseconds)
-
     def _on_message(self, data: bytes) -> None:
         self.subscription.fit(len(data))
         try:
@@ -76,8 +73,7 @@ class Input:
         except WireError as error:
             self._refuse(str(error))
             return
-        received = self._received(stamp_of(message))
-        self._take(sample_of(message, received, time.monotonic_ns()))
+        self._take(sample_of(message, self._clock))
 
     def _on_bytes(self, data: bytes) -> None:
         arrival = time.monotonic_ns()
@@ -94,6 +90,5 @@ class Input:
         except WireError as error:
             self._refuse(str(error))
             return
-        self._take(
-            JointSample(names, positions, velocities, stamp, self._received(stamp), arrival)
-        )
+        received = stamp or int(self._clock.now().nanoseconds)
+        self._take(JointSample(names, positions, velocities, stamp, received, arrival))

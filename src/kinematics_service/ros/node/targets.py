@@ -24,8 +24,7 @@ from ..messages.message_check import read_message
 from ..messages.messages import full_name, stamp_of, status_message
 from ..messages.target_messages import (
     choice_of,
-    joint_positions_message,
-    joint_velocities_message,
+    joint_message,
     pose_in_base,
     pose_of,
     solutions_message,
@@ -154,8 +153,8 @@ class Targets:
         if self._solutions.get_subscription_count() > 0:
             self._solutions.publish(solutions_message(choice, settings))
         if choice.q is not None:
-            stamp = stamp_of(message)
-            self._joint_states.publish(joint_positions_message(choice.q, stamp, settings))
+            answer = joint_message(stamp_of(message), settings, position=choice.q)
+            self._joint_states.publish(answer)
         return pose_status(result, choice, present.q)
 
     # Twists
@@ -178,7 +177,7 @@ class Targets:
         twist = twist_in_base(given, message.header.frame_id, present.pose[:3, :3], settings)
         step = joint_velocity(settings.robot, present, twist, settings.servo)
         self._joint_velocity.publish(
-            joint_velocities_message(step.qdot, stamp_of(message), settings)
+            joint_message(stamp_of(message), settings, velocity=step.qdot)
         )
         moving = bool(np.any(step.qdot))
         if moving and self._moving_since is None:
@@ -209,7 +208,7 @@ class Targets:
         if stamp is None:
             stamp = self._node.get_clock().now().nanoseconds
         zero = np.zeros(self._settings.robot.dof)
-        self._joint_velocity.publish(joint_velocities_message(zero, stamp, self._settings))
+        self._joint_velocity.publish(joint_message(stamp, self._settings, velocity=zero))
 
     # Statuses
 

@@ -132,9 +132,7 @@ class _Session:
             message = read_message(data, JointState)
         except WireError:
             return
-        received = stamp_of(message) or int(self._node.get_clock().now().nanoseconds)
-        sample = sample_of(message, received, time.monotonic_ns())
-        known = self._estimator.accept(sample)
+        known = self._estimator.accept(sample_of(message, self._node.get_clock()))
         if isinstance(known, AcceptedMessage):
             self.collector.note_state(known.stamp, known.q)
 

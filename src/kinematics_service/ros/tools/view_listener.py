@@ -20,7 +20,7 @@ from ...estimation.estimator import Estimator, EstimatorOutput, EstimatorSetting
 from ...kernel import Floats
 from ...kinematics.singularity import singularity_of
 from ...robot.robot import Robot
-from ..messages.messages import sample_of, stamp_of, time_message
+from ..messages.messages import sample_of, time_message
 from ..messages.topics import DESCRIBE, JOINT_STATES, JOINT_STATES_QOS, OUTPUT_QOS, WARNING
 from ..process.no_messages import kinematics_nodes
 from ..process.node_facts import NodeFacts, ask_node
@@ -153,10 +153,8 @@ class ViewListener:
     def _take(self, message: JointState) -> None:
         assert self._estimator is not None
         self._joint_states += 1
-        received = stamp_of(message) or self._node.get_clock().now().nanoseconds
-        sample = sample_of(message, received, time.monotonic_ns())
         try:
-            answer = self._estimator.take(sample)
+            answer = self._estimator.take(sample_of(message, self._node.get_clock()))
         except Exception as error:  # no message of a robot may end the view
             self._node.get_logger().error(f'joint state: {error!a}')
             return

@@ -6,7 +6,7 @@ from rclpy.context import Context
 
 from ...display.view.address import Address
 from ...display.view.observation import Observation
-from ...display.view.run import run_page
+from ...display.view.run import ArmSource, run_page
 from ...errors import KinematicsError
 from ...kernel import Floats
 from ...robot.robot import Robot, load_robot
@@ -22,7 +22,7 @@ TURNS = 30
 DEFAULT_NODE = '/kinematics'
 
 
-class ViewSession:
+class ViewSession(ArmSource):
     """
     The arms that the view can show: those of nodes that come, go and change, or its own.
 
@@ -51,7 +51,7 @@ class ViewSession:
         facts = self._listener.ask(ANSWER_TIMEOUT)
         self._found |= facts is not None
         self.nodes = self._listener.sources()
-        self.robot = robot or self._robot_of(facts)
+        super().__init__(robot or self._robot_of(facts))
         self._listener.show(self.robot)
         if not self._found and self.nodes:
             self._go_to(self.nodes[0])
