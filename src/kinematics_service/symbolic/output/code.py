@@ -1,6 +1,6 @@
 """T, J and the determinant as source code, shared parts computed once, lengths as parameters."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import sympy
@@ -17,17 +17,15 @@ def code_of(derivation: Derivation, language: str) -> str:
     return _WRITERS[language](derivation)
 
 
-def _expressions(derivation: Derivation) -> dict[str, Any]:
+def _functions(derivation: Derivation) -> Iterator[tuple[str, list[tuple[Any, Any]], Any]]:
+    # A name, the parts that are computed first, and the result.
     found = {'pose': derivation.T, 'jacobian': derivation.jacobian}
     if derivation.determinant is not None:
         name = 'determinant' if derivation.singular_set.determinant.square else 'manipulability'
         found[name] = derivation.determinant
-    return found
-
-
-def _shared(expression: Any) -> tuple[list[tuple[Any, Any]], Any]:
-    replaced, (reduced,) = sympy.cse([expression], symbols=sympy.numbered_symbols('x_'))
-    return replaced, reduced
+    for name, expression in found.items():
+        replaced, (reduced,) = sympy.cse([expression], symbols=sympy.numbered_symbols('x_'))
+        yield name, replaced, reduced
 
 
 def _lengths(derivation: Derivation) -> str:
@@ -50,12 +48,11 @@ def _about(derivation: Derivation) -> list[str]:
 
 def _numpy(derivation: Derivation) -> str:
     printer = NumPyPrinter({'fully_qualified_modules': False})
-    lines = ['"""', *_about(derivation), '', '"""', '', 'import numpy', 'from numpy import *', '']
-    lines[-2] = 'from numpy import arctan2, array, cos, pi, sin, sqrt'
+    lines = ['"""', *_about(derivation), '', '"""', '', 'import numpy']
+    lines += ['from numpy import arctan2, array, cos, pi, sin, sqrt', '']
     names = [v.name for v in derivation.variables]
     lengths = [symbol.name for symbol in derivation.names.lengths]
-    for name, expression in _expressions(derivation).items():
-        replaced, reduced = _shared(expression)
+    for name, replaced, reduced in _functions(derivation):
         signature = ', '.join(['q', *lengths])
         lines += ['', f'def {name}({signature}):', f'    {", ".join(names)}, = q']
         lines += [f'    {symbol} = {printer.doprint(value)}' for symbol, value in replaced]
@@ -76,8 +73,7 @@ def _c(derivation: Derivation) -> str:
     lines = ['/*', *(f' * {line}' for line in _about(derivation)), ' * Matrices are row by row.']
     lines += [' */', '#include <math.h>', '']
     lengths = [symbol.name for symbol in derivation.names.lengths]
-    for name, expression in _expressions(derivation).items():
-        replaced, reduced = _shared(expression)
+    for name, replaced, reduced in _functions(derivation):
         matrix = isinstance(reduced, sympy.MatrixBase)
         arguments = ['const double q[]', *(f'double {n}' for n in lengths)]
         if matrix:
@@ -102,15 +98,11 @@ def _c(derivation: Derivation) -> str:
 def _latex(derivation: Derivation) -> str:
     lines = [f'% {line}' for line in _about(derivation)]
     symbols = {'pose': 'T', 'jacobian': 'J', 'determinant': r'\det J', 'manipulability': 'w'}
-    for name, expression in _expressions(derivation).items():
-        replaced, reduced = _shared(expression)
-        lines += _aligned(replaced, symbols[name], reduced)
+    for name, replaced, reduced in _functions(derivation):
+        equations = [(sympy.latex(symbol), part) for symbol, part in replaced]
+        equations.append((symbols[name], reduced))
+        lines += [rf'\[ {left} = {sympy.latex(right)} \]' for left, right in equations]
     return '\n'.join(lines) + '\n'
-
-
-def _aligned(replaced: Sequence[tuple[Any, Any]], left: str, reduced: Any) -> list[str]:
-    lines = [rf'\[ {sympy.latex(symbol)} = {sympy.latex(value)} \]' for symbol, value in replaced]
-    return [*lines, rf'\[ {left} = {sympy.latex(reduced)} \]']
 
 
 _WRITERS: dict[str, Callable[[Derivation], str]] = {'numpy': _numpy, 'c': _c, 'latex': _latex}
