@@ -50,7 +50,7 @@ def facts(rows: Iterable[tuple[str, str]]) -> str:
     return f'<dl class="origin">{cells}</dl>\n'
 
 
-class Column(NamedTuple):
+class TableColumn(NamedTuple):
     """A column: its header, the HTML of its cell for what a row is of, whether it is a number."""
 
     header: str
@@ -58,7 +58,7 @@ class Column(NamedTuple):
     number: bool = False
 
 
-def table_of(columns: Sequence[Column], found: Iterable[object]) -> str:
+def table_of(columns: Sequence[TableColumn], found: Iterable[object]) -> str:
     """Return a table with a row for each thing that was found."""
     rows = ([column.cell(one) for column in columns] for one in found)
     numbers = [k for k, column in enumerate(columns) if column.number]

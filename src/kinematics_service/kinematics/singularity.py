@@ -131,7 +131,7 @@ class _cached(Generic[T]):
         return value
 
 
-class _Measured(Singularity):
+class _TakenMeasures(Singularity):
     """
     Measures that are taken out of the kernel's rows when they are first asked for.
 
@@ -352,10 +352,10 @@ def singularity_of(state: ToolState) -> Singularity:
     measures = state.measures
     if state.joints is None:
         row = _measure(state) if measures is None else measures
-        return _Measured(state, row, row)
+        return _TakenMeasures(state, row, row)
     table = measure_rates.measures_of(state) if measures is None else measures
     table = table.reshape(*state.row.shape[:-1], table.shape[-1])
-    return _Measured(state, table, None if measures is None else table)
+    return _TakenMeasures(state, table, None if measures is None else table)
 
 
 def singularity(

@@ -195,7 +195,7 @@ def _check_name(entry: RobotEntry, report: FaultReport) -> None:
         report.fault(('robot',), message)
 
 
-class _Names(NamedTuple):
+class _FileNames(NamedTuple):
     """
     What expressions of the file may name: constants, variables of joints, passive joints.
 
@@ -218,7 +218,9 @@ class _Names(NamedTuple):
     quantities: Quantities
 
 
-def _names(entry: RobotEntry, data: dict[str, Any], units: Units, report: FaultReport) -> _Names:
+def _names(
+    entry: RobotEntry, data: dict[str, Any], units: Units, report: FaultReport
+) -> _FileNames:
     joints = read_joint_entries(entry.joints, report) if 'joints' in data else []
     types = [joint_type_of(joint) for joint in joints]
     constant_names = tuple(entry.constants) if isinstance(entry.constants, dict) else ()
@@ -231,7 +233,7 @@ def _names(entry: RobotEntry, data: dict[str, Any], units: Units, report: FaultR
     driven = _quantities(report, units, constants, items, types, variables)
     with_passive = {**driven.joint_types, **{joint.name: joint.type for joint in passive}}
     quantities = replace(driven, joint_types=with_passive) if passive else driven
-    return _Names(joints, types, variables, passive, constants, driven, quantities)
+    return _FileNames(joints, types, variables, passive, constants, driven, quantities)
 
 
 def _quantities(
@@ -261,7 +263,7 @@ def _quantities(
 
 
 def _links(
-    entry: RobotEntry, data: dict[str, Any], convention: Convention | None, names: _Names
+    entry: RobotEntry, data: dict[str, Any], convention: Convention | None, names: _FileNames
 ) -> tuple[Link, ...] | None:
     if 'links' not in data:
         return None

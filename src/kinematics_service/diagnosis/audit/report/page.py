@@ -11,7 +11,7 @@ from functools import partial
 from html import escape
 
 from ....estimation.estimator import ACCEPTED
-from ....page import MOST, Column, document, more_of, resource, table, table_of
+from ....page import MOST, TableColumn, document, more_of, resource, table, table_of
 from ....robot.measures import MEASURES
 from ....version import __version__
 from ..auditing import Audit
@@ -83,15 +83,15 @@ def _singularities(audit: Audit) -> str:
         none = f'<p>None of the {judged_in_words(audit)} judged is near a singularity.</p>\n'
         return text + none
     columns = (
-        Column('begins', lambda one: f'{one.begin:.3f} s', True),
-        Column('lasts', lambda one: seconds(one.seconds), True),
-        Column('time at stop', lambda one: seconds(one.stopped) if one.stopped else '', True),
-        Column('level', lambda one: _tag(one.level.name)),
-        Column('which', partial(_factors, audit)),
-        Column(worst, lambda one: f'{one.value:.3g}', True),
-        Column('at', lambda one: _at(audit, one.worst), True),
-        Column('tool motion lost there', lambda one: escape(one.lost)),
-        Column('joints against each other', lambda one: escape(one.fighting)),
+        TableColumn('begins', lambda one: f'{one.begin:.3f} s', True),
+        TableColumn('lasts', lambda one: seconds(one.seconds), True),
+        TableColumn('time at stop', lambda one: seconds(one.stopped) if one.stopped else '', True),
+        TableColumn('level', lambda one: _tag(one.level.name)),
+        TableColumn('which', partial(_factors, audit)),
+        TableColumn(worst, lambda one: f'{one.value:.3g}', True),
+        TableColumn('at', lambda one: _at(audit, one.worst), True),
+        TableColumn('tool motion lost there', lambda one: escape(one.lost)),
+        TableColumn('joints against each other', lambda one: escape(one.fighting)),
     )
     return text + table_of(columns, audit.stretches[:MOST]) + more_of(len(audit.stretches))
 
@@ -106,11 +106,11 @@ def _factors(audit: Audit, stretch: Stretch) -> str:
 
 def _moments(audit: Audit) -> str:
     columns = (
-        Column('what', lambda one: escape(one.what)),
-        Column('value', lambda one: escape(one.value), True),
-        Column('at', lambda one: _at(audit, one.row), True),
-        Column('message', lambda one: f'{audit.timeline.messages[one.row]:,}', True),
-        Column('joints there', lambda one: _pose(audit, one.row)),
+        TableColumn('what', lambda one: escape(one.what)),
+        TableColumn('value', lambda one: escape(one.value), True),
+        TableColumn('at', lambda one: _at(audit, one.row), True),
+        TableColumn('message', lambda one: f'{audit.timeline.messages[one.row]:,}', True),
+        TableColumn('joints there', lambda one: _pose(audit, one.row)),
     )
     return '<h2>Worst moments</h2>\n' + table_of(columns, audit.moments)
 
@@ -126,17 +126,17 @@ def _pose(audit: Audit, row: int) -> str:
 
 def _joints(audit: Audit) -> str:
     columns = (
-        Column('joint', lambda joint: escape(joint.name)),
-        Column('range', lambda joint: _span(joint, joint.least, joint.greatest)),
-        Column('limits', lambda joint: _span(joint, joint.lower, joint.upper)),
-        Column('beyond (messages)', lambda joint: _some(joint.beyond), True),
-        Column('at the limit', lambda joint: _some(joint.touching), True),
-        Column('fastest', lambda joint: _speed(joint, joint.fastest), True),
-        Column('its limit', lambda joint: _speed(joint, joint.velocity_limit, 'none'), True),
-        Column('above (messages)', lambda joint: _some(joint.too_fast), True),
-        Column('velocity error, rms', lambda joint: _error(joint, 'rms'), True),
-        Column('worst', lambda joint: _error(joint, 'worst'), True),
-        Column('lag, scale', lambda joint: _lag_and_scale(joint.check), True),
+        TableColumn('joint', lambda joint: escape(joint.name)),
+        TableColumn('range', lambda joint: _span(joint, joint.least, joint.greatest)),
+        TableColumn('limits', lambda joint: _span(joint, joint.lower, joint.upper)),
+        TableColumn('beyond (messages)', lambda joint: _some(joint.beyond), True),
+        TableColumn('at the limit', lambda joint: _some(joint.touching), True),
+        TableColumn('fastest', lambda joint: _speed(joint, joint.fastest), True),
+        TableColumn('its limit', lambda joint: _speed(joint, joint.velocity_limit, 'none'), True),
+        TableColumn('above (messages)', lambda joint: _some(joint.too_fast), True),
+        TableColumn('velocity error, rms', lambda joint: _error(joint, 'rms'), True),
+        TableColumn('worst', lambda joint: _error(joint, 'worst'), True),
+        TableColumn('lag, scale', lambda joint: _lag_and_scale(joint.check), True),
     )
     text = '<h2>Joints</h2>\n' + table_of(columns, audit.joints)
     if any(joint.check is not None for joint in audit.joints):
@@ -210,23 +210,23 @@ def _stream(audit: Audit) -> str:
     text = '<h2>Messages</h2>\n' + table(['', ''], rows, (1,))
     if audit.examples:
         first = (
-            Column('first one without a state', lambda one: escape(one[0])),
-            Column('message', lambda one: f'{one[1].message:,}', True),
-            Column('', lambda one: escape(one[1].sentence)),
+            TableColumn('first one without a state', lambda one: escape(one[0])),
+            TableColumn('message', lambda one: f'{one[1].message:,}', True),
+            TableColumn('', lambda one: escape(one[1].sentence)),
         )
         text += table_of(first, audit.examples.items())
     if stream.gaps:
         gaps = (
-            Column('gap before message', lambda gap: f'{gap.message:,}', True),
-            Column('lasts', lambda gap: seconds(gap.seconds), True),
-            Column('after the stamp', lambda gap: f'{gap.after * 1e-9:.3f} s', True),
+            TableColumn('gap before message', lambda gap: f'{gap.message:,}', True),
+            TableColumn('lasts', lambda gap: seconds(gap.seconds), True),
+            TableColumn('after the stamp', lambda gap: f'{gap.after * 1e-9:.3f} s', True),
         )
         text += table_of(gaps, stream.gaps[:MOST]) + more_of(stream.gap_count)
     if len(stream.orders) > 1:
         orders = (
-            Column('first message', lambda one: f'{one.first:,}', True),
-            Column('messages', lambda one: f'{one.messages:,}', True),
-            Column('joints in this order', lambda one: escape(', '.join(one.joints))),
+            TableColumn('first message', lambda one: f'{one.first:,}', True),
+            TableColumn('messages', lambda one: f'{one.messages:,}', True),
+            TableColumn('joints in this order', lambda one: escape(', '.join(one.joints))),
         )
         text += table_of(orders, stream.orders[:MOST])
     return text + interval_chart(audit)
