@@ -9,7 +9,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -112,7 +112,7 @@ class Ingest:
 
     def take(self, block: Block) -> KnownJoints:
         """Return the known joints after each message of the next block that makes a state."""
-        rows = _KnownRows(*self._pending)
+        rows = _KnownRows(self._robot.dof, *self._pending)
         for begin, end in self._runs(block):
             k = begin
             while k < end:
@@ -125,7 +125,7 @@ class Ingest:
                     k = end - 1
         self._message += len(block)
         self._pending = (rows.timeout, rows.reset)
-        return rows.known(self._robot.dof)
+        return rows.known()
 
     def refuse(self, message: UnreadableMessage) -> None:
         """Count a message that cannot be read, as the node does."""
@@ -239,7 +239,7 @@ class Ingest:
         self.counts[ACCEPTED] += len(q) - 2
 
     def _differences(self, q: Floats, stamps: Times, longest: int) -> Floats:
-        # As JointTable.difference, row by row against the row before.
+        # Row by row against the row before, as the estimator takes one.
         steps = np.diff(q, axis=0)
         far = self._wraps & (np.abs(steps) > math.pi)
         for k, j in np.argwhere(far).tolist():
@@ -255,10 +255,12 @@ class Ingest:
 class _KnownRows:
     """The rows of a `KnownJoints` while they are collected."""
 
-    def __init__(self, timeout: JointTimeout | None, reset: bool) -> None:
+    def __init__(self, dof: int, timeout: JointTimeout | None, reset: bool) -> None:
         self.timeouts: dict[int, JointTimeout] = {}
         self.timeout, self.reset = timeout, reset
-        self._parts: list[tuple[Floats, ...]] = []
+        whole, table = np.zeros(0, dtype=np.int64), np.zeros((0, dof))
+        none = (whole, whole, whole, table, table, whole.astype(bool))
+        self._parts: list[tuple[Any, ...]] = [none]
         self._fresh: list[int] = []
         self._count = 0
 
@@ -274,21 +276,9 @@ class _KnownRows:
         self._parts.append(tuple(np.asarray(column) for column in columns))
         self._count += len(self._parts[-1][0])
 
-    def known(self, dof: int) -> KnownJoints:
+    def known(self) -> KnownJoints:
         fresh = np.zeros(self._count, dtype=bool)
         fresh[self._fresh] = True
-        if not self._parts:
-            none, table = np.zeros(0, dtype=np.int64), np.zeros((0, dof))
-            return KnownJoints(none, none, none, table, table, none.astype(bool), fresh, {})
-        columns = [np.concatenate(column) for column in zip(*self._parts)]
+        columns = (np.concatenate(column) for column in zip(*self._parts))
         messages, stamps, arrivals, q, qdot, differenced = columns
-        return KnownJoints(
-            messages.astype(np.int64),
-            stamps.astype(np.int64),
-            arrivals.astype(np.int64),
-            q,
-            qdot,
-            differenced.astype(bool),
-            fresh,
-            self.timeouts,
-        )
+        return KnownJoints(messages, stamps, arrivals, q, qdot, differenced, fresh, self.timeouts)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...estimation.status_text import flat_position
 from ...kinematics.plans.point_speed import TOOL
-from ...kinematics.plans.verdicts import PlanSingularity, PlanSpeed
+from ...kinematics.plans.verdicts import PlanMoment, PlanSingularity, PlanSpeed
 from ...kinematics.singularity import flat_loop, singularity
 from ...robot.measures import Level
 from ...robot.robot import Robot
@@ -54,21 +54,20 @@ def plan_findings(audit: Audit) -> list[Finding]:
 def _closures(audit: Audit) -> Iterator[Finding]:
     # Of arms with closed loops: those that do not close.
     for number, plan in audit.plans.items():
-        closure = plan.closure
+        closure, where = plan.closure, _where(audit, number)
         if closure is None:
             continue
-        if closure.moment is not None:
-            yield Finding(
-                Level.ERROR,
-                f'{_where(audit, number)}Refuted: at {closure.moment.time:.3f} s, after '
-                f'points[{closure.moment.point}], {closure.sentence}.',
-            )
+        if closure.moment is None:
+            text = f'all loops close at {closure.samples:,} sampled positions'
+            what = f'{where}Not decided: {text}; between them nothing is proved.'
+            yield Finding(Level.WARN, what)
         else:
-            yield Finding(
-                Level.WARN,
-                f'{_where(audit, number)}Not decided: all loops close at {closure.samples:,} '
-                'sampled positions; between them nothing is proved.',
-            )
+            what = f'{where}Refuted: {_at(closure.moment)}, {closure.sentence}.'
+            yield Finding(Level.ERROR, what)
+
+
+def _at(moment: PlanMoment) -> str:
+    return f'at {moment.time:.3f} s, after points[{moment.point}]'
 
 
 def _where(audit: Audit, number: int) -> str:
@@ -94,17 +93,10 @@ def _singular(audit: Audit) -> list[Finding]:
     if not open_:
         least = min(found.values(), key=lambda one: one.lower)
         upper = min(one.upper for one in found.values())
-        nearest = (
-            f'; the nearest found is {rounded_up(upper)} rad away' if upper < math.inf else ''
-        )
-        sentences.append(
-            Finding(
-                Level.OK,
-                f'{_of_those_checked(audit)}Proved, between its points too: the plan keeps '
-                f'{rounded_down(least.lower)} rad or more '
-                f'from every singular pose ({least.threshold:g} asked){nearest}.',
-            )
-        )
+        near = f'; the nearest found is {rounded_up(upper)} rad away' if upper < math.inf else ''
+        kept = f'the plan keeps {rounded_down(least.lower)} rad or more from every singular pose'
+        text = f'{_of_those_checked(audit)}Proved, between its points too: {kept}'
+        sentences.append(Finding(Level.OK, f'{text} ({least.threshold:g} asked){near}.'))
     return sentences
 
 
@@ -122,30 +114,24 @@ def _named(robot: Robot, found: PlanSingularity) -> str:
 
 
 def _not_proved(robot: Robot, where: str, found: PlanSingularity) -> Finding:
-    moment = found.moment
+    asked = f'{found.threshold:g} rad'
     if found.verdict == 'refuted':
-        return Finding(
-            Level.ERROR,
-            f'{where}Refuted: at {moment.time:.3f} s, after points[{moment.point}], the plan '
-            f'is {rounded_up(found.upper)} rad from a singular pose{_named(robot, found)} '
-            f'({found.threshold:g} asked).',
-        )
+        pose = f'{rounded_up(found.upper)} rad from a singular pose{_named(robot, found)}'
+        text = f'Refuted: {_at(found.moment)}, the plan is {pose}'
+        return Finding(Level.ERROR, f'{where}{text} ({found.threshold:g} asked).')
     if robot.loop_names:
-        return Finding(
-            Level.WARN,
-            f'{where}Not decided: no singular pose was found within {found.threshold:g} rad of '
-            f'{found.evaluations:,} sampled positions; for loops bend the arm none is excluded.',
-        )
+        text = f'no singular pose was found within {asked} of {found.evaluations:,} sampled'
+        bent = 'for loops bend the arm none is excluded'
+        return Finding(Level.WARN, f'{where}Not decided: {text} positions; {bent}.')
     begin, end = found.undecided[0]
-    span = sum(end - begin for begin, end in found.undecided)
-    stretches = count(len(found.undecided), 'stretch')
+    span = seconds(sum(end - begin for begin, end in found.undecided))
     nearest = 'none was found near it'
     if math.isfinite(found.upper):
         nearest = f'the nearest found is {rounded_up(found.upper)} rad away'
     return Finding(
         Level.WARN,
-        f'{where}Not decided in {stretches} ({seconds(span)}), the first from {begin:.3f} to '
-        f'{end:.3f} s: that it keeps {found.threshold:g} rad from every singular pose is neither '
+        f'{where}Not decided in {count(len(found.undecided), "stretch")} ({span}), the first from '
+        f'{begin:.3f} to {end:.3f} s: that it keeps {asked} from every singular pose is neither '
         f'proved (there {rounded_down(found.lower)} is) nor refuted ({nearest}).',
     )
 
@@ -171,7 +157,8 @@ def _speeds(audit: Audit) -> Iterator[Finding]:
         return
     for k in range(len(next(iter(audit.plans.values())).speeds)):
         number, plan = max(audit.plans.items(), key=lambda pair: pair[1].speeds[k].upper)
-        yield _speed(_where(audit, number), plan.speeds[k])
+        found = _speed(plan.speeds[k])
+        yield found._replace(text=f'{_where(audit, number)}{found.text}')
 
 
 def point_in_words(of: str) -> str:
@@ -181,33 +168,23 @@ def point_in_words(of: str) -> str:
     return f'frame {of}' if of.isdecimal() else of
 
 
-def _speed(where: str, speed: PlanSpeed) -> Finding:
+def _speed(speed: PlanSpeed) -> Finding:
     who, at = point_in_words(speed.of), f'{speed.moment.time:.3f} s'
-    bracket = f'{rounded_down(speed.lower)} to {rounded_up(speed.upper)} m/s'
+    low = rounded_down(speed.lower)
     if speed.verdict == 'refuted':
-        return Finding(
-            Level.ERROR,
-            f'{where}Refuted: {who} moves at {rounded_down(speed.lower)} m/s at {at}, after '
-            f'points[{speed.moment.point}] ({speed.limit:g} allowed).',
-        )
+        text = f'{who} moves at {low} m/s {_at(speed.moment)} ({speed.limit:g} allowed)'
+        return Finding(Level.ERROR, f'Refuted: {text}.')
     if math.isinf(speed.upper):  # sampled
-        found = f'{rounded_down(speed.lower)} m/s, at {at}'
+        found = f'the largest sampled speed of {who} is {low} m/s, at {at}'
         if speed.limit is None:
-            text = f'The largest sampled speed of {who} is {found}; nothing bounds it.'
-            return Finding(Level.OK, f'{where}{text}')
+            return Finding(Level.OK, f'{found[0].upper()}{found[1:]}; nothing bounds it.')
         allowed = f'({speed.limit:g} allowed); between the samples nothing is proved'
-        text = f'Not decided: the largest sampled speed of {who} is {found} {allowed}.'
-        return Finding(Level.WARN, f'{where}{text}')
+        return Finding(Level.WARN, f'Not decided: {found} {allowed}.')
+    bracket = f'{low} to {rounded_up(speed.upper)} m/s, at {at}'
     if speed.verdict == 'not decided':
-        return Finding(
-            Level.WARN,
-            f'{where}Not decided: the largest speed of {who} is {bracket}, at {at} '
-            f'({speed.limit:g} allowed).',
-        )
+        text = f'the largest speed of {who} is {bracket} ({speed.limit:g} allowed)'
+        return Finding(Level.WARN, f'Not decided: {text}.')
     if speed.verdict == 'proved':
-        return Finding(
-            Level.OK,
-            f'{where}Proved: {who} keeps below {speed.limit:g} m/s; its largest speed is '
-            f'{bracket}, at {at}.',
-        )
-    return Finding(Level.OK, f'{where}The largest speed of {who} is {bracket}, at {at}.')
+        text = f'{who} keeps below {speed.limit:g} m/s; its largest speed is {bracket}'
+        return Finding(Level.OK, f'Proved: {text}.')
+    return Finding(Level.OK, f'The largest speed of {who} is {bracket}.')

@@ -11,7 +11,6 @@ from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...kinematics.uncertainty.corrected_chain import CorrectedChain, motion_of
 from ...kinematics.uncertainty.parameters import placement, scaled_jacobian, structural_rank
-from ...rigid_motion import rotation_vector
 from ...robot.file.parts.description import Tolerances
 from ...robot.file.parts.parameters import (
     ENDS,
@@ -25,7 +24,7 @@ from ...robot.file.parts.parameters import (
 from ...robot.file.parts.tolerances import GEAR
 from ...robot.robot import Robot
 from .checking import Measured
-from .fitting import FitProblem, Identified, Noise, weighted_jacobian
+from .fitting import FitProblem, Identified, Noise, remainders_between, weighted_jacobian
 from .knowledge import ParameterCombination, combinations_of
 from .placing import Offsets
 
@@ -221,12 +220,8 @@ class ChosenParameters:
 
     def as_given(self) -> Floats:
         """Return position (m) and rotation (rad) between file and measurement, (N, 2, 3)."""
-        poses, given = forward_kinematics(self.robot, self.given.q), self.given.poses
-        rotation = np.zeros((len(poses), 3))
-        if not self.given.positions:
-            R = given[:, :3, :3] @ np.swapaxes(poses[:, :3, :3], 1, 2)
-            rotation = rotation_vector(R)
-        return np.stack([given[:, :3, 3] - poses[:, :3, 3], rotation], axis=1)
+        poses = forward_kinematics(self.robot, self.given.q)
+        return remainders_between(self.given.poses, poses, self.given.positions)
 
     def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
         """Return the points that were touched, where nothing else was measured."""

@@ -123,15 +123,7 @@ class FitProblem:
 
     def remainders(self, values: Floats) -> Floats:
         """Return position (m) and rotation (rad) that remain, shape (N, 2, 3)."""
-        return self._remainders(self.predicted(values))
-
-    def _remainders(self, poses: Floats) -> Floats:
-        position = self.poses[:, :3, 3] - poses[:, :3, 3]
-        rotation = np.zeros_like(position)
-        if not self.positions:
-            R = self.poses[:, :3, :3] @ np.swapaxes(poses[:, :3, :3], 1, 2)
-            rotation = rotation_vector(R)
-        return np.stack([position, rotation], axis=1)
+        return remainders_between(self.poses, self.predicted(values), self.positions)
 
     def equations(self, values: Floats) -> tuple[Floats, Floats]:
         """Return what remains (N, 2, 3), and how the poses move (N, 2, 3, P)."""
@@ -147,7 +139,8 @@ class FitProblem:
                 R = later[:, :3, :3] @ np.swapaxes(sooner[:, :3, :3], 1, 2)
                 jacobian[own, :3, -1] = (later - sooner)[:, :3, 3] / (2.0 * STEP)
                 jacobian[own, 3:, -1] = rotation_vector(R) / (2.0 * STEP)
-        return self._remainders(poses), jacobian.reshape(len(poses), 2, 3, -1)
+        left = remainders_between(self.poses, poses, self.positions)
+        return left, jacobian.reshape(len(poses), 2, 3, -1)
 
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
         """Return how known distances move (D, P) and what remains (D,), in their deviations."""
@@ -171,6 +164,16 @@ class FitProblem:
             prior=self.prior[kept],
             columns=self.columns[kept],
         )
+
+
+def remainders_between(measured: Floats, poses: Floats, positions: bool) -> Floats:
+    """Return position (m) and rotation (rad) from poses (N, 4, 4) to measured ones, (N, 2, 3)."""
+    position = measured[:, :3, 3] - poses[:, :3, 3]
+    rotation = np.zeros_like(position)
+    if not positions:
+        R = measured[:, :3, :3] @ np.swapaxes(poses[:, :3, :3], 1, 2)
+        rotation = rotation_vector(R)
+    return np.stack([position, rotation], axis=1)
 
 
 class Noise(NamedTuple):

@@ -6,7 +6,7 @@ The drawing stretches to any width while its labels, which are HTML, keep their 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from html import escape
 
 import numpy as np
@@ -63,7 +63,7 @@ class Chart:
     levels: Sequence[LevelLine] = ()
     log: bool = False
     height: int = 150
-    end: float = field(default=0.0)
+    end: float = 0.0
 
     def html(self) -> str:
         """Return the figure."""

@@ -144,24 +144,23 @@ def joint_charts(audit: Audit) -> str:
     timeline = audit.timeline
     for j, joint in enumerate(audit.joints):
         scale, unit = (1.0, 'm') if joint.sliding else (math.degrees(1.0), 'deg')
-        limits = [
-            LevelLine(scale * value, f'limit {scale * value:.4g}')
-            for value in (joint.lower, joint.upper)
-            if math.isfinite(value)
-        ]
+        limits = _limits(scale, joint.lower, joint.upper)
         curve = _curve(audit, 'position', 'c0', _scaled(timeline.q.columns[j], scale))
         text.append(_chart(audit, joint.name, unit, [curve], False, limits, 110).html())
         curve = _curve(audit, 'velocity', 'c2 solid', _scaled(timeline.qdot.columns[j], scale))
         if len(curve.values):
-            top = scale * joint.velocity_limit
-            speeds = (
-                [LevelLine(-top, f'limit {-top:.4g}'), LevelLine(top, f'limit {top:.4g}')]
-                if math.isfinite(top)
-                else []
-            )
+            limits = _limits(scale, -joint.velocity_limit, joint.velocity_limit)
             title = f'{joint.name}, velocity'
-            text.append(_chart(audit, title, f'{unit}/s', [curve], False, speeds, 110).html())
+            text.append(_chart(audit, title, f'{unit}/s', [curve], False, limits, 110).html())
     return f'<div class="joints">{"".join(text)}</div>\n'
+
+
+def _limits(scale: float, *values: float) -> list[LevelLine]:
+    return [
+        LevelLine(scale * value, f'limit {scale * value:.4g}')
+        for value in values
+        if math.isfinite(value)
+    ]
 
 
 def tool_charts(audit: Audit) -> str:

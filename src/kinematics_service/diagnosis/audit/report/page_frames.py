@@ -7,7 +7,6 @@ import numpy as np
 from ....kernel import Floats
 from ....page import table
 from ....rigid_motion import roll_pitch_yaw
-from ...frame_check.errors import Errors
 from ..auditing import Audit
 from ..frames import FrameReport, NotCompared
 from .page_charts import frame_charts
@@ -25,12 +24,14 @@ def frame_section(audit: Audit) -> str:
         )
     diagnosis = report.diagnosis
     frame = f' in {escape(report.frame)}' if report.frame else ''
-    rows = [
-        _errors('as they are', diagnosis.as_given),
-        _errors('with a constant base and tool offset', diagnosis.errors),
-    ]
     causes = diagnosis.causes or diagnosis.likely
-    rows += [_errors(f'and undone: {cause.sentence}', cause.errors) for cause in causes]
+    errors = {
+        'as they are': diagnosis.as_given,
+        'with a constant base and tool offset': diagnosis.errors,
+        **{f'and undone: {cause.sentence}': cause.errors for cause in causes},
+    }
+    rows = ([escape(name), *one.cells()] for name, one in errors.items())
+    headers = ('poses apart', 'position rms', 'largest', 'orientation rms', 'largest')
     # Offsets are valid only with the cause undone.
     best = diagnosis.cause or diagnosis
     undone = ', that undone' if diagnosis.cause else ''
@@ -47,11 +48,7 @@ def frame_section(audit: Audit) -> str:
         f'<h2>Frames: poses of {escape(report.name)}{frame}</h2>\n'
         f'<p>{escape(report.sentence)}.</p>\n'
         f'{_notes(report)}'
-        + table(
-            ['poses apart', 'position rms', 'largest', 'orientation rms', 'largest'],
-            rows,
-            (1, 2, 3, 4),
-        )
+        + table(headers, rows, (1, 2, 3, 4))
         + table([f'offset{undone}', 'x y z, mm', 'roll pitch yaw, &deg;'], offsets, (1, 2))
         + free
         + frame_charts(audit, report)
@@ -69,10 +66,6 @@ def _notes(report: FrameReport) -> str:
     )
     doubts = ''.join(f'<p>{escape(doubt)}.</p>\n' for doubt in report.doubts)
     return f'<p class="soft">{compared}{unmatched}{judged}</p>\n{doubts}'
-
-
-def _errors(name: str, errors: Errors) -> list[str]:
-    return [escape(name), *errors.cells()]
 
 
 def _offset(name: str, T: Floats) -> list[str]:

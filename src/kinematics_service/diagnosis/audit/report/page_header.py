@@ -59,20 +59,14 @@ def header(audit: Audit, origin: Provenance | None) -> str:
     thresholds, robot = audit.robot.thresholds, audit.robot
     unit = MEASURES[thresholds.measure].unit
     warn, stop = (f'{value:g} {unit}'.strip() for value in (thresholds.warn, thresholds.stop))
+    sha256 = origin.recording_sha256 if origin else ''
+    frames = f'{escape(robot.tool_frame)} in {escape(robot.base_frame)}'
+    levels = f'{thresholds.measure.replace("_", " ")}: WARN at {warn}, ERROR at {stop}'
     rows = [
-        (
-            'plan' if audit.planned else 'recording',
-            _file(audit.file, origin.recording_sha256 if origin else ''),
-        ),
-        (
-            'robot',
-            f'{escape(robot.name)}, {escape(robot.tool_frame)} in {escape(robot.base_frame)}',
-        ),
+        ('plan' if audit.planned else 'recording', _file(audit.file, sha256)),
+        ('robot', f'{escape(robot.name)}, {frames}'),
         ('version', f'kinematics_service {__version__}'),
-        (
-            'thresholds',
-            f'{thresholds.measure.replace("_", " ")}: WARN at {warn}, ERROR at {stop}',
-        ),
+        ('thresholds', levels),
     ]
     if origin is not None:
         rows.insert(2, ('robot file', _file(origin.robot_file, origin.robot_sha256)))
