@@ -479,3 +479,18 @@ def test_another_arm_says_its_state_at_once_and_other_settings_do_not(craig):
     one.configure(build_robot(longer), EstimatorSettings(timeout=2 * SECOND))
     assert said(START + 4 * MILLISECOND)
     assert not said(START + 5 * MILLISECOND)
+
+
+def test_a_level_is_kept_up_where_a_nearer_singular_pose_is_not_excluded():
+    robot = ks.load_robot('kinova_gen3')
+    one = Estimator(robot, EstimatorSettings())
+    # One is 0.018 rad away, and one was found 0.166 away: as far as the level is left again.
+    q = [
+        *(-1.237149681, 0.012586181, -0.016897593, 0.006425746),
+        *(-1.469670128, 1.78463578, -0.254302367),
+    ]
+    found = ks.singularity(robot, q)
+    assert not found.decided
+    assert found.distance > 0.15
+    levels = [one.judge(found, START + k * MILLISECOND)[0] for k in range(2)]
+    assert levels == [found.level, found.level] == [ks.Level.ERROR, ks.Level.ERROR]

@@ -122,7 +122,7 @@ def _take_over(arm: Arm, measures: Floats, search: NearestSearch) -> None:
     elif judged[places.DECIDED] == 1.0:
         measures[places.DISTANCE] = places.FARTHEST
     else:
-        # None was found where one may be: no more is known than that none is nearer than this.
+        # None was found where one may be: a warning must not vanish.
         measures[places.DISTANCE] = min(search.free, places.FARTHEST)
     _judge(arm, measures, search.not_excluded())
 

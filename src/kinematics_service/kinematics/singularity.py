@@ -42,8 +42,8 @@ class Singularity:
     distance
         Joint motion to the nearest singular pose, rad, 0 to 1 (prismatic joints divided by the
         length): to `nearest_singular`; 1 where none was found within 1 rad (`distance_at_least`).
-        Where none was found and the search did not decide (`decided`) it is what is excluded: a
-        singular pose may be as near as that, and the level warns of it.
+        Where none was found and the search did not decide (`decided`) it is how near one may be by
+        first and second order, and the level is that of it.
     nearest_singular : shape (..., n), rad or m
         The singular pose nearest to this one, found by Newton's method and evaluated: None where
         none was found or looked for; in a batch, NaN. Limits of joints do not count. Of an arm
