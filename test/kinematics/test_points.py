@@ -302,6 +302,13 @@ def test_an_arm_that_ends_at_a_point_is_judged_at_it(seen):
     assert seen.ending_at('tool') is seen
 
 
+def test_an_arm_that_ends_beside_a_turned_point_is_there(seen):
+    q, at = [0.3, 0.2, -0.5], (0.1, -0.2, 0.05)
+    found = ks.forward_kinematics(seen.ending_at('camera', at), q)
+    expected = ks.forward_kinematics(seen, q, of='camera', at=at)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=ROUND_OFF)
+
+
 def test_an_arm_cannot_end_where_nothing_moves(seen):
     for of in ('plate', 0):
         with pytest.raises(ks.PointError, match=f'^no joint moves {of!r} of seen: it has a pose'):

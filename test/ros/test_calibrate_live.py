@@ -114,6 +114,10 @@ def test_a_running_robot_is_calibrated_and_ctrl_c_ends_the_collecting(live, tmp_
     )
     assert one.said(' of 30 directions are known')
     assert one.said('  known: theta')
+    shared = [line for line in one.lines if line.startswith('  not by itself, or not yet: ')]
+    names = set(shared[-1].partition(': ')[2].split(', '))
+    assert {'theta1', 'd2', 'd3', 'd4'} <= names
+    assert not {'a2', 'alpha3', 'theta4'} & names
     one.popen.send_signal(signal.SIGINT)
     code, out, err = one.end()
     assert (code, err) == (0, '')
