@@ -30,7 +30,7 @@ C_TYPES = {
     'Vector': 'Triple',
     'Complex': 'Pair',
 }
-OBJECTS = dict.fromkeys(('Floats', 'Integers', 'Bytes'), 'cnp.ndarray') | {'bytes': 'bytes'}
+OBJECTS = dict.fromkeys(('Floats', 'Integers', 'Bytes'), 'ndarray') | {'bytes': 'bytes'}
 TUPLES = {'(double, double)': 'Pair', '(double, double, double)': 'Triple'}
 ONLY_PYTHON = (ast.GeneratorExp, ast.ListComp, ast.SetComp, ast.DictComp)
 # Compiled once more for processors with AVX2: with it the measures of one pose take 0.85 of the
@@ -90,9 +90,6 @@ class KernelTypes:
         }
         nodes = [node for tree in self.trees.values() for node in tree.body]
         self.classes = {node.name for node in nodes if is_structure(node)}
-        for by_hand in folder.rglob('*.pxd'):
-            text = by_hand.read_text(encoding='utf-8')
-            self.classes |= set(re.findall(r'^cdef class (\w+):', text, re.M))
         arrays = (folder / 'layout' / 'arrays.pxd').read_text(encoding='utf-8')
         declared = re.findall(r'(\w+)\([^()]*\) (except|noexcept)', arrays)
         self._of_arrays = {f'arrays.{name}': how == 'except' for name, how in declared}
@@ -131,10 +128,7 @@ class KernelTypes:
         return bool(keys) and not any(self._may_raise(key) for key in keys)
 
     def _may_raise(self, key: str) -> bool:
-        node, file, owner = self._functions[key]
-        if file.with_suffix('.pxd').exists():
-            return False
-        lines = self._function(node, file, owner)
+        lines = self._function(*self._functions[key])
         return not any(' noexcept nogil' in line for line in lines)
 
     @functools.cached_property
@@ -151,9 +145,8 @@ class KernelTypes:
 
     def text(self, file: Path) -> str:
         """Return the .pxd of a module."""
-        by_hand = file.with_suffix('.pxd')
-        if by_hand.exists():
-            return by_hand.read_text(encoding='utf-8')
+        if file == self.folder / 'layout' / 'arrays.py':
+            return file.with_suffix('.pxd').read_text(encoding='utf-8')
         body = self.trees[file].body
         if not any(isinstance(node, ast.ClassDef | ast.FunctionDef) for node in body):
             return included_numbers(file)
@@ -169,8 +162,7 @@ class KernelTypes:
 
     def _cimports(self, file: Path) -> list[str]:
         up = '.' * len(file.relative_to(self.folder).parts)
-        lines = ['cimport cython', 'cimport numpy as cnp']
-        lines += [f'from {up}layout.arrays cimport Pair, Triple']
+        lines = ['cimport cython', f'from {up}layout.arrays cimport Pair, Triple, ndarray']
         for node in self.trees[file].body:
             if isinstance(node, ast.Import) and node.names[0].name == 'math':
                 lines.append('from libc cimport math')
@@ -192,7 +184,7 @@ class KernelTypes:
         lines = [] if node.name in OPEN else ['@cython.final']
         lines.append(f'cdef class {node.name}:')
         for name, annotation in fields(node).items():
-            kind = self.c_type(annotation).replace('cnp.ndarray', '') or 'object'
+            kind = self.c_type(annotation).replace('ndarray', '') or 'object'
             access = 'public ' if 'Public[' in ast.unparse(annotation) else 'readonly '
             seen = exported and '*' not in kind and not name.startswith('_')
             lines.append(f'    cdef {access if seen else ""}{kind} {name}')
@@ -215,7 +207,7 @@ class KernelTypes:
             or not (result and all(kinds))
             or result in OBJECTS.values()
             or not seen
-            and set(kinds) == {'cnp.ndarray'}
+            and set(kinds) == {'ndarray'}
             or any(isinstance(one, ONLY_PYTHON) for one in ast.walk(node))
         ):
             return []

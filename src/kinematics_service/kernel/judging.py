@@ -4,7 +4,7 @@ import math
 
 from . import evaluation
 from .layout import arrays, lanes, places
-from .layout.arrays import Floats
+from .layout.arrays import Flat, Floats
 from .measures import (
     factor_lanes,
     factors,
@@ -17,7 +17,7 @@ from .measures.arm import Arm
 from .measures.nearest_singular import NearestSearch
 
 
-def _judge_factors(arm: Arm, q: Floats, judged: Floats, steps: Floats) -> None:
+def _judge_factors(arm: Arm, q: Flat, judged: Flat, steps: Flat) -> None:
     # Fills distances, values and gradients of the factors.
     n, count = arm.chain.dof, _factors(arm)
     distances = arrays.after(judged, places.JUDGED)
@@ -34,7 +34,7 @@ def _judge_factors(arm: Arm, q: Floats, judged: Floats, steps: Floats) -> None:
         distances[f] = factors.distance_to_zero(step[n], math.sqrt(squares))
 
 
-def _judge_loops(arm: Arm, row: Floats, measures: Floats, work: Floats) -> None:
+def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
     # The same of the loops' determinants, behind the factors. Where a branch ends, its determinant
     # falls as a root, and it is half as far as the first order says. J grows towards there: the
     # way out of the manipulability would lead to the end of a branch that is nearer than the arm
@@ -61,7 +61,7 @@ def _judge_loops(arm: Arm, row: Floats, measures: Floats, work: Floats) -> None:
                 way_out[j] = sign * slope / norm * arm.task.column_scale[j]
 
 
-def _judge(arm: Arm, measures: Floats, not_excluded: float) -> None:
+def _judge(arm: Arm, measures: Flat, not_excluded: float) -> None:
     # Nearest factor and level, of all that has been measured and found. A singular pose that is
     # not excluded is warned of like one that was found.
     judged = arrays.after(measures, _judged_at(arm))
@@ -86,7 +86,7 @@ def _judge(arm: Arm, measures: Floats, not_excluded: float) -> None:
     judged[places.NEAREST] = nearest
 
 
-def _first_order(arm: Arm, measures: Floats) -> float:
+def _first_order(arm: Arm, measures: Flat) -> float:
     # Factors do not suffer between two singular sets; where their product is the determinant
     # nothing else is needed.
     estimate = measures[places.DISTANCE]
@@ -99,7 +99,7 @@ def _first_order(arm: Arm, measures: Floats) -> float:
     return nearest if arm.factors_complete else min(estimate, nearest)
 
 
-def _judge_first_order(arm: Arm, measures: Floats) -> None:
+def _judge_first_order(arm: Arm, measures: Flat) -> None:
     # The distance by first order: no singular pose has been looked for.
     judged = arrays.after(measures, _judged_at(arm))
     pose = arrays.after(measures, width(arm) - arm.chain.dof)
@@ -112,7 +112,7 @@ def _judge_first_order(arm: Arm, measures: Floats) -> None:
     _judge(arm, measures, places.FARTHEST)
 
 
-def _take_over(arm: Arm, measures: Floats, search: NearestSearch) -> None:
+def _take_over(arm: Arm, measures: Flat, search: NearestSearch) -> None:
     # What was found, into measures of first order.
     judged = arrays.after(measures, _judged_at(arm))
     judged[places.DECIDED] = 1.0 if search.is_decided() else 0.0
@@ -127,7 +127,7 @@ def _take_over(arm: Arm, measures: Floats, search: NearestSearch) -> None:
     _judge(arm, measures, search.not_excluded())
 
 
-def _look_behind_loops(arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats) -> None:
+def _look_behind_loops(arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat) -> None:
     # What is found nearest, into measures of first order.
     judged = arrays.after(measures, _judged_at(arm))
     estimate = judged[places.FIRST_ORDER]
@@ -145,7 +145,7 @@ def _look_behind_loops(arm: Arm, row: Floats, q: Floats, measures: Floats, work:
 
 
 def judge_row(
-    arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats, search: NearestSearch
+    arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
     """
     Fill the measures of a row, the factors there, and the level without hysteresis.
@@ -163,7 +163,7 @@ def judge_row(
     _take_over(arm, measures, search)
 
 
-def _judge_one(arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats) -> None:
+def _judge_one(arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat) -> None:
     # As `judge_row`, by first order; leaves the directions in `work`.
     singularity.measure_row(arm.chain, arm.task, row, measures, work)
     if arm.tape.factors > 0:
@@ -176,11 +176,11 @@ def _judge_one(arm: Arm, row: Floats, q: Floats, measures: Floats, work: Floats)
 
 def _judge_rows(
     arm: Arm,
-    rows: Floats,
+    rows: Flat,
     row_width: int,
-    q: Floats,
-    measures: Floats,
-    work: Floats,
+    q: Flat,
+    measures: Flat,
+    work: Flat,
 ) -> int:
     # As `_judge_one` fills each of LANES rows; returns a bit for each that is left to it.
     n, columns, length = arm.chain.dof, width(arm), arm.chain.frames_at
@@ -206,11 +206,11 @@ def _judge_rows(
 def _judge_all(
     arm: Arm,
     count: int,
-    rows: Floats,
+    rows: Flat,
     row_width: int,
-    q: Floats,
-    measures: Floats,
-    work: Floats,
+    q: Flat,
+    measures: Flat,
+    work: Flat,
 ) -> None:
     n, columns = arm.chain.dof, width(arm)
     regular = arm.task.generic_rank == min(n, arm.task.count) and arm.chain.loops == 0
@@ -243,11 +243,11 @@ def _judge_all(
 def _find_all(
     arm: Arm,
     count: int,
-    rows: Floats,
+    rows: Flat,
     row_width: int,
-    q: Floats,
-    measures: Floats,
-    work: Floats,
+    q: Flat,
+    measures: Flat,
+    work: Flat,
     search: NearestSearch,
     in_order: bool,
 ) -> None:

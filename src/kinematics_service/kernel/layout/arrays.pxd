@@ -1,8 +1,22 @@
-cimport numpy as cnp
 from cpython.bytes cimport PyBytes_AS_STRING
 from cpython.mem cimport PyMem_RawMalloc, PyMem_RawFree
 from libc.string cimport memcpy
 from libc.stdint cimport int32_t, uint32_t, uintptr_t
+
+# All that the kernel needs of numpy: nothing more is read, and nothing is imported.
+cdef extern from "numpy/arrayobject.h":
+    enum:
+        NPY_DOUBLE
+        NPY_INT64
+        NPY_UINT8
+    ctypedef class numpy.ndarray [object PyArrayObject, check_size ignore]:
+        pass
+    int PyArray_NDIM(ndarray)
+    Py_ssize_t PyArray_DIM(ndarray, int)
+    int PyArray_TYPE(ndarray)
+    bint PyArray_ISCARRAY(ndarray)
+    bint PyArray_ISCARRAY_RO(ndarray)
+    void* PyArray_DATA(ndarray)
 
 ctypedef (double, double) Pair
 ctypedef (double, double, double) Triple
@@ -14,58 +28,58 @@ cdef inline int given(object thing) except -1:
     return 0
 
 
-cdef inline Py_ssize_t size(cnp.ndarray array) except -1:
+cdef inline Py_ssize_t size(ndarray array) except -1:
     cdef Py_ssize_t count = 1
     cdef int k
     if array is None:
         raise TypeError('the kernel takes arrays')
-    for k in range(cnp.PyArray_NDIM(array)):
-        count *= cnp.PyArray_DIM(array, k)
+    for k in range(PyArray_NDIM(array)):
+        count *= PyArray_DIM(array, k)
     return count
 
 
-cdef inline Py_ssize_t extent(cnp.ndarray array, int axis) except -1:
-    if array is None or cnp.PyArray_NDIM(array) <= axis:
+cdef inline Py_ssize_t extent(ndarray array, int axis) except -1:
+    if array is None or PyArray_NDIM(array) <= axis:
         raise TypeError(f'the kernel takes an array of at least {axis + 1} dimensions here')
-    return cnp.PyArray_DIM(array, axis)
+    return PyArray_DIM(array, axis)
 
 
 cdef inline void* _checked(
-    cnp.ndarray array, Py_ssize_t count, int kind, str name, bint written
+    ndarray array, Py_ssize_t count, int kind, str name, bint written
 ) except NULL:
     if (
         array is None
-        or cnp.PyArray_TYPE(array) != kind
-        or not (cnp.PyArray_ISCARRAY(array) if written else cnp.PyArray_ISCARRAY_RO(array))
+        or PyArray_TYPE(array) != kind
+        or not (PyArray_ISCARRAY(array) if written else PyArray_ISCARRAY_RO(array))
     ):
         raise TypeError(f'the kernel takes an array of {name} here, aligned and in C order')
     if size(array) < count:
         raise TypeError('an array is shorter than the kernel needs it')
-    return cnp.PyArray_DATA(array)
+    return PyArray_DATA(array)
 
 
-cdef inline double* numbers(cnp.ndarray array, Py_ssize_t count) except NULL:
-    return <double*> _checked(array, count, cnp.NPY_DOUBLE, 'float64', False)
+cdef inline double* numbers(ndarray array, Py_ssize_t count) except NULL:
+    return <double*> _checked(array, count, NPY_DOUBLE, 'float64', False)
 
 
-cdef inline double* results(cnp.ndarray array, Py_ssize_t count) except NULL:
-    return <double*> _checked(array, count, cnp.NPY_DOUBLE, 'float64', True)
+cdef inline double* results(ndarray array, Py_ssize_t count) except NULL:
+    return <double*> _checked(array, count, NPY_DOUBLE, 'float64', True)
 
 
-cdef inline long long* whole(cnp.ndarray array, Py_ssize_t count) except NULL:
-    return <long long*> _checked(array, count, cnp.NPY_INT64, 'int64', False)
+cdef inline long long* whole(ndarray array, Py_ssize_t count) except NULL:
+    return <long long*> _checked(array, count, NPY_INT64, 'int64', False)
 
 
-cdef inline long long* whole_results(cnp.ndarray array, Py_ssize_t count) except NULL:
-    return <long long*> _checked(array, count, cnp.NPY_INT64, 'int64', True)
+cdef inline long long* whole_results(ndarray array, Py_ssize_t count) except NULL:
+    return <long long*> _checked(array, count, NPY_INT64, 'int64', True)
 
 
-cdef inline unsigned char* octets(cnp.ndarray array, Py_ssize_t count) except NULL:
-    return <unsigned char*> _checked(array, count, cnp.NPY_UINT8, 'uint8', False)
+cdef inline unsigned char* octets(ndarray array, Py_ssize_t count) except NULL:
+    return <unsigned char*> _checked(array, count, NPY_UINT8, 'uint8', False)
 
 
-cdef inline unsigned char* octets_to_fill(cnp.ndarray array, Py_ssize_t count) except NULL:
-    return <unsigned char*> _checked(array, count, cnp.NPY_UINT8, 'uint8', True)
+cdef inline unsigned char* octets_to_fill(ndarray array, Py_ssize_t count) except NULL:
+    return <unsigned char*> _checked(array, count, NPY_UINT8, 'uint8', True)
 
 
 cdef inline unsigned char* octets_of(bytes data) except NULL:

@@ -47,16 +47,16 @@ class Arm:
             raise TypeError('the parts of an arm do not go together')
         if not 0 <= watched < places.LOST_AT:
             raise TypeError('the watched measure is none')
-        self.chain = chain
-        self.task = task
-        self.tape = tape
-        self.factors_complete = factors_complete
-        self.watched = watched
-        self.warn = warn
-        self.stop = stop
-        self.reach = reach
+        self.chain: Chain = chain
+        self.task: TaskRows = task
+        self.tape: Tape = tape
+        self.factors_complete: bool = factors_complete
+        self.watched: int = watched
+        self.warn: float = warn
+        self.stop: float = stop
+        self.reach: float = reach
         around = [-places.PI, places.TAU, places.INFINITY]
-        self.spans = np.tile(around, (chain.dof, 1)) if spans is None else spans
+        self.spans: Floats = np.tile(around, (chain.dof, 1)) if spans is None else spans
         self._atlas: Atlas | None = None
 
     def atlas(self) -> Atlas:

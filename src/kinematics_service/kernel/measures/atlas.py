@@ -6,12 +6,13 @@ and from there Newton's method slides to the nearest.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
 from ..forward.chain import Chain
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Integers
+from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
 from . import factor_zeros
 from .factors import Tape
 from .singular_equations import SingularEquations
@@ -61,14 +62,17 @@ class Atlas:
         one. No reach: the joint does not count.
     """
 
+    joints: int
+    sets: int
+
     def __init__(
         self, chain: Chain, task: TaskRows, tape: Tape, of_factors: bool, spans: Floats
     ) -> None:
         n = chain.dof
         equations = SingularEquations(chain, task)
         self.joints, self.sets = n, tape.factors if of_factors else 1
-        self.codimension = 1 if of_factors else equations.count
-        self.width = n * (1 + self.codimension)
+        self.codimension: int = 1 if of_factors else equations.count
+        self.width: int = n * (1 + self.codimension)
         charts = 0
         tables, counts, begins, joints = [], np.zeros((self.sets, n)), [0], []
         for f in range(self.sets):
@@ -94,7 +98,7 @@ class Atlas:
             tables.append(table)
             begins += [charts + int(np.sum(bins <= k)) for k in range(BINS)]
             charts += found
-        self._arrays = (
+        self._arrays: tuple[Any, ...] = (
             np.ascontiguousarray(np.concatenate(tables)),
             np.array(begins, dtype=np.int64),
             np.array(joints, dtype=np.int64),
@@ -102,19 +106,19 @@ class Atlas:
             np.ascontiguousarray(spans),
             (np.sum(counts, axis=1) - self.codimension).astype(np.int64),
         )
-        self.charts = arrays.numbers(self._arrays[0], charts * self.width)
-        self.begins = arrays.whole(self._arrays[1], self.sets * BINS + 1)
-        self.sorting = arrays.whole(self._arrays[2], 2 * self.sets)
-        self.counts = arrays.numbers(self._arrays[3], self.sets * n)
-        self.spans = arrays.numbers(self._arrays[4], 3 * n)
-        self.dimensions = arrays.whole(self._arrays[5], self.sets)
+        self.charts: Flat = arrays.numbers(self._arrays[0], charts * self.width)
+        self.begins: FlatIntegers = arrays.whole(self._arrays[1], self.sets * BINS + 1)
+        self.sorting: FlatIntegers = arrays.whole(self._arrays[2], 2 * self.sets)
+        self.counts: Flat = arrays.numbers(self._arrays[3], self.sets * n)
+        self.spans: Flat = arrays.numbers(self._arrays[4], 3 * n)
+        self.dimensions: FlatIntegers = arrays.whole(self._arrays[5], self.sets)
 
     def dimension(self, f: int) -> int:
         """Return the dimension of a set: 0 where its poses are all there are."""
         return self.dimensions[f]
 
     def nearest(
-        self, f: int, u: Floats, radius: float, most: int, motions: Floats, scores: Floats
+        self, f: int, u: Flat, radius: float, most: int, motions: Flat, scores: Flat
     ) -> int:
         """
         Fill the motions (most, n) from u to poses of a set near it, the most promising first.
@@ -154,12 +158,12 @@ class Atlas:
         self,
         f: int,
         k: int,
-        u: Floats,
+        u: Flat,
         radius: float,
         found: int,
         most: int,
-        motions: Floats,
-        scores: Floats,
+        motions: Flat,
+        scores: Flat,
     ) -> int:
         # The poses of a bin, as in `nearest`.
         n, second = self.joints, self.sorting[2 * f + 1]
@@ -206,7 +210,7 @@ class Atlas:
                 high = middle
         return begin if low == end else low
 
-    def _score(self, f: int, u: Floats, most: float, chart: Floats, away: Floats) -> float:
+    def _score(self, f: int, u: Flat, most: float, chart: Flat, away: Flat) -> float:
         # Fills `away` with the motion from u to a pose; returns how far the set promises to be
         # there, endless where the pose is farther than the root of `most`.
         n = self.joints
@@ -230,14 +234,14 @@ class Atlas:
             across += share * share
         return math.sqrt(across + BENDS * BENDS * max(whole - across, 0.0))
 
-    def _across(self, chart: Floats, i: int, away: Floats) -> float:
+    def _across(self, chart: Flat, i: int, away: Flat) -> float:
         normal = arrays.after(chart, self.joints * (1 + i))
         share = 0.0
         for j in range(self.joints):
             share += normal[j] * away[j]
         return share
 
-    def _slide(self, chart: Floats, away: Floats, motion: Floats) -> None:
+    def _slide(self, chart: Flat, away: Flat, motion: Flat) -> None:
         # Fills the motion to the foot on a pose's tangent plane, or as near to that as the pose
         # still tells.
         n = self.joints
@@ -284,7 +288,7 @@ def _sorted(
     return table[order], bins
 
 
-def _write_seed(n: int, i: int, spans: Floats, u: Floats) -> None:
+def _write_seed(n: int, i: int, spans: Flat, u: Flat) -> None:
     # The i-th of a sequence that fills the spans evenly: multiples of the golden ratio's kin.
     ratio = 2.0
     counted = 0
@@ -319,7 +323,7 @@ def _fill(equations: SingularEquations, spans: Floats, table: Floats) -> int:
     return found
 
 
-def _go(equations: SingularEquations, i: int, spans: Floats, chart: Floats, work: Floats) -> int:
+def _go(equations: SingularEquations, i: int, spans: Flat, chart: Flat, work: Flat) -> int:
     # From a seed onto the set; whether it was reached.
     n = equations.n
     u, step, still = work, arrays.after(work, n), arrays.after(work, 2 * n)

@@ -15,7 +15,7 @@ import math
 
 from ..forward import chain_pass
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Integers
+from ..layout.arrays import Flat, Floats, Integers
 from . import singular_equations, singularity, symmetric
 from .arm import Arm
 from .cubic import Cubic
@@ -47,6 +47,25 @@ class Clearance:
         the joints that count; the last two infinite where they are not known.
     """
 
+    count: int
+    bend: float
+    twist: float
+    fourth: float
+    share: float
+    largest: float
+    change: float
+    by_block: float
+    bend_of_block: float
+    second: float
+    by_turns: float
+    bend_of_turns: float
+    twist_of_turns: float
+    by_lines: float
+    bend_of_lines: float
+    twist_of_lines: float
+    sum: Cubic
+    steep: Cubic
+
     def __init__(
         self,
         arm: Arm,
@@ -61,15 +80,15 @@ class Clearance:
             raise TypeError('the bounds of a clearance do not know closed loops')
         if moving.min(initial=0) < 0 or moving.max(initial=-1) >= arm.chain.dof:
             raise TypeError('a joint that counts is none')
-        self.arm = arm
-        self.equations = SingularEquations(arm.chain, arm.task)
-        self._arrays = moving, point
+        self.arm: Arm = arm
+        self.equations: SingularEquations = SingularEquations(arm.chain, arm.task)
+        self._arrays: tuple[object, ...] = moving, point
         self.count = d = arrays.size(moving)
-        self.point = arrays.numbers(point, 3)
+        self.point: Flat = arrays.numbers(point, 3)
         self.bend, self.twist, self.fourth = bend, twist, fourth
         self.share, self.largest, self.change = SINGULAR * self._condition(), 0.0, 0.0
-        self.known = twist < places.INFINITY and fourth < places.INFINITY
-        self.expansion = Expansion(arm.chain, arm.task, moving, 3 if self.known else 1)
+        self.known: bool = twist < places.INFINITY and fourth < places.INFINITY
+        self.expansion: Expansion = Expansion(arm.chain, arm.task, moving, 3 if self.known else 1)
         self.by_block, self.bend_of_block, self.second = 0.0, 0.0, 0.0
         self.by_turns, self.bend_of_turns, self.twist_of_turns = 0.0, 0.0, 0.0
         self.by_lines, self.bend_of_lines, self.twist_of_lines = 0.0, 0.0, 0.0
@@ -77,22 +96,22 @@ class Clearance:
         count, k = self.equations.count, arm.task.generic_rank - 1
         pairs = self.expansion.sizes[2]
         room = count * self.expansion.terms + k * (count + 1) * pairs
-        self.room = arrays.scratch(room + count * (2 * count + 4))
-        self.F = self.room
-        self.B = arrays.after(self.F, count * self.expansion.terms)
-        self.C = arrays.after(self.B, k * count * pairs)
-        self.shares = arrays.after(self.C, k * pairs)
-        self.across = arrays.after(self.shares, count)
-        self.steepest = arrays.after(self.across, count)
-        self.first = arrays.after(self.steepest, count)
-        self.gram = arrays.after(self.first, count)
-        self.factor = arrays.after(self.gram, count * count)
+        self.room: Flat = arrays.scratch(room + count * (2 * count + 4))
+        self.F: Flat = self.room
+        self.B: Flat = arrays.after(self.F, count * self.expansion.terms)
+        self.C: Flat = arrays.after(self.B, k * count * pairs)
+        self.shares: Flat = arrays.after(self.C, k * pairs)
+        self.across: Flat = arrays.after(self.shares, count)
+        self.steepest: Flat = arrays.after(self.across, count)
+        self.first: Flat = arrays.after(self.steepest, count)
+        self.gram: Flat = arrays.after(self.first, count)
+        self.factor: Flat = arrays.after(self.gram, count * count)
 
     def __dealloc__(self) -> None:
         """Give the room back."""
         arrays.give_back(self.room)
 
-    def radius(self, q: Floats) -> float:
+    def radius(self, q: Flat) -> float:
         """Return the radius around q (n,) within which no pose is singular, rad."""
         k = self.arm.task.generic_rank
         self._stand_at(q)
@@ -131,7 +150,7 @@ class Clearance:
             self.across[i] = share * self.shares[i] + (1.0 - share) * self.first[i]
         unit(self.across, self.equations.count)
 
-    def _become(self, cubic: Cubic, shares: Floats) -> None:
+    def _become(self, cubic: Cubic, shares: Flat) -> None:
         # A sum of the complement's numbers.
         count, smallest = (
             self.equations.count,
@@ -139,7 +158,7 @@ class Clearance:
         )
         cubic.become(self.expansion, self.F, shares, count, shares[0] * smallest)
 
-    def _stand_at(self, q: Floats) -> None:
+    def _stand_at(self, q: Flat) -> None:
         # Evaluates q, takes the velocities of the point, and decomposes J_t.
         n = self.arm.chain.dof
         for j in range(n):
@@ -222,12 +241,12 @@ class Clearance:
                 self._subtract(line, B, 2, cubed)
                 self._subtract(turn, arrays.after(line, d), 2, cubed)
 
-    def _cell(self, turn: int, line: int) -> Floats:
+    def _cell(self, turn: int, line: int) -> Flat:
         # The terms of J_t between a turn and a line.
         cell = turn * self.equations.length + line
         return arrays.after(self.expansion.G, cell * self.expansion.terms)
 
-    def _subtract(self, a: Floats, b: Floats, order: int, product: Floats) -> None:
+    def _subtract(self, a: Flat, b: Flat, order: int, product: Flat) -> None:
         # Subtracts the product of a, terms of the first order, and b, of an order.
         d, pair, triple = self.count, self.expansion.pair, self.expansion.triple
         for i in range(d):
@@ -332,7 +351,7 @@ class Clearance:
         return self.sum.lowest(r) - rest > 0.0
 
 
-def unit(v: Floats, count: int) -> bool:
+def unit(v: Flat, count: int) -> bool:
     """Make the first number of v (count,) positive and its length 1, where it has one."""
     size = singular_equations.length_of(v, count)
     if not size > 0.0:

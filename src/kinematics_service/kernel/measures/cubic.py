@@ -1,7 +1,7 @@
 """A polynomial of third order in a joint motion, and what it is at least in a ball."""
 
 from ..layout import arrays
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat
 from . import singular_equations, symmetric
 from .expansion import Expansion
 from .norms import Norms
@@ -34,32 +34,39 @@ class Cubic:
         Bounds of them for motions of length 1.
     """
 
+    constant: float
+    weight: float
+    size_of_l: float
+    size_of_M: float
+    size_of_Q: float
+    size_of_T: float
+
     def __init__(self, count: int) -> None:
         d = count
-        self.count = d
-        self.norms = Norms(max(d, 1), max(d * d * d, 1))
+        self.count: int = d
+        self.norms: Norms = Norms(max(d, 1), max(d * d * d, 1))
         self.constant, self.weight, self.size_of_l, self.size_of_M = 0.0, 0.0, 0.0, 0.0
         self.size_of_Q, self.size_of_T = 0.0, 0.0
-        self.room = arrays.scratch(6 * d + 5 * d * d + d * d * d)
-        self.g = self.room
-        self.l = arrays.after(self.g, d)
-        self.way = arrays.after(self.l, d)
-        self.along = arrays.after(self.way, d)
-        self.more = arrays.after(self.along, d)
-        self.turned = arrays.after(self.more, d)
-        self.Q = arrays.after(self.turned, d)
-        self.M = arrays.after(self.Q, d * d)
-        self.H = arrays.after(self.M, d * d)
-        self.Z = arrays.after(self.H, d * d)
-        self.half = arrays.after(self.Z, d * d)
-        self.T = arrays.after(self.half, d * d)
+        self.room: Flat = arrays.scratch(6 * d + 5 * d * d + d * d * d)
+        self.g: Flat = self.room
+        self.l: Flat = arrays.after(self.g, d)
+        self.way: Flat = arrays.after(self.l, d)
+        self.along: Flat = arrays.after(self.way, d)
+        self.more: Flat = arrays.after(self.along, d)
+        self.turned: Flat = arrays.after(self.more, d)
+        self.Q: Flat = arrays.after(self.turned, d)
+        self.M: Flat = arrays.after(self.Q, d * d)
+        self.H: Flat = arrays.after(self.M, d * d)
+        self.Z: Flat = arrays.after(self.H, d * d)
+        self.half: Flat = arrays.after(self.Z, d * d)
+        self.T: Flat = arrays.after(self.half, d * d)
 
     def __dealloc__(self) -> None:
         """Give the room back."""
         arrays.give_back(self.room)
 
     def become(
-        self, expansion: Expansion, F: Floats, shares: Floats, count: int, constant: float
+        self, expansion: Expansion, F: Flat, shares: Flat, count: int, constant: float
     ) -> None:
         """Become a sum of so many rows of terms, as the expansion has them, with shares."""
         d, begins = self.count, expansion.begins
@@ -154,7 +161,7 @@ class Cubic:
         self.size_of_Q = self._norm(self.Q, self.count)
         self.size_of_T = self._norm(self.T, self.count * self.count)
 
-    def _norm(self, matrix: Floats, length: int) -> float:
+    def _norm(self, matrix: Flat, length: int) -> float:
         # At least the largest singular value of a matrix (d, length).
         for p in range(self.count * length):
             self.norms.W[p] = matrix[p]
@@ -179,6 +186,9 @@ class Cubic:
         Of g.d + d'Qd it is the Lagrange dual, which is one for any multiplier that makes
         2 Q + multiplier positive.
         """
+        high: float
+        low: float
+        size: float
         d = self.count
         least, size = 0.0, 0.0
         for i in range(d):
@@ -188,22 +198,22 @@ class Cubic:
         tiny = TINY * whole if whole > 0.0 else 1.0
         low, high = least, least + whole
         for _ in range(MULTIPLIER_HALVINGS):
-            multiplier = 0.5 * (low + high)
-            squares = 0.0
+            multiplier: float = 0.5 * (low + high)
+            squares: float = 0.0
             for i in range(d):
-                away = self.turned[i] / max(self.H[i * d + i] + multiplier, tiny)
+                away: float = self.turned[i] / max(self.H[i * d + i] + multiplier, tiny)
                 squares += away * away
             if squares > r * r:
                 low = multiplier
             else:
                 high = multiplier
-        value = self.constant - self.size_of_T * r * r * r - 0.5 * high * r * r
+        value: float = self.constant - self.size_of_T * r * r * r - 0.5 * high * r * r
         for i in range(d):
             value -= 0.5 * self.turned[i] * self.turned[i] / max(self.H[i * d + i] + high, tiny)
         return value
 
 
-def _sum(terms: Floats, shares: Floats, count: int, apart: int) -> float:
+def _sum(terms: Flat, shares: Flat, count: int, apart: int) -> float:
     value = 0.0
     for i in range(count):
         value += shares[i] * terms[i * apart]

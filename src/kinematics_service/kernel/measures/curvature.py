@@ -2,11 +2,11 @@
 
 from ..forward.chain import Chain
 from ..layout import arrays
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat
 
 
 def _third_change(
-    row: Floats, screws_at: int, entries: int, a: int, b: int, c: int, x: float, y: float, z: float
+    row: Flat, screws_at: int, entries: int, a: int, b: int, c: int, x: float, y: float, z: float
 ) -> float:
     # (x, y, z) . (w_a x (w_b x t_c)), t_c the three numbers from `c` on, each `entries` apart.
     w = arrays.after(row, screws_at + 3 * entries)
@@ -22,7 +22,7 @@ def _third_change(
     )
 
 
-def write_curvature(chain: Chain, row: Floats, Y: Floats, H: Floats) -> None:
+def write_curvature(chain: Chain, row: Flat, Y: Flat, H: Flat) -> None:
     """
     Fill H[a, b] = sum_j Y[j] . d2J[:, j]/dq_a dq_b for the geometric Jacobian (Y in base axes).
 

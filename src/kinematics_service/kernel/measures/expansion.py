@@ -5,7 +5,7 @@ import math
 from ..forward import vectors
 from ..forward.chain import Chain
 from ..layout import arrays
-from ..layout.arrays import Floats, Integers
+from ..layout.arrays import Flat, FlatIntegers, Integers, Vector
 from . import singularity
 from .norms import Norms
 from .singular_equations import SingularEquations
@@ -46,30 +46,39 @@ class Expansion:
         values of those before the last of the rank.
     """
 
+    chain: Chain
+    task: TaskRows
+    count: int
+    orders: int
+    turns: int
+    length: int
+
     def __init__(self, chain: Chain, task: TaskRows, moving: Integers, orders: int) -> None:
         n, d = chain.dof, arrays.size(moving)
         self.chain, self.task, self.count, self.orders = chain, task, d, orders
-        self.wide = n > task.count
+        self.wide: bool = n > task.count
         self.turns, self.length = min(task.count, n), max(task.count, n)
-        self.rank = task.generic_rank
+        self.rank: int = task.generic_rank
         pairs = d * (d + 1) // 2 if orders > 1 else 0
         triples = pairs * (d + 2) // 3
-        self.terms = d + pairs + triples
+        self.terms: int = d + pairs + triples
         cells = self.turns * self.length
         largest = max(d, max(pairs, triples))
-        self.norms = Norms(max(self.turns, max(self.length, d)), max(cells, d * d) * largest)
+        self.norms: Norms = Norms(
+            max(self.turns, max(self.length, d)), max(cells, d * d) * largest
+        )
         room = 2 * (ORDERS + 1) + n + d * d + d * d * d + ORDERS
-        self.room = arrays.scratch(room + self.terms * (1 + 2 * cells) + cells)
-        self.begins = arrays.as_whole(self.room)
-        self.sizes = arrays.whole_after(self.begins, ORDERS + 1)
-        self.place = arrays.whole_after(self.sizes, ORDERS + 1)
-        self.pair = arrays.whole_after(self.place, n)
-        self.triple = arrays.whole_after(self.pair, d * d)
-        self.chosen = arrays.whole_after(self.triple, d * d * d)
-        self.share = arrays.after(self.room, room)
-        self.K = arrays.after(self.share, self.terms)
-        self.G = arrays.after(self.K, self.terms * cells)
-        self.half = arrays.after(self.G, self.terms * cells)
+        self.room: Flat = arrays.scratch(room + self.terms * (1 + 2 * cells) + cells)
+        self.begins: FlatIntegers = arrays.as_whole(self.room)
+        self.sizes: FlatIntegers = arrays.whole_after(self.begins, ORDERS + 1)
+        self.place: FlatIntegers = arrays.whole_after(self.sizes, ORDERS + 1)
+        self.pair: FlatIntegers = arrays.whole_after(self.place, n)
+        self.triple: FlatIntegers = arrays.whole_after(self.pair, d * d)
+        self.chosen: FlatIntegers = arrays.whole_after(self.triple, d * d * d)
+        self.share: Flat = arrays.after(self.room, room)
+        self.K: Flat = arrays.after(self.share, self.terms)
+        self.G: Flat = arrays.after(self.K, self.terms * cells)
+        self.half: Flat = arrays.after(self.G, self.terms * cells)
         for j in range(n):
             self.place[j] = -1
         for j in range(d):
@@ -110,7 +119,7 @@ class Expansion:
                     self.share[self.begins[3] + k] = 1.0 / orders
                     k += 1
 
-    def write(self, row: Floats) -> None:
+    def write(self, row: Flat) -> None:
         """
         Fill the terms at an evaluated row.
 
@@ -150,7 +159,7 @@ class Expansion:
     def _scale(self, entry: int) -> float:
         return self.task.column_scale[self.chain.joint[entry]]
 
-    def _add(self, term: int, order: int, share: float, row: Floats) -> None:
+    def _add(self, term: int, order: int, share: float, row: Flat) -> None:
         # The change of all columns of J by the entries chosen, of which there are `order`.
         entries = self.chain.entries
         v = arrays.after(row, self.chain.screws_at)
@@ -169,7 +178,7 @@ class Expansion:
                 else:
                     moved = vectors.cross(vectors.apart(w, self.chosen[k], entries), moved)
                     k -= 1
-            turned = (0.0, 0.0, 0.0)
+            turned: Vector = (0.0, 0.0, 0.0)
             if self.chosen[order - 1] < i:
                 turned = vectors.apart(w, i, entries)
                 for k in range(order - 1, -1, -1):
@@ -212,7 +221,7 @@ class Expansion:
 
     def norm(
         self,
-        terms: Floats,
+        terms: Flat,
         outer: int,
         step: int,
         inner: int,

@@ -8,15 +8,13 @@ import math
 
 from ..forward import chain_pass
 from ..layout import arrays, lanes, places
-from ..layout.arrays import Floats, Numbers
+from ..layout.arrays import Flat, Numbers
 from . import factors
 from .factors import Tape
 from .task_rows import TaskRows
 
 
-def _turn(
-    operation: int, number: float, a: Floats, value: Floats, da: Numbers, db: Numbers
-) -> bool:
+def _turn(operation: int, number: float, a: Flat, value: Flat, da: Numbers, db: Numbers) -> bool:
     # Writes sines or cosines, and their derivatives; returns False if an angle is too large.
     angles, sines, cosines = [0.0] * 16, [0.0] * 16, [0.0] * 16
     for lane in range(places.LANES):
@@ -34,9 +32,7 @@ def _turn(
     return True
 
 
-def _combine(
-    operation: int, a: Floats, b: Floats, value: Floats, da: Numbers, db: Numbers
-) -> None:
+def _combine(operation: int, a: Flat, b: Flat, value: Flat, da: Numbers, db: Numbers) -> None:
     # The operations that need only arithmetic.
     if operation == places.SUM:
         for lane in range(places.LANES):
@@ -53,7 +49,7 @@ def _combine(
 
 
 def _operate(
-    operation: int, number: float, a: Floats, b: Floats, value: Floats, da: Numbers, db: Numbers
+    operation: int, number: float, a: Flat, b: Flat, value: Flat, da: Numbers, db: Numbers
 ) -> bool:
     # Like `factors.operate`, which does the rare operations that may be undefined in one lane.
     if operation == places.SINE or operation == places.COSINE:
@@ -67,7 +63,7 @@ def _operate(
     return True
 
 
-def _run_tape(tape: Tape, n: int, q: Floats, steps: Floats) -> bool:
+def _run_tape(tape: Tape, n: int, q: Flat, steps: Flat) -> bool:
     # Fills the steps like `factors.run_tape`; returns False if an angle is too large for that.
     width = (n + 1) * places.LANES
     da, db = [0.0] * 16, [0.0] * 16
@@ -103,7 +99,7 @@ def _run_tape(tape: Tape, n: int, q: Floats, steps: Floats) -> bool:
     return True
 
 
-def _write_factor(n: int, step: Floats, scales: Floats, distances: Floats, result: Floats) -> None:
+def _write_factor(n: int, step: Flat, scales: Flat, distances: Flat, result: Flat) -> None:
     # Writes distance to its zero, value and gradient of a factor.
     squares = [0.0] * 16
     value = arrays.after(step, n * places.LANES)
@@ -120,7 +116,7 @@ def _write_factor(n: int, step: Floats, scales: Floats, distances: Floats, resul
         distances[lane] = factors.distance_to_zero(value[lane], math.sqrt(squares[lane]))
 
 
-def judge_factors(tape: Tape, task: TaskRows, q: Floats, judged: Floats, steps: Floats) -> bool:
+def judge_factors(tape: Tape, task: TaskRows, q: Flat, judged: Flat, steps: Flat) -> bool:
     """
     Write the distances of all factors, then value and gradient of each.
 

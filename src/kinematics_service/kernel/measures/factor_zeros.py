@@ -3,7 +3,7 @@
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat
 from . import factors
 from .factors import Tape
 from .task_rows import TaskRows
@@ -19,11 +19,11 @@ def go(
     tape: Tape,
     f: int,
     task: TaskRows,
-    origin: Floats,
-    d: Floats,
+    origin: Flat,
+    d: Flat,
     farthest: float,
-    normal: Floats,
-    work: Floats,
+    normal: Flat,
+    work: Flat,
 ) -> bool:
     """
     Bring a motion d (n,) to a zero of a factor, and along the zeros to the one nearest to origin.

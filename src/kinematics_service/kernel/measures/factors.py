@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from ..forward import chain_pass
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Integers
+from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
 
 
 def _goes_together(table: Integers, ends: Integers) -> bool:
@@ -55,17 +55,17 @@ class Tape:
         table = operations.reshape(-1, 3)
         if len(table) != len(constants) or not _goes_together(table, ends):
             raise TypeError('the arrays of a tape do not go together')
-        self._arrays = operations, constants, ends
-        self.steps = len(constants)
-        self.factors = len(ends)
-        self.joints = int(np.max(table[table[:, 0] == places.JOINT, 1], initial=-1)) + 1
-        self.dependences = _dependences(table, self.joints)[ends]
-        self.operations = arrays.whole(operations, 3 * self.steps)
-        self.constants = arrays.numbers(constants, self.steps)
-        self.ends = arrays.whole(ends, self.factors)
+        self._arrays: tuple[object, ...] = operations, constants, ends
+        self.steps: int = len(constants)
+        self.factors: int = len(ends)
+        self.joints: int = int(np.max(table[table[:, 0] == places.JOINT, 1], initial=-1)) + 1
+        self.dependences: npt.NDArray[np.bool_] = _dependences(table, self.joints)[ends]
+        self.operations: FlatIntegers = arrays.whole(operations, 3 * self.steps)
+        self.constants: Flat = arrays.numbers(constants, self.steps)
+        self.ends: FlatIntegers = arrays.whole(ends, self.factors)
 
 
-def run_tape(tape: Tape, n: int, q: Floats, steps: Floats) -> None:
+def run_tape(tape: Tape, n: int, q: Flat, steps: Flat) -> None:
     """Fill `steps` with gradient and, last, value of each step of a tape at q (n,)."""
     width = n + 1
     for i in range(tape.steps):

@@ -9,14 +9,14 @@ are, with mu = -Phi_psi^-T J_psi^T Y, weights mu G^T of the residual's slopes: o
 from ..forward import linear_equations
 from ..forward.chain import Chain, Closure, Loop, LoopGroup
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Numbers
+from ..layout.arrays import Flat, Numbers, WholeNumbers
 from ..loops import residual
 
 # Of one chain of a loop.
 LOOP_SCREWS = 32
 
 
-def write_of_screws(chain: Chain, screws: Floats, Y: Floats, gradient: Floats) -> None:
+def write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> None:
     """
     Fill gradient[k] = sum_j Y[j] . dJ[:, j]/dq_k for the geometric Jacobian (Y in base axes), of
     the screws of its entries; where loops are closed, k is any of its variables.
@@ -61,7 +61,7 @@ def room(chain: Chain) -> int:
     return 8 * chain.variables + 6 * LOOP_SCREWS + chain.closure.passive * chain.dof + slopes
 
 
-def write_gradient(chain: Chain, row: Floats, Y: Floats, gradient: Floats, work: Floats) -> None:
+def write_gradient(chain: Chain, row: Flat, Y: Flat, gradient: Flat, work: Flat) -> None:
     """Fill the gradient as `write_of_screws` does, by the joints, of a row; Y (n, 6)."""
     screws = arrays.after(row, chain.screws_at)
     if chain.loops == 0:
@@ -71,7 +71,7 @@ def write_gradient(chain: Chain, row: Floats, Y: Floats, gradient: Floats, work:
 
 
 def _write_closed(
-    chain: Chain, closure: Closure, row: Floats, Y: Floats, gradient: Floats, work: Floats
+    chain: Chain, closure: Closure, row: Flat, Y: Flat, gradient: Flat, work: Flat
 ) -> None:
     n, variables, passive = chain.dof, chain.variables, closure.passive
     section = arrays.after(row, chain.closure_at)
@@ -103,7 +103,7 @@ def _write_closed(
     _follow(n, passive, coupling, total, gradient)
 
 
-def _follow(n: int, passive: int, coupling: Floats, total: Floats, gradient: Floats) -> None:
+def _follow(n: int, passive: int, coupling: Flat, total: Flat, gradient: Flat) -> None:
     # By the joints, of what is by all variables.
     for j in range(n):
         gradient[j] = total[j]
@@ -115,12 +115,12 @@ def _add_groups(
     group: LoopGroup,
     left: int,
     closure: Closure,
-    section: Floats,
-    screws: Floats,
-    mu: Floats,
-    weights: Floats,
-    total: Floats,
-    free: Floats,
+    section: Flat,
+    screws: Flat,
+    mu: Flat,
+    weights: Flat,
+    total: Flat,
+    free: Flat,
 ) -> None:
     # The later groups first: they move with the variables of the earlier ones.
     if left > 1:
@@ -144,7 +144,7 @@ def _add_groups(
     _add_loops(group.loop, group.loops, group, closure, coupling, screws, mu, weights, total, free)
 
 
-def _behind_screws(closure: Closure, free: Floats) -> Floats:
+def _behind_screws(closure: Closure, free: Flat) -> Flat:
     # Room for the slopes of a group, behind that of `_add_residual`.
     return arrays.after(free, closure.variables + 6 * LOOP_SCREWS)
 
@@ -154,12 +154,12 @@ def _add_loops(
     left: int,
     group: LoopGroup,
     closure: Closure,
-    coupling: Floats,
-    screws: Floats,
-    mu: Floats,
-    weights: Floats,
-    total: Floats,
-    free: Floats,
+    coupling: Flat,
+    screws: Flat,
+    mu: Flat,
+    weights: Flat,
+    total: Flat,
+    free: Flat,
 ) -> None:
     # Of a group, each in the axes where its chains begin.
     n, first = closure.dof, group.first
@@ -200,8 +200,8 @@ def _pass_on(
     screws: Numbers,
     at: int,
     sign: float,
-    own: Floats,
-    mu: Floats,
+    own: Flat,
+    mu: Flat,
 ) -> None:
     for e in range(chain.entries):
         variable = chain.joint[e]
@@ -212,9 +212,7 @@ def _pass_on(
                     mu[(variable - n) * n + j] += slope * own[i * n + j]
 
 
-def _add_residual(
-    loop: Loop, screws: Numbers, weights: Floats, total: Floats, free: Floats
-) -> None:
+def _add_residual(loop: Loop, screws: Numbers, weights: Flat, total: Flat, free: Flat) -> None:
     # The gradient of the weighted slopes of a loop's residual, added up.
     gradient = free
     own = arrays.after(free, loop.there.dof)
@@ -228,13 +226,13 @@ def _add_residual(
         total[k] += gradient[k]
 
 
-def _side_by_side(chain: Chain, screws: Numbers, at: int, own: Floats) -> None:
+def _side_by_side(chain: Chain, screws: Numbers, at: int, own: Flat) -> None:
     for e in range(chain.entries):
         for i in range(6):
             own[i * chain.entries + e] = screws[at + 6 * e + i]
 
 
-def write_determinants(chain: Chain, row: Floats, results: Floats, work: Floats) -> None:
+def write_determinants(chain: Chain, row: Flat, results: Flat, work: Flat) -> None:
     """
     Fill the determinant of the slopes of each group's residual by its own passive variables, and
     its gradient by the joints: 1 + n numbers a group.
@@ -250,10 +248,10 @@ def _write_determinant(
     group: LoopGroup,
     left: int,
     closure: Closure,
-    section: Floats,
-    screws: Floats,
-    results: Floats,
-    work: Floats,
+    section: Flat,
+    screws: Flat,
+    results: Flat,
+    work: Flat,
 ) -> None:
     # d det = det trace(slopes^-1 d slopes).
     n, count, variables = closure.dof, group.count, closure.variables
@@ -283,12 +281,12 @@ def _add_inverse(
     left: int,
     group: LoopGroup,
     determinant: float,
-    slopes: Floats,
-    order: arrays.WholeNumbers,
-    screws: Floats,
-    weights: Floats,
-    total: Floats,
-    free: Floats,
+    slopes: Flat,
+    order: WholeNumbers,
+    screws: Flat,
+    weights: Flat,
+    total: Flat,
+    free: Flat,
 ) -> None:
     # The slopes of each loop of a group, weighted with the columns of det slopes^-1.
     gap = [0.0] * 18

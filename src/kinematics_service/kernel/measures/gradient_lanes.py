@@ -4,10 +4,10 @@ The gradient of the measures of LANES evaluated rows side by side, as `singulari
 
 from ..forward.chain import Chain
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Numbers
+from ..layout.arrays import Flat, Numbers
 
 
-def _add_turned(Y: Floats, screw: Floats, step: int, total: Numbers) -> None:
+def _add_turned(Y: Flat, screw: Flat, step: int, total: Numbers) -> None:
     # Of an entry: Yv x w, `step` numbers between the components of its screw.
     w = arrays.after(screw, 3 * step)
     for lane in range(places.LANES):
@@ -18,7 +18,7 @@ def _add_turned(Y: Floats, screw: Floats, step: int, total: Numbers) -> None:
         total[2 * places.LANES + lane] += x * wy - y * wx
 
 
-def _add_carried(Y: Floats, screw: Floats, step: int, total: Numbers) -> None:
+def _add_carried(Y: Flat, screw: Flat, step: int, total: Numbers) -> None:
     # Of an entry: v x Yv + w x Yw.
     w = arrays.after(screw, 3 * step)
     for lane in range(places.LANES):
@@ -35,14 +35,14 @@ def _add_carried(Y: Floats, screw: Floats, step: int, total: Numbers) -> None:
         total[2 * places.LANES + lane] += vx * y - vy * x + wx * b - wy * a
 
 
-def _add_along(screw: Floats, step: int, total: Numbers, gradient: Floats) -> None:
+def _add_along(screw: Flat, step: int, total: Numbers, gradient: Flat) -> None:
     # Of half a screw: its product with a sum.
     for lane in range(places.LANES):
         x, y, z = total[lane], total[places.LANES + lane], total[2 * places.LANES + lane]
         gradient[lane] += screw[lane] * x + screw[step + lane] * y + screw[2 * step + lane] * z
 
 
-def fill_gradient(chain: Chain, screws: Floats, Y: Floats, gradient: Floats) -> None:
+def fill_gradient(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> None:
     """Fill the sums of Y[j] . dJ[:, j]/dq_k for each joint k of LANES poses."""
     step = chain.entries * places.LANES
     before, behind = [0.0] * 48, [0.0] * 48  # three numbers of LANES poses

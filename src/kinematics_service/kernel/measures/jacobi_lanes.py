@@ -9,7 +9,7 @@ operations in the same order as for one matrix: it is the same to the last bit. 
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Numbers
+from ..layout.arrays import Flat, Numbers
 from . import singular_values
 
 # Any rows are orthogonal by this tolerance.
@@ -17,8 +17,8 @@ ANY_ROWS = 2.0
 
 
 def _turn_pairs(
-    a: Floats,
-    b: Floats,
+    a: Flat,
+    b: Flat,
     length: int,
     width: int,
     tolerances: Numbers,
@@ -47,11 +47,11 @@ def _turn_pairs(
         away = bb - aa
         root = math.sqrt(away * away + 4.0 * square)
         both = abs(away) + root
-        t = 2.0 * abs(ab) / both
+        t: float = 2.0 * abs(ab) / both
         t = -t if away < 0.0 else t
         t = -t if ab < 0.0 else t
         c = math.sqrt(0.5 * both / root)
-        s = c * t
+        s: float = c * t
         cosine = square / (aa * bb)
         # Selections, not branches, for several lanes at once.
         room[lane] = c if square > limit else 1.0
@@ -66,7 +66,7 @@ def _turn_pairs(
             b[k + lane] = room[places.LANES + lane] * x + room[lane] * y
 
 
-def orthogonalise(W: Floats, count: int, length: int, width: int) -> None:
+def orthogonalise(W: Flat, count: int, length: int, width: int) -> None:
     """
     Turn the rows of each matrix as `singular_values.orthogonalise` does.
 
@@ -99,7 +99,7 @@ def orthogonalise(W: Floats, count: int, length: int, width: int) -> None:
             return
 
 
-def _swap(numbers: Floats, first: int, second: int, count: int) -> None:
+def _swap(numbers: Flat, first: int, second: int, count: int) -> None:
     # Swaps, in one lane, `count` numbers from one index on with those from another.
     for column in range(count):
         k = column * places.LANES
@@ -108,7 +108,7 @@ def _swap(numbers: Floats, first: int, second: int, count: int) -> None:
         numbers[second + k] = x
 
 
-def sort_by_norm(W: Floats, sigma: Floats, count: int, length: int, width: int) -> None:
+def sort_by_norm(W: Flat, sigma: Flat, count: int, length: int, width: int) -> None:
     """Write norms and sort the rows of each matrix as `singular_values.sort_by_norm` does."""
     squares, largest, best = [0.0] * 16, [0.0] * 16, [0.0] * 16
     for i in range(count):
@@ -132,7 +132,7 @@ def sort_by_norm(W: Floats, sigma: Floats, count: int, length: int, width: int) 
                 best[lane] = j if larger else best[lane]
                 largest[lane] = norms[lane] if larger else largest[lane]
         for lane in range(places.LANES):
-            other = int(best[lane])
+            other: int = int(best[lane])
             if other != i:
                 _swap(sigma, i * places.LANES + lane, other * places.LANES + lane, 1)
                 _swap(
@@ -143,7 +143,7 @@ def sort_by_norm(W: Floats, sigma: Floats, count: int, length: int, width: int) 
                 )
 
 
-def unit_rows(W: Floats, sigma: Floats, count: int, length: int, width: int) -> None:
+def unit_rows(W: Flat, sigma: Flat, count: int, length: int, width: int) -> None:
     """Make the rows of each matrix unit vectors, if all of them have a direction."""
     scales = [0.0] * 16
     for i in range(count):
@@ -156,7 +156,7 @@ def unit_rows(W: Floats, sigma: Floats, count: int, length: int, width: int) -> 
                 row[k + lane] *= scales[lane]
 
 
-def determinants(A: Floats, size: int, found: Floats) -> None:
+def determinants(A: Flat, size: int, found: Flat) -> None:
     """Write the determinant of each matrix as `singular_values.determinant` finds it."""
     largest, pivots, zeros = [0.0] * 16, [0.0] * 16, [0.0] * 16
     factors = [0.0] * 16
@@ -173,7 +173,7 @@ def determinants(A: Floats, size: int, found: Floats) -> None:
                 pivots[lane] = j if larger else pivots[lane]
                 largest[lane] = abs(below[lane]) if larger else largest[lane]
         for lane in range(places.LANES):
-            pivot = int(pivots[lane])
+            pivot: int = int(pivots[lane])
             _swap(A, at + lane, (pivot * size + i) * places.LANES + lane, size - i)
         for lane in range(places.LANES):
             zeros[lane] = 1.0 if largest[lane] == 0.0 else zeros[lane]

@@ -10,7 +10,7 @@ import math
 
 from ..forward.chain import Chain
 from ..layout import arrays, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat
 from . import gradient_lanes, jacobi_lanes
 from .task_rows import TaskRows
 
@@ -20,7 +20,7 @@ LARGEST_NORM = 1e75
 ALL_LANES = 0xFFFF
 
 
-def _to_base_axes(task: TaskRows, vectors: Floats) -> None:
+def _to_base_axes(task: TaskRows, vectors: Flat) -> None:
     # Constants first: to the compiler what is written might change them.
     xx, xy, xz = task.rotation[0], task.rotation[1], task.rotation[2]
     yx, yy, yz = task.rotation[3], task.rotation[4], task.rotation[5]
@@ -34,7 +34,7 @@ def _to_base_axes(task: TaskRows, vectors: Floats) -> None:
             v[2 * places.LANES + lane] = zx * x + zy * y + zz * z
 
 
-def _fill_task_rows(n: int, task: TaskRows, J: Floats, W: Floats, width: int) -> None:
+def _fill_task_rows(n: int, task: TaskRows, J: Flat, W: Flat, width: int) -> None:
     m = task.count
     count, length = min(m, n), max(m, n)
     for i in range(m):
@@ -57,7 +57,7 @@ def _fill_task_rows(n: int, task: TaskRows, J: Floats, W: Floats, width: int) ->
                 into[lane] = 1.0 if j - length == i else 0.0
 
 
-def _scale_task_rows(n: int, task: TaskRows, W: Floats) -> None:
+def _scale_task_rows(n: int, task: TaskRows, W: Flat) -> None:
     m = task.count
     width = m + n
     for i in range(m):
@@ -69,7 +69,7 @@ def _scale_task_rows(n: int, task: TaskRows, W: Floats) -> None:
                 into[lane] = into[lane] * scale + 0.0
 
 
-def _decompose(W: Floats, sigma: Floats, count: int, length: int, width: int) -> bool:
+def _decompose(W: Flat, sigma: Flat, count: int, length: int, width: int) -> bool:
     # Returns False if a number is so large that powers of it are not finite.
     jacobi_lanes.sort_by_norm(W, sigma, count, length, width)
     small = 0
@@ -82,7 +82,7 @@ def _decompose(W: Floats, sigma: Floats, count: int, length: int, width: int) ->
     return True
 
 
-def _write_determinant(n: int, W: Floats, spare: Floats, measures: Floats) -> None:
+def _write_determinant(n: int, W: Flat, spare: Flat, measures: Flat) -> None:
     determinants = arrays.after(measures, places.DETERMINANT * places.LANES)
     for i in range(n):
         for k in range(n * places.LANES):
@@ -95,10 +95,10 @@ def _write_determinant(n: int, W: Floats, spare: Floats, measures: Floats) -> No
 def _write_volume(
     n: int,
     task: TaskRows,
-    J: Floats,
-    W: Floats,
-    sigma: Floats,
-    measures: Floats,
+    J: Flat,
+    W: Flat,
+    sigma: Flat,
+    measures: Flat,
 ) -> bool:
     m = task.count
     count, length = min(m, n), max(m, n)
@@ -116,7 +116,7 @@ def _write_volume(
     return True
 
 
-def _irregular(sigma: Floats, count: int) -> int:
+def _irregular(sigma: Flat, count: int) -> int:
     # Returns a bit for each lane with a singular value that counts as zero.
     lanes = 0
     smallest = arrays.after(sigma, (count - 1) * places.LANES)
@@ -126,7 +126,7 @@ def _irregular(sigma: Floats, count: int) -> int:
     return lanes
 
 
-def _write_values(sigma: Floats, count: int, measures: Floats) -> None:
+def _write_values(sigma: Flat, count: int, measures: Flat) -> None:
     smallest = arrays.after(sigma, (count - 1) * places.LANES)
     for lane in range(places.LANES):
         measures[places.RANK * places.LANES + lane] = count
@@ -134,7 +134,7 @@ def _write_values(sigma: Floats, count: int, measures: Floats) -> None:
         measures[places.CONDITION_NUMBER * places.LANES + lane] = sigma[lane] / smallest[lane]
 
 
-def _fill_slopes(n: int, task: TaskRows, W: Floats, sigma: Floats, Y: Floats) -> None:
+def _fill_slopes(n: int, task: TaskRows, W: Flat, sigma: Flat, Y: Flat) -> None:
     m = task.count
     wide = n > m
     count, length, width = min(m, n), max(m, n), m + n
@@ -162,7 +162,7 @@ def _fill_slopes(n: int, task: TaskRows, W: Floats, sigma: Floats, Y: Floats) ->
         _to_base_axes(task, arrays.after(Y, 6 * j * places.LANES))
 
 
-def _write_way_out(n: int, column_scales: Floats, way_out: Floats, distances: Floats) -> None:
+def _write_way_out(n: int, column_scales: Flat, way_out: Flat, distances: Flat) -> None:
     norms = [0.0] * 16
     for lane in range(places.LANES):
         norms[lane] = 0.0
@@ -188,9 +188,9 @@ def _write_way_out(n: int, column_scales: Floats, way_out: Floats, distances: Fl
 def _write_direction(
     n: int,
     task: TaskRows,
-    direction: Floats,
-    lost: Floats,
-    motion: Floats,
+    direction: Flat,
+    lost: Flat,
+    motion: Flat,
 ) -> None:
     m = task.count
     wide, length = n > m, max(m, n)
@@ -212,9 +212,9 @@ def _write_direction(
 def measure_rows(
     chain: Chain,
     task: TaskRows,
-    rows: Floats,
-    measures: Floats,
-    work: Floats,
+    rows: Flat,
+    measures: Flat,
+    work: Flat,
 ) -> int:
     """
     Fill the measures of LANES rows as `singularity.measure_row` does of each.

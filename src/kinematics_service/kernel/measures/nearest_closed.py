@@ -9,7 +9,7 @@ nearest point at once. Loops are closed from each pose to the next, so that the 
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat
 from ..loops import closed_pass, closing
 from . import gradient, singularity
 from .arm import Arm
@@ -46,12 +46,12 @@ def room(arm: Arm) -> int:
 
 def look(
     arm: Arm,
-    q: Floats,
-    row: Floats,
+    q: Flat,
+    row: Flat,
     estimate: float,
-    distances: Floats,
-    pose: Floats,
-    work: Floats,
+    distances: Flat,
+    pose: Flat,
+    work: Flat,
 ) -> float:
     """
     Look for the nearest singular pose of the arm, and flat position of each group of loops.
@@ -114,23 +114,21 @@ def look(
     return best
 
 
-def _start(arm: Arm, begin: Floats, d: Floats, row: Floats) -> None:
+def _start(arm: Arm, begin: Flat, d: Flat, row: Flat) -> None:
     for i in range(arm.chain.frames_at):
         row[i] = begin[i]
     for j in range(arm.chain.dof):
         d[j] = 0.0
 
 
-def _length(d: Floats, n: int) -> float:
+def _length(d: Flat, n: int) -> float:
     squares = 0.0
     for j in range(n):
         squares += d[j] * d[j]
     return math.sqrt(squares)
 
 
-def _write_step(
-    n: int, value: float, slope: Floats, d: Floats, slides: bool, step: Floats
-) -> float:
+def _write_step(n: int, value: float, slope: Flat, d: Flat, slides: bool, step: Flat) -> float:
     # The step from d to where the value is zero by its slope, and along there to the place nearest
     # to the beginning; returns its length, endless where there is no slope.
     squares, along = 0.0, 0.0
@@ -147,7 +145,7 @@ def _write_step(
     return _length(step, n)
 
 
-def _run_to_arm(arm: Arm, q: Floats, begin: Floats, best: float, d: Floats, work: Floats) -> float:
+def _run_to_arm(arm: Arm, q: Flat, begin: Flat, best: float, d: Flat, work: Flat) -> float:
     # From q to where the arm is singular: fills the motion d in rad and returns its length,
     # endless where nothing was found. Behind d stands what the first order says of it, which is
     # not followed where it is twice the best.
@@ -170,7 +168,7 @@ def _run_to_arm(arm: Arm, q: Floats, begin: Floats, best: float, d: Floats, work
             return length
         idle = idle + 1 if value > LESS * before else 0
         before = value
-        lost = moved > 2.0 * best if turn == 0 else idle > IDLE
+        lost: bool = moved > 2.0 * best if turn == 0 else idle > IDLE
         if lost or not moved < places.INFINITY or length > 2.0 * HORIZON:
             return places.INFINITY
         if not _move(arm, q, d, min(1.0, LONGEST / moved), row, last, step):
@@ -178,7 +176,7 @@ def _run_to_arm(arm: Arm, q: Floats, begin: Floats, best: float, d: Floats, work
     return places.INFINITY
 
 
-def _run_to_flat(arm: Arm, q: Floats, begin: Floats, k: int, d: Floats, work: Floats) -> float:
+def _run_to_flat(arm: Arm, q: Flat, begin: Flat, k: int, d: Flat, work: Flat) -> float:
     # The same to where group k of the loops is flat.
     n = arm.chain.dof
     slope = work
@@ -204,9 +202,7 @@ def _run_to_flat(arm: Arm, q: Floats, begin: Floats, k: int, d: Floats, work: Fl
     return places.INFINITY
 
 
-def _move(
-    arm: Arm, q: Floats, d: Floats, share: float, row: Floats, last: Floats, step: Floats
-) -> bool:
+def _move(arm: Arm, q: Flat, d: Flat, share: float, row: Flat, last: Flat, step: Flat) -> bool:
     # Goes a share of a step, and evaluates the arm there; whether the loops close.
     n = arm.chain.dof
     section = arrays.after(row, arm.chain.closure_at)
@@ -224,7 +220,7 @@ def _move(
     return total < places.INFINITY
 
 
-def _write_half(arm: Arm, row: Floats, k: int, slope: Floats, work: Floats) -> float:
+def _write_half(arm: Arm, row: Flat, k: int, slope: Flat, work: Flat) -> float:
     # Half the determinant of a group of loops, which by its slope, by the joints in rad, is as far
     # from zero as its square is by that of its own.
     n = arm.chain.dof
@@ -237,7 +233,7 @@ def _write_half(arm: Arm, row: Floats, k: int, slope: Floats, work: Floats) -> f
     return 0.5 * results[k * (1 + n)]
 
 
-def _write_least(arm: Arm, row: Floats, slope: Floats, work: Floats) -> float:
+def _write_least(arm: Arm, row: Flat, slope: Flat, work: Flat) -> float:
     # The least singular value of J_t, and its slope by the joints in rad.
     n, m = arm.chain.dof, arm.task.count
     W = work

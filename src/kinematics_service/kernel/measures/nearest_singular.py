@@ -11,9 +11,10 @@ faster than the joints move.
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat, Public
 from . import factor_zeros, singular_equations
 from .arm import Arm
+from .atlas import Atlas
 from .singular_equations import SingularEquations
 from .singular_quadric import SingularQuadric
 
@@ -97,15 +98,37 @@ class NearestSearch:
         there was none.
     """
 
+    arm: Arm
+    atlas: Atlas
+    evaluations: int
+    n: int
+    count: int
+    horizon: Public[float]
+    estimate: float
+    distance: float
+    lasting: float
+    free: float
+    ran: bool
+    complete: bool
+    by_product: float
+    by_least: float
+    by_quadric: float
+    smallest: float
+    second: float
+    slope: float
+    missed: float
+    standing: bool
+    stands_for: int
+
     def __init__(self, arm: Arm) -> None:
         arrays.given(arm)
         if not arm.reach > 0.0:
             raise TypeError('an arm without reach has no singular poses to look for')
         self.arm, self.atlas = arm, arm.atlas()
-        self.here = SingularEquations(arm.chain, arm.task)
-        self.equations = SingularEquations(arm.chain, arm.task)
-        self.quadric = SingularQuadric(arm.chain.dof)
-        self.budget = ENOUGH
+        self.here: SingularEquations = SingularEquations(arm.chain, arm.task)
+        self.equations: SingularEquations = SingularEquations(arm.chain, arm.task)
+        self.quadric: SingularQuadric = SingularQuadric(arm.chain.dof)
+        self.budget: Public[int] = ENOUGH
         self.n, self.count = arm.chain.dof, self.equations.count
         self.horizon, self.estimate, self.distance = HORIZON, places.PI, places.INFINITY
         self.ran, self.complete, self.evaluations = False, True, 0
@@ -113,28 +136,28 @@ class NearestSearch:
         self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
         self.free, self.lasting = 0.0, -1.0
         self.standing, self.stands_for, self.missed = False, -1, places.INFINITY
-        self.known = 0
-        self.settled = False
+        self.known: int = 0
+        self.settled: bool = False
         n = self.n
         tape = arm.tape.steps * (n + 1) + 2 * n
         charts = max(CHARTS, ZEROS) + 1
-        self.room = arrays.scratch(MEMORY * (2 * n + 1) + 10 * n + tape + charts * (n + 1))
-        self.origin = self.room
-        self.first = arrays.after(self.origin, n)
-        self.d = arrays.after(self.first, n)
-        self.onto = arrays.after(self.d, n)
-        self.along = arrays.after(self.onto, n)
-        self.reached = arrays.after(self.along, n)
-        self.nearest = arrays.after(self.reached, n)
-        self.wrapped = arrays.after(self.nearest, n)
-        self.searched = arrays.after(self.wrapped, n)
-        self.before = arrays.after(self.searched, n)
-        self.tape = arrays.after(self.before, n)
-        self.motions = arrays.after(self.tape, tape)
-        self.scores = arrays.after(self.motions, charts * n)
-        self.poses = arrays.after(self.scores, charts)
-        self.slid_at = arrays.after(self.poses, MEMORY * n)
-        self.lengths_of = arrays.after(self.slid_at, MEMORY * n)
+        self.room: Flat = arrays.scratch(MEMORY * (2 * n + 1) + 10 * n + tape + charts * (n + 1))
+        self.origin: Flat = self.room
+        self.first: Flat = arrays.after(self.origin, n)
+        self.d: Flat = arrays.after(self.first, n)
+        self.onto: Flat = arrays.after(self.d, n)
+        self.along: Flat = arrays.after(self.onto, n)
+        self.reached: Flat = arrays.after(self.along, n)
+        self.nearest: Flat = arrays.after(self.reached, n)
+        self.wrapped: Flat = arrays.after(self.nearest, n)
+        self.searched: Flat = arrays.after(self.wrapped, n)
+        self.before: Flat = arrays.after(self.searched, n)
+        self.tape: Flat = arrays.after(self.before, n)
+        self.motions: Flat = arrays.after(self.tape, tape)
+        self.scores: Flat = arrays.after(self.motions, charts * n)
+        self.poses: Flat = arrays.after(self.scores, charts)
+        self.slid_at: Flat = arrays.after(self.poses, MEMORY * n)
+        self.lengths_of: Flat = arrays.after(self.slid_at, MEMORY * n)
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -142,10 +165,10 @@ class NearestSearch:
 
     def look(
         self,
-        q: Floats,
-        row: Floats,
-        W: Floats,
-        measures: Floats,
+        q: Flat,
+        row: Flat,
+        W: Flat,
+        measures: Flat,
         first_order: float,
     ) -> None:
         """
@@ -191,7 +214,7 @@ class NearestSearch:
         """Let the next search begin with nothing that the last one found."""
         self.lasting = -1.0
 
-    def follow(self, q: Floats, first_order: float) -> bool:
+    def follow(self, q: Flat, first_order: float) -> bool:
         """
         Return whether the answer of the last search serves at q (n,), brought to what it is there.
         """
@@ -202,7 +225,7 @@ class NearestSearch:
             return False
         return not (first_order < MISSED and first_order < NEARER * self.distance)
 
-    def _bring_known(self, q: Floats) -> bool:
+    def _bring_known(self, q: Flat) -> bool:
         # Brings the poses that were found to the nearest ones to q, those that can be the nearest;
         # returns whether all of them are found again.
         first, away = -1, places.INFINITY
@@ -220,12 +243,12 @@ class NearestSearch:
                 return False
         return True
 
-    def _may_be_nearer(self, k: int, q: Floats) -> bool:
+    def _may_be_nearer(self, k: int, q: Flat) -> bool:
         # Than what was found by more than a little.
         moved = self._moved_from(arrays.after(self.slid_at, k * self.n), q)
         return self.lengths_of[k] - moved < (1.0 - LITTLE_NEARER) * self.distance
 
-    def _bring(self, k: int, q: Floats) -> bool:
+    def _bring(self, k: int, q: Flat) -> bool:
         # Brings a pose that was found to the nearest to q; keeps it where no other is nearer.
         pose, at = arrays.after(self.poses, k * self.n), arrays.after(self.slid_at, k * self.n)
         scale = self.arm.task.column_scale
@@ -294,20 +317,20 @@ class NearestSearch:
             squares += apart * apart
         return math.sqrt(squares) < SAME * away
 
-    def _stand_at(self, q: Floats) -> None:
+    def _stand_at(self, q: Flat) -> None:
         # With nothing found.
         self.distance = places.INFINITY
         for j in range(self.n):
             self.origin[j], self.nearest[j] = q[j], 0.0
 
-    def _moved_from(self, pose: Floats, q: Floats) -> float:
+    def _moved_from(self, pose: Flat, q: Flat) -> float:
         squares = 0.0
         for j in range(self.n):
             moved = (q[j] - pose[j]) / self.arm.task.column_scale[j]
             squares += moved * moved
         return math.sqrt(squares)
 
-    def _estimate(self, sigma: Floats, by_product: float) -> None:
+    def _estimate(self, sigma: Flat, by_product: float) -> None:
         # The figures of first order: by the product of the singular values, or the factors; by the
         # least singular value; and of second order.
         k = self.arm.task.generic_rank
@@ -355,7 +378,7 @@ class NearestSearch:
         radius = min(near + SPREAD, 3.0 * near)
         for j in range(n):
             self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
-        count = self.atlas.nearest(0, self.wrapped, radius, CHARTS, self.motions, self.scores)
+        count: int = self.atlas.nearest(0, self.wrapped, radius, CHARTS, self.motions, self.scores)
         for k in range(count):
             if self.scores[k] > WIDE * self.distance:
                 return
@@ -365,7 +388,7 @@ class NearestSearch:
                     self.d[j] = motion[j]
                 self._run(STEPS, 0.3, False)
 
-    def _leads_to_known(self, motion: Floats) -> bool:
+    def _leads_to_known(self, motion: Flat) -> bool:
         # Whether a start is beside a pose that was found.
         n = self.n
         length = singular_equations.length_of(motion, n)
@@ -387,7 +410,7 @@ class NearestSearch:
             if self.atlas.dimension(f) > 0:
                 self._go_to_zero(f)
             radius = min(self.distance, self.horizon)
-            count = self.atlas.nearest(
+            count: int = self.atlas.nearest(
                 f, self.wrapped, radius + ZEROS_APART, ZEROS, self.motions, self.scores
             )
             for k in range(count):
@@ -449,7 +472,7 @@ class NearestSearch:
         nearer = missed < NEARER * self.distance and missed < MISSED
         return missed if nearer and not self.settled else self.distance
 
-    def write_pose(self, pose: Floats) -> None:
+    def write_pose(self, pose: Flat) -> None:
         """Fill the pose (n,) that was found, rad or m."""
         for j in range(self.n):
             pose[j] = self.origin[j] + self.arm.task.column_scale[j] * self.nearest[j]
@@ -469,7 +492,7 @@ class NearestSearch:
         # Of what a search before has found.
         return self._apart(self.first) < AGREES * self.by_least
 
-    def _run_from(self, motion: Floats, length: float, factor: float, longest: float) -> None:
+    def _run_from(self, motion: Flat, length: float, factor: float, longest: float) -> None:
         # From a motion of this length, times a factor, with steps up to `longest`.
         if not abs(factor) * length < places.TAU:
             return
@@ -582,7 +605,7 @@ class NearestSearch:
             if length < 1.2 * self.distance and length < 2.0 * self.horizon:
                 self._run_from(self.along, length, 1.0, max(0.4 * length, 1e-4))
 
-    def _apart(self, motion: Floats) -> float:
+    def _apart(self, motion: Flat) -> float:
         # From what was found.
         squares = 0.0
         for j in range(self.n):

@@ -3,6 +3,7 @@
 import math
 
 from ..layout import arrays
+from ..layout.arrays import Flat
 from . import symmetric
 
 # Of a norm, as a share.
@@ -20,10 +21,10 @@ class Norms:
     """
 
     def __init__(self, rows: int, size: int) -> None:
-        self.room = arrays.scratch(size + 2 * rows * rows)
-        self.W = self.room
-        self.G = arrays.after(self.W, size)
-        self.Z = arrays.after(self.G, rows * rows)
+        self.room: Flat = arrays.scratch(size + 2 * rows * rows)
+        self.W: Flat = self.room
+        self.G: Flat = arrays.after(self.W, size)
+        self.Z: Flat = arrays.after(self.G, rows * rows)
 
     def __dealloc__(self) -> None:
         """Give the room back."""

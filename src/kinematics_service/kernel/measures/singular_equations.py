@@ -5,7 +5,7 @@ import math
 from ..forward import chain_pass, linear_equations
 from ..forward.chain import Chain
 from ..layout import arrays, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat, FlatIntegers
 from . import gradient, singular_values, singularity
 from .task_rows import TaskRows
 
@@ -39,34 +39,44 @@ class SingularEquations:
         At least the singular value s_k, and at most the largest.
     """
 
+    chain: Chain
+    task: TaskRows
+    n: int
+    rank: int
+    turns: int
+    length: int
+    smallest: float
+    largest: float
+    corrected: bool
+
     def __init__(self, chain: Chain, task: TaskRows) -> None:
         self.chain, self.task = chain, task
         n, m = chain.dof, task.count
         self.n, self.rank = n, task.generic_rank
-        self.wide = n > m
+        self.wide: bool = n > m
         self.turns, self.length = min(m, n), max(m, n)
-        self.width = self.turns + self.length
-        self.count = self.length - self.rank + 1
-        self.size = self.length + 1
+        self.width: int = self.turns + self.length
+        self.count: int = self.length - self.rank + 1
+        self.size: int = self.length + 1
         self.smallest, self.largest, self.corrected = 0.0, 0.0, False
         room = 2 * n + chain.frames_at + self.length * self.width + self.turns + 6 * n
         room += self.count * (2 * n + self.count + 3) + self.size * (self.size + self.count + 2)
-        self.room = arrays.scratch(room)
-        self.q = self.room
-        self.still = arrays.after(self.q, n)
-        self.row = arrays.after(self.still, n)
-        self.W = arrays.after(self.row, chain.frames_at)
-        self.sigma = arrays.after(self.W, self.length * self.width)
-        self.Y = arrays.after(self.sigma, self.turns)
-        self.A = arrays.after(self.Y, 6 * n)
-        self.turned = arrays.after(self.A, self.count * n)
-        self.slopes = arrays.after(self.turned, self.count * (n + self.count))
-        self.wanted = arrays.after(self.slopes, self.count)
-        self.c = arrays.after(self.wanted, self.count)
-        self.B = arrays.after(self.c, self.count)
-        self.y = arrays.after(self.B, self.size * self.size)
-        self.X = arrays.after(self.y, self.size)
-        self.order = arrays.as_whole(arrays.after(self.X, self.count * self.size))
+        self.room: Flat = arrays.scratch(room)
+        self.q: Flat = self.room
+        self.still: Flat = arrays.after(self.q, n)
+        self.row: Flat = arrays.after(self.still, n)
+        self.W: Flat = arrays.after(self.row, chain.frames_at)
+        self.sigma: Flat = arrays.after(self.W, self.length * self.width)
+        self.Y: Flat = arrays.after(self.sigma, self.turns)
+        self.A: Flat = arrays.after(self.Y, 6 * n)
+        self.turned: Flat = arrays.after(self.A, self.count * n)
+        self.slopes: Flat = arrays.after(self.turned, self.count * (n + self.count))
+        self.wanted: Flat = arrays.after(self.slopes, self.count)
+        self.c: Flat = arrays.after(self.wanted, self.count)
+        self.B: Flat = arrays.after(self.c, self.count)
+        self.y: Flat = arrays.after(self.B, self.size * self.size)
+        self.X: Flat = arrays.after(self.y, self.size)
+        self.order: FlatIntegers = arrays.as_whole(arrays.after(self.X, self.count * self.size))
         for j in range(n):
             self.still[j] = 0.0
 
@@ -74,7 +84,7 @@ class SingularEquations:
         """Give the room back."""
         arrays.give_back(self.room)
 
-    def move_to(self, origin: Floats, d: Floats, close: bool) -> None:
+    def move_to(self, origin: Flat, d: Flat, close: bool) -> None:
         """
         Evaluate the pose a motion d away from `origin`, and decompose its J_t.
 
@@ -161,7 +171,7 @@ class SingularEquations:
             x[k] /= norm
         return True
 
-    def take(self, row: Floats, W: Floats, sigma: Floats) -> None:
+    def take(self, row: Flat, W: Flat, sigma: Flat) -> None:
         """Stand at a pose that has been measured: its row, and what `measure_row` left in W."""
         for k in range(self.chain.frames_at):
             self.row[k] = row[k]
@@ -185,7 +195,7 @@ class SingularEquations:
         """Return whether s_k is below a share of the largest singular value."""
         return self.smallest < share * self.largest
 
-    def write_products(self, tool: Floats, joints: Floats) -> None:
+    def write_products(self, tool: Flat, joints: Flat) -> None:
         """
         Fill Y with the weights of J that `write_of_screws` takes for the form tool' J_t joints.
         """
@@ -209,7 +219,7 @@ class SingularEquations:
         else:
             self.write_products(many, few)
 
-    def write_slope(self, turn: int, line: int, slope: Floats) -> None:
+    def write_slope(self, turn: int, line: int, slope: Flat) -> None:
         """Fill the gradient (n,) of the form of a turn and a line, both of them held."""
         self.write_form(turn, line)
         screws = arrays.after(self.row, self.chain.screws_at)
@@ -231,7 +241,7 @@ class SingularEquations:
         singular_values.orthogonalise(self.turned, count, n, width)
         singular_values.sort_by_norm(self.turned, self.slopes, count, n, width)
 
-    def write_normals(self, normals: Floats) -> None:
+    def write_normals(self, normals: Flat) -> None:
         """Fill the unit normals (count, n) of the singular poses, zero where there is none."""
         n, count = self.n, self.count
         for i in range(count):
@@ -241,7 +251,7 @@ class SingularEquations:
                 along = self.turned[i * (n + count) + j]
                 normals[i * n + j] = along / slope if sees else 0.0
 
-    def write_least(self, d: Floats) -> float:
+    def write_least(self, d: Flat) -> float:
         """
         Fill the least motion d (n,) with A d = `wanted`, and return its length.
 
@@ -263,14 +273,14 @@ class SingularEquations:
                 d[j] += share * row[j]
         return length_of(d, n)
 
-    def write_step_onto(self, d: Floats) -> float:
+    def write_step_onto(self, d: Flat) -> float:
         """Fill the least motion (n,) that fulfils the equations; infinite where none does."""
         for i in range(self.count):
             self.wanted[i] = -self.c[i]
         length = self.write_least(d)
         return length if self.slopes[0] > 0.0 else places.INFINITY
 
-    def are_fulfilled(self, d: Floats) -> bool:
+    def are_fulfilled(self, d: Flat) -> bool:
         """
         Return whether a motion (n,) fulfils them but for less than half: more of them than joints
         that count are fulfilled by none.
@@ -283,7 +293,7 @@ class SingularEquations:
             squares += left * left
         return math.sqrt(squares) < 0.5 * length_of(self.c, self.count)
 
-    def write_nearest(self, away: Floats, d: Floats) -> float:
+    def write_nearest(self, away: Flat, d: Flat) -> float:
         """
         Fill the least motion d (n,) from where this pose is `away`, to where they are fulfilled.
 
@@ -297,7 +307,7 @@ class SingularEquations:
         return self.write_least(d)
 
 
-def length_of(d: Floats, n: int) -> float:
+def length_of(d: Flat, n: int) -> float:
     """Return the length of a motion d (n,)."""
     squares = 0.0
     for j in range(n):

@@ -3,7 +3,7 @@
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat
 from . import curvature, singular_equations, symmetric
 from .singular_equations import SingularEquations
 
@@ -26,22 +26,26 @@ class SingularQuadric:
         Joints.
     """
 
+    n: int
+    steep: int
+    f: float
+
     def __init__(self, n: int) -> None:
         self.n, self.f, self.steep = n, 0.0, 0
-        self.room = arrays.scratch(5 * n + 2 * n * n)
-        self.g = self.room
-        self.along = arrays.after(self.g, n)
-        self.b = arrays.after(self.along, n)
-        self.c = arrays.after(self.b, n)
-        self.x = arrays.after(self.c, n)
-        self.K = arrays.after(self.x, n)
-        self.Z = arrays.after(self.K, n * n)
+        self.room: Flat = arrays.scratch(5 * n + 2 * n * n)
+        self.g: Flat = self.room
+        self.along: Flat = arrays.after(self.g, n)
+        self.b: Flat = arrays.after(self.along, n)
+        self.c: Flat = arrays.after(self.b, n)
+        self.x: Flat = arrays.after(self.c, n)
+        self.K: Flat = arrays.after(self.x, n)
+        self.Z: Flat = arrays.after(self.K, n * n)
 
     def __dealloc__(self) -> None:
         """Give the room back."""
         arrays.give_back(self.room)
 
-    def stand_at(self, equations: SingularEquations, d: Floats) -> None:
+    def stand_at(self, equations: SingularEquations, d: Flat) -> None:
         """Take the second order of equations that stand a motion d (n,) away."""
         n, k = self.n, equations.rank - 1
         second = equations.sigma[k - 1] if k > 0 else 1.0
@@ -107,24 +111,24 @@ class SingularQuadric:
                 both = self.b[i] * self.c[j] + self.c[i] * self.b[j]
                 self.K[i * n + j] += 0.5 * factor * both
 
-    def write_nearest(self, other: bool, x: Floats) -> float:
+    def write_nearest(self, other: bool, x: Flat) -> float:
         """
         Fill the least motion x (n,) to the quadric, and return its length: infinite without one.
 
         `other`: the one that is nearest on the other side of it.
         """
         n, e = self.n, self.steep
-        largest = 0.0
+        largest: float = 0.0
         for i in range(n):
             largest = max(largest, abs(self.K[i * n + i]))
         steepest = self.K[e * n + e]
         slope = singular_equations.length_of(self.along, n)
-        low = max(-steepest, 0.0) + BOUND * largest
+        low: float = max(-steepest, 0.0) + BOUND * largest
         # The multiplier's: the larger, the less x is, and the more of f is left.
-        high = low + 2.0 * largest + (slope * slope / self.f if self.f > 0.0 else 0.0)
+        high: float = low + 2.0 * largest + (slope * slope / self.f if self.f > 0.0 else 0.0)
         if self._left(low) < 0.0:
             for _ in range(HALVINGS):
-                multiplier = 0.5 * (low + high)
+                multiplier: float = 0.5 * (low + high)
                 if self._left(multiplier) < 0.0:
                     low = multiplier
                 else:
@@ -146,7 +150,7 @@ class SingularQuadric:
                 x[j] += self.x[i] * self.Z[i * n + j]
         return singular_equations.length_of(self.x, n)
 
-    def write_along_axis(self, i: int, x: Floats) -> float:
+    def write_along_axis(self, i: int, x: Flat) -> float:
         """Fill the motion x (n,) along an axis of the quadric to it, and return its length."""
         curved, along = self.K[i * self.n + i], self.along[i]
         inside = along * along - 4.0 * curved * self.f

@@ -8,7 +8,7 @@ A matrix of `count` rows stands in W with the turns beside it: each row `length`
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat, Floats
 
 # Sweeps of one-sided Jacobi; six rows of 6 to 96 numbers were seen to need at most eight.
 MAX_SWEEPS = 60
@@ -19,7 +19,7 @@ ORTHOGONAL = 1e-15 * 1e-15
 SETTLED = 1e-26
 
 
-def _turn_pair(a: Floats, b: Floats, length: int, width: int) -> float:
+def _turn_pair(a: Flat, b: Flat, length: int, width: int) -> float:
     # Makes the first `length` numbers of two rows orthogonal by turning the rows, `width` numbers
     # each; returns the squared cosine of their angle before, 0 where they were orthogonal.
     aa, bb, ab = 0.0, 0.0, 0.0
@@ -35,11 +35,11 @@ def _turn_pair(a: Floats, b: Floats, length: int, width: int) -> float:
     away = bb - aa
     root = math.sqrt(away * away + 4.0 * square)
     both = abs(away) + root
-    t = 2.0 * abs(ab) / both
+    t: float = 2.0 * abs(ab) / both
     if (away < 0.0) != (ab < 0.0):
         t = -t
     c = math.sqrt(0.5 * both / root)
-    s = c * t
+    s: float = c * t
     for k in range(width):
         x, y = a[k], b[k]
         a[k] = c * x - s * y
@@ -47,7 +47,7 @@ def _turn_pair(a: Floats, b: Floats, length: int, width: int) -> float:
     return square / (aa * bb)
 
 
-def orthogonalise(W: Floats, count: int, length: int, width: int) -> None:
+def orthogonalise(W: Flat, count: int, length: int, width: int) -> None:
     """
     Turn the rows of A until they are orthogonal, and the rows of V along with them.
 
@@ -75,7 +75,7 @@ def orthogonalise(W: Floats, count: int, length: int, width: int) -> None:
             return
 
 
-def sort_by_norm(W: Floats, sigma: Floats, count: int, length: int, width: int) -> None:
+def sort_by_norm(W: Flat, sigma: Flat, count: int, length: int, width: int) -> None:
     """
     Write the norms of the rows of A, descending, and bring the rows of A and V in that order.
     """
@@ -95,7 +95,7 @@ def sort_by_norm(W: Floats, sigma: Floats, count: int, length: int, width: int) 
                 W[i * width + k], W[best * width + k] = W[best * width + k], W[i * width + k]
 
 
-def unit_rows(W: Floats, sigma: Floats, count: int, length: int) -> None:
+def unit_rows(W: Flat, sigma: Flat, count: int, length: int) -> None:
     """
     Make the rows of A unit vectors.
 
@@ -113,7 +113,7 @@ def unit_rows(W: Floats, sigma: Floats, count: int, length: int) -> None:
         write_orthogonal_row(W, i, length, width)
 
 
-def write_orthogonal_row(W: Floats, i: int, length: int, width: int) -> None:
+def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
     """
     Make row i of A a unit vector orthogonal to the unit rows above, from the axis they use least.
     """
@@ -144,7 +144,7 @@ def write_orthogonal_row(W: Floats, i: int, length: int, width: int) -> None:
         row[k] /= norm
 
 
-def determinant(A: Floats, size: int) -> float:
+def determinant(A: Flat, size: int) -> float:
     """Return the determinant by elimination with partial pivoting; A is overwritten."""
     product = 1.0
     for i in range(size):
@@ -168,7 +168,7 @@ def determinant(A: Floats, size: int) -> float:
     return product
 
 
-def least_pivot(A: Floats, count: int, length: int) -> float:
+def least_pivot(A: Flat, count: int, length: int) -> float:
     """
     Return the last pivot by elimination with complete pivoting, as a share of the first.
 

@@ -8,7 +8,7 @@ import math
 
 from ..forward.chain import Chain
 from ..layout import arrays, places
-from ..layout.arrays import Floats, Numbers, Vector
+from ..layout.arrays import Flat, Numbers, Vector
 from . import gradient, singular_values
 from .task_rows import TaskRows
 
@@ -34,7 +34,7 @@ def task_component(task: TaskRows, r: int, linear: Vector, angular: Vector) -> f
     return along * task.row_scale[r]
 
 
-def _fill_task_rows(n: int, task: TaskRows, row: Floats, W: Floats, width: int) -> None:
+def _fill_task_rows(n: int, task: TaskRows, row: Flat, W: Flat, width: int) -> None:
     # J_t in the axes of frame 0 (R0^T J): its columns as rows, or its rows where there are fewer
     # of them, as `singular_values` has them; and the identity beside it where there is room.
     m = task.count
@@ -55,7 +55,7 @@ def _fill_task_rows(n: int, task: TaskRows, row: Floats, W: Floats, width: int) 
             W[i * width + j] = 1.0 if j - length == i else 0.0
 
 
-def _scale_task_rows(n: int, task: TaskRows, W: Floats, width: int) -> None:
+def _scale_task_rows(n: int, task: TaskRows, W: Flat, width: int) -> None:
     m = task.count
     for i in range(m):
         for j in range(n):
@@ -64,7 +64,7 @@ def _scale_task_rows(n: int, task: TaskRows, W: Floats, width: int) -> None:
             W[place] = W[place] * (task.row_scale[i] * task.column_scale[j]) + 0.0
 
 
-def write_scaled_rows(n: int, task: TaskRows, row: Floats, W: Floats, width: int) -> None:
+def write_scaled_rows(n: int, task: TaskRows, row: Flat, W: Flat, width: int) -> None:
     """
     Fill W with the scaled J_t, its columns as rows where there are fewer of them, each `width`.
     """
@@ -72,14 +72,14 @@ def write_scaled_rows(n: int, task: TaskRows, row: Floats, W: Floats, width: int
     _scale_task_rows(n, task, W, width)
 
 
-def _decompose(W: Floats, sigma: Floats, count: int, length: int, width: int) -> None:
+def _decompose(W: Flat, sigma: Flat, count: int, length: int, width: int) -> None:
     # The largest first: fewer sweeps.
     singular_values.sort_by_norm(W, sigma, count, length, width)
     singular_values.orthogonalise(W, count, length, width)
     singular_values.sort_by_norm(W, sigma, count, length, width)
 
 
-def write_directions(n: int, task: TaskRows, row: Floats, W: Floats, sigma: Floats) -> None:
+def write_directions(n: int, task: TaskRows, row: Flat, W: Flat, sigma: Flat) -> None:
     """
     Fill the singular values of the scaled J_t, and its directions as `unit_rows` leaves them.
     """
@@ -90,7 +90,7 @@ def write_directions(n: int, task: TaskRows, row: Floats, W: Floats, sigma: Floa
     singular_values.unit_rows(W, sigma, count, length)
 
 
-def _write_determinant(n: int, W: Floats, spare: Floats, measures: Floats) -> None:
+def _write_determinant(n: int, W: Flat, spare: Flat, measures: Flat) -> None:
     # Of the unscaled J_t in W, which is left as it is.
     for i in range(n):
         for j in range(n):
@@ -99,9 +99,7 @@ def _write_determinant(n: int, W: Floats, spare: Floats, measures: Floats) -> No
     measures[places.MANIPULABILITY] = abs(measures[places.DETERMINANT])
 
 
-def _write_volume(
-    n: int, task: TaskRows, row: Floats, W: Floats, sigma: Floats, measures: Floats
-) -> None:
+def _write_volume(n: int, task: TaskRows, row: Flat, W: Flat, sigma: Flat, measures: Flat) -> None:
     # Manipulability where the determinant does not say it: with fewer joints than rows the Gram
     # determinant of the joints' columns.
     m = task.count
@@ -114,7 +112,7 @@ def _write_volume(
         measures[places.MANIPULABILITY] *= sigma[i]
 
 
-def _rank(sigma: Floats, count: int) -> int:
+def _rank(sigma: Flat, count: int) -> int:
     rank = 0
     for i in range(count):
         if sigma[i] > places.RANK_TOLERANCE * sigma[0]:
@@ -128,9 +126,9 @@ def _fill_slopes(
     last: int,
     lost: bool,
     task: TaskRows,
-    W: Floats,
-    sigma: Floats,
-    Y: Floats,
+    W: Flat,
+    sigma: Flat,
+    Y: Flat,
 ) -> None:
     # Y[j] becomes what a change of column j of J does to the singular values `first` to `last`:
     # to the sum of their logarithms, or, where they are lost, to their sum.
@@ -155,7 +153,7 @@ def _fill_slopes(
         to_base_axes(task, arrays.after(Y, 6 * j))
 
 
-def write_slopes_of_least(n: int, task: TaskRows, W: Floats, sigma: Floats, Y: Floats) -> None:
+def write_slopes_of_least(n: int, task: TaskRows, W: Flat, sigma: Flat, Y: Flat) -> None:
     """
     Fill Y (n, 6) with what a change of each column of J does to the least singular value, of
     directions as `write_directions` leaves them.
@@ -167,9 +165,9 @@ def write_slopes_of_least(n: int, task: TaskRows, W: Floats, sigma: Floats, Y: F
 def _write_direction(
     n: int,
     task: TaskRows,
-    direction: Floats,
-    lost: Floats,
-    motion: Floats,
+    direction: Flat,
+    lost: Flat,
+    motion: Flat,
 ) -> None:
     # Which direction of the tool is lost first, in base axes, and by which joint motion.
     m = task.count
@@ -188,9 +186,9 @@ def _write_direction(
 def measure_row(
     chain: Chain,
     task: TaskRows,
-    row: Floats,
-    measures: Floats,
-    work: Floats,
+    row: Flat,
+    measures: Flat,
+    work: Flat,
 ) -> None:
     """Fill the measures of a row, the factors and the level excepted."""
     n = chain.dof

@@ -3,7 +3,7 @@
 import math
 
 from ..layout import arrays
-from ..layout.arrays import Floats
+from ..layout.arrays import Flat, Floats
 
 # Sweeps at most; matrices of 12 rows were seen to need eight.
 MAX_SWEEPS = 30
@@ -11,7 +11,7 @@ MAX_SWEEPS = 30
 NEGLIGIBLE = 1e-15
 
 
-def _rotate(H: Floats, Z: Floats, size: int, i: int, j: int) -> None:
+def _rotate(H: Flat, Z: Flat, size: int, i: int, j: int) -> None:
     # The turn in the plane of i and j that makes H[i, j] zero (Golub and Van Loan, 8.5.2).
     off = H[i * size + j]
     half = 0.5 * (H[j * size + j] - H[i * size + i])
@@ -32,12 +32,14 @@ def _rotate(H: Floats, Z: Floats, size: int, i: int, j: int) -> None:
         Z[j * size + k] = s * x + c * y
 
 
-def diagonalise(H: Floats, Z: Floats, size: int) -> None:
+def diagonalise(H: Flat, Z: Flat, size: int) -> None:
     """
     Turn a symmetric matrix H (size, size) into a diagonal one, and fill Z with its eigenvectors.
 
     They are the rows of Z, in no order; H[i, i] is the eigenvalue of row i.
     """
+    largest: float
+    worst: float
     for i in range(size):
         for j in range(size):
             Z[i * size + j] = 1.0 if i == j else 0.0
@@ -55,7 +57,7 @@ def diagonalise(H: Floats, Z: Floats, size: int) -> None:
                     _rotate(H, Z, size, i, j)
 
 
-def damped_step(n: int, A: Floats, g: Floats, damping: float, L: Floats, step: Floats) -> bool:
+def damped_step(n: int, A: Flat, g: Flat, damping: float, L: Flat, step: Flat) -> bool:
     """Solve (A + damping) step = g by Cholesky; False where round-off makes that impossible."""
     for i in range(n):
         for j in range(i + 1):
