@@ -13,9 +13,9 @@ from rich.console import Console
 
 from ..diagnosis.calibration.calibration_run import (
     CalibratedPoses,
+    CalibrationOutputs,
     CalibrationRun,
     Fitting,
-    Outputs,
     write_proposal,
     write_report,
     write_robot_file,
@@ -197,7 +197,7 @@ def calibrate(
     """Run the command; `HELP` is what its user reads."""
     plans = _plans(plan, propose)
     _check_outputs({'--output': output, '--html': html, '--json': json}, plans, files, force)
-    outputs = Outputs(output, html, json, plans, frames.value, anyway)
+    outputs = CalibrationOutputs(output, html, json, plans, frames.value, anyway)
     arm = given_robot(robot)
     form = given_format(pose_format)
     fitting = Fitting(

@@ -60,7 +60,7 @@ class Fitting(NamedTuple):
     check: bool
 
 
-class Outputs(NamedTuple):
+class CalibrationOutputs(NamedTuple):
     """
     The files of a calibration, None where they are not wanted.
 
@@ -220,7 +220,7 @@ class CalibrationRun(NamedTuple):
         }
 
 
-def write_robot_file(data: CalibratedPoses, robot: str, outputs: Outputs) -> str:
+def write_robot_file(data: CalibratedPoses, robot: str, outputs: CalibrationOutputs) -> str:
     """Write the robot file of a calibration, if it is one, and return the line that says so."""
     if outputs.robot is None or not (data.found.accepted or outputs.anyway):
         return ''
@@ -239,7 +239,7 @@ def write_robot_file(data: CalibratedPoses, robot: str, outputs: Outputs) -> str
     return f'wrote {outputs.robot}; next: python -m kinematics_service check {outputs.robot}\n'
 
 
-def write_report(data: CalibratedPoses, robot: str, outputs: Outputs) -> None:
+def write_report(data: CalibratedPoses, robot: str, outputs: CalibrationOutputs) -> None:
     """Write page and document of a calibration, and print what was found."""
     found = data.found
     if outputs.html is not None:
@@ -272,7 +272,11 @@ def write_report(data: CalibratedPoses, robot: str, outputs: Outputs) -> None:
 
 
 def write_proposal(
-    arm: Robot, count: int, outputs: Outputs, positions: bool, after: Calibration | None = None
+    arm: Robot,
+    count: int,
+    outputs: CalibrationOutputs,
+    positions: bool,
+    after: Calibration | None = None,
 ) -> None:
     """Write the poses to measure next into plans, or print them where there are none."""
     proposed = propose_poses(arm, count, after, positions)
