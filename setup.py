@@ -49,7 +49,7 @@ setup(
         NAME: ['py.typed', '*.pyi', 'page.css'],
         f'{NAME}.kernel': ['layout/arrays.pxd'],
         f'{NAME}.diagnosis.audit.report': ['page.js'],
-        f'{NAME}.diagnosis.calibration.page': ['page.css', 'page.js'],
+        f'{NAME}.diagnosis.calibration.output': ['page.css', 'page.js'],
         f'{NAME}.symbolic.output': ['formulas.css'],
         f'{NAME}.ros.process': ['fastdds_*.xml'],
         f'{NAME}.config': CONFIG,

@@ -189,6 +189,21 @@ def circles(graph):
     return found
 
 
+def rooms(package=PACKAGE):
+    """Return the rooms, and of each those that it imports."""
+    # A folder is a room; so is each file that stands beside the folders at the top.
+    graph = {}
+    for file, targets in arrows(package).items():
+        if file not in DOORS:
+            room = file.rpartition('/')[0] or file
+            graph.setdefault(room, set())
+            for target in targets - set(DOORS):
+                graph[room].add(target.rpartition('/')[0] or target)
+    for room, targets in graph.items():
+        targets.discard(room)
+    return graph
+
+
 def reached_from(graph, start):
     seen, waiting = set(), list(graph[start])
     while waiting:
@@ -219,6 +234,7 @@ def test_imports_run_downwards():
 def test_imports_never_run_in_a_circle():
     inside = {file: targets for file, targets in arrows().items() if file not in DOORS}
     assert not circles({file: targets & inside.keys() for file, targets in inside.items()})
+    assert not circles(rooms())
 
 
 def test_only_these_files_import():
@@ -325,16 +341,7 @@ def layers_of(graph):
 
 def main():
     package = Path(sys.argv[1]) if len(sys.argv) > 1 else PACKAGE
-    # A folder is a room; so is each file that stands beside the folders at the top.
-    graph = {}
-    for file, targets in arrows(package).items():
-        if file not in DOORS:
-            room = file.rpartition('/')[0] or file
-            graph.setdefault(room, set())
-            for target in targets - set(DOORS):
-                graph[room].add(target.rpartition('/')[0] or target)
-    for room, targets in graph.items():
-        targets.discard(room)
+    graph = rooms(package)
     count = sum(map(len, graph.values()))
     found = circles(graph)
     print(f'{len(files(package))} files in {len(graph)} rooms, {count} arrows between rooms,')

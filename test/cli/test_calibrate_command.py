@@ -13,9 +13,9 @@ import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.cli import calibrate as command
 from kinematics_service.cli import live_calibration
-from kinematics_service.diagnosis.calibration import calibration_run
 from kinematics_service.diagnosis.calibration.collecting import CollectedPoses
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
+from kinematics_service.diagnosis.calibration.output import calibration_run
 from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.diagnosis.frame_check.hypotheses import quaternions_of
 from kinematics_service.estimation.status_text import singularity_status

@@ -9,8 +9,8 @@ from calibrated_arms import BASE, measured_arm, touching_arm
 from chromium import chromium_tab
 
 import kinematics_service as ks
-from kinematics_service.diagnosis.calibration.page.page import PageOrigin, page_of
-from kinematics_service.diagnosis.calibration.page.plots import BOTTOM, HEIGHT, PointPlot
+from kinematics_service.diagnosis.calibration.output.page import PageOrigin, page_of
+from kinematics_service.diagnosis.calibration.output.plots import BOTTOM, HEIGHT, PointPlot
 from kinematics_service.diagnosis.calibration.report import not_nothing
 
 NOISE = 5e-5

@@ -11,7 +11,8 @@ from typing import Annotated, Optional, TextIO
 import typer
 from rich.console import Console
 
-from ..diagnosis.calibration.calibration_run import (
+from ..diagnosis.calibration.collecting import CollectedPoses
+from ..diagnosis.calibration.output.calibration_run import (
     CalibratedPoses,
     CalibrationOutputs,
     CalibrationRun,
@@ -20,7 +21,6 @@ from ..diagnosis.calibration.calibration_run import (
     write_report,
     write_robot_file,
 )
-from ..diagnosis.calibration.collecting import CollectedPoses
 from ..diagnosis.calibration.proposal import MOST
 from ..errors import CalibrationError, ParameterNotFoundError
 from ..formats.recordings.source import Selection

@@ -9,26 +9,26 @@ from typing import Any, NamedTuple, TextIO
 
 import numpy as np
 
-from ...errors import CalibrationError
-from ...estimation.estimator import EstimatorSettings
-from ...formats.recordings.source import Selection
-from ...kernel import Floats
-from ...kinematics.uncertainty.parameters import parameters_of
-from ...output_file import write_file
-from ...printing import Output, heading, json_text, plain, table
-from ...robot.bundled import find_robot_file
-from ...robot.loops import refuse_loops
-from ...robot.robot import Robot
-from ..frame_check.errors import PoseLimit
-from .calibration import Calibration, calibrate
-from .checking import Measured, rigid_positions
-from .chosen_parameters import ChosenParameters, asks_for_gears
-from .collecting import CollectedPoses
-from .page.page import PageOrigin, page_of
-from .proposal import propose_poses, table_text, trajectory_text
-from .reading import read_measured, read_touches, without_lag
-from .report import cells_of, document_of, kind_of, sentences_of
-from .robot_text import CalibrationOrigin, Frames, calibrated_text
+from ....errors import CalibrationError
+from ....estimation.estimator import EstimatorSettings
+from ....formats.recordings.source import Selection
+from ....kernel import Floats
+from ....kinematics.uncertainty.parameters import parameters_of
+from ....output_file import write_file
+from ....printing import Output, heading, json_text, plain, table
+from ....robot.bundled import find_robot_file
+from ....robot.loops import refuse_loops
+from ....robot.robot import Robot
+from ...frame_check.errors import PoseLimit
+from ..calibration import Calibration, calibrate
+from ..checking import Measured, rigid_positions
+from ..chosen_parameters import ChosenParameters, asks_for_gears
+from ..collecting import CollectedPoses
+from ..proposal import propose_poses, table_text, trajectory_text
+from ..reading import read_measured, read_touches, without_lag
+from ..report import cells_of, document_of, kind_of, sentences_of
+from ..robot_text import CalibrationOrigin, Frames, calibrated_text
+from .page import PageOrigin, page_of
 
 # A joint as fast (rad/s, m/s) as this makes a lag matter.
 MOVING = 0.05

@@ -1,0 +1,1 @@
+"""What the command writes of a calibration: robot file, report, and a page with pictures."""

@@ -1,1 +1,0 @@
-"""A calibration as one page with pictures."""
