@@ -2,14 +2,13 @@
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Optional, TextIO
 
 import typer
-from rich.console import Console
 
 from ..diagnosis.calibration.collecting import CollectedPoses
 from ..diagnosis.calibration.output.calibration_run import (
@@ -24,6 +23,7 @@ from ..diagnosis.calibration.output.calibration_run import (
 from ..diagnosis.calibration.proposal import MOST
 from ..errors import CalibrationError, ParameterNotFoundError
 from ..formats.recordings.source import Selection
+from ..printing import working
 from ..robot.file.parts.parameters import ENDS
 from .frame_options import LONGEST_GAP, FormatOption, GapOption, given_format, given_limit
 from .live_calibration import (
@@ -235,7 +235,7 @@ def calibrate(
             )
             heard = _heard(run, topics, outputs.stream, context.obj)
             kept.enter_context(kept_when_refused(arm, heard))
-        with _status() as tell:
+        with working('calibrating') as tell:
             tell('reading')
             if heard is not None:
                 found = run.of_heard(heard, tell)
@@ -362,14 +362,3 @@ def _fitted(fit: str | None) -> tuple[str, ...]:
     if fit is not None and not words:
         raise WrongUsage('--fit names nothing; without it all but gears are fitted')
     return words
-
-
-@contextmanager
-def _status() -> Iterator[Callable[[str], None]]:
-    # Shows a line on standard error while it works, on a terminal only.
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield lambda _: None
-        return
-    with console.status('calibrating') as status:
-        yield status.update

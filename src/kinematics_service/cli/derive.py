@@ -1,13 +1,13 @@
 """The command `derive`: exact frames, Jacobian, determinant and singular set of an arm."""
 
 import sys
-from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Optional
 
 import typer
 
+from ..printing import working
 from ..robot.bundled import find_robot_file
 from ..robot.robot import load_robot
 from .options import (
@@ -119,7 +119,7 @@ def derive(
     # sympy takes half a second to load, and is known to be needed only here.
     from ..symbolic.derivation import derive as derived
 
-    with _Progress() as tell:
+    with working('deriving') as tell:
         derivation = derived(arm, locked, tell)
         if write:
             tell('checking the factors')
@@ -207,20 +207,3 @@ def _why_none(derivation: 'Derivation') -> str:
         if determinant.split
         else 'no common factor of the minors was found'
     )
-
-
-class _Progress:
-    # Shows a line on standard error while it works, on a terminal only, and removes it in the end.
-    def __enter__(self) -> Callable[[str], None]:
-        from rich.console import Console
-
-        console = Console(stderr=True)
-        self._status = console.status('deriving') if console.is_terminal else None
-        if self._status is None:
-            return lambda _: None
-        self._status.start()
-        return self._status.update
-
-    def __exit__(self, *_: object) -> None:
-        if self._status is not None:
-            self._status.stop()
