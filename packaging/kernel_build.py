@@ -26,7 +26,7 @@ OPTIONS = [
     '-finline-limit=300',
 ]
 # What is made once an arm.
-MADE_ONCE = ('forward/chain', 'measures/arm', 'measures/task_rows')
+MADE_ONCE = ('forward/chain', 'nearest/arm', 'measures/task_rows')
 # A loop over a few joints takes a tenth longer where several of its steps are computed at once;
 # loops over lanes are in modules of that name and in those with functions for AVX2.
 STEP_BY_STEP = ['-fno-tree-vectorize', '-ftree-slp-vectorize']

@@ -46,7 +46,7 @@ INLINE = {
         *('_start', '_times', '_times_twist', '_times_screw', '_write_point_and_axis'),
         '_put_motion',
     ],
-    'measures/curvature': ['_third_change'],
+    'nearest/curvature': ['_third_change'],
     'measures/jacobi_lanes': ['_turn_pairs'],
     'measures/singular_values': ['_turn_pair'],
 }

@@ -20,8 +20,8 @@ BUNDLED = tuple(name for name in ks.bundled_robots() if name not in LOOPED)
 # Convention, number of joints, seed: `standard-7-0`.
 RANDOM = tuple(f'{convention}-{dof}-0' for convention in CONVENTIONS for dof in range(1, 13))
 EVERY_ARM = BUNDLED + RANDOM
-# One of each kind, for what a formula says of any arm: 1 to 12 joints; turning, sliding, helical,
-# coupled; each convention; square, redundant, of fewer joints than rows, singular everywhere.
+# One of each kind, for what a formula says of any arm: 1 to 7, 9 and 12 joints; turning, sliding,
+# helical, coupled; each convention; square, redundant, deficient, singular everywhere.
 DISTINCT_BUNDLED = (
     *('planar_2r', 'craig_3r', 'rrp_elementary', 'parallelogram_left', 'scara_hsr065', 'so101'),
     *('puma560', 'six_joint_dh', 'offset_stanford_shape', 'panda'),
@@ -29,7 +29,7 @@ DISTINCT_BUNDLED = (
 DISTINCT = (
     *DISTINCT_BUNDLED,
     *('standard-1-0', 'modified-2-0', 'shape-4-0', 'elementary-6-0', 'standard-7-0'),
-    'modified-12-0',
+    *('standard-9-0', 'modified-12-0'),
 )
 
 

@@ -24,6 +24,7 @@ ROOMS = (
     'kernel/forward',
     'kernel/loops',
     'kernel/measures',
+    'kernel/nearest',
     'kernel/six_joints',
     'kernel/inverse',
     'kernel',

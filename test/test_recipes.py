@@ -162,8 +162,8 @@ def add_isotropy(package):
     package.insert(file, '    isotropy: Any\n', before='    rank: Any\n')
     package.insert(
         file,
-        '    @_cached\n    def isotropy(self) -> float:\n'
-        '        return self._row.item(kernel.ISOTROPY)\n\n',
+        '    @_cached\n    def isotropy(self) -> Any:\n'
+        '        return _column(self._first, kernel.ISOTROPY)\n\n',
         before='    @_cached\n    def rank(',
     )
 

@@ -120,6 +120,11 @@ def _strict(value: Any) -> Any:
     return value
 
 
+def attributes(thing: object, *names: str) -> dict[str, Any]:
+    """Return attributes under their names, for a document."""
+    return {name: getattr(thing, name) for name in names}
+
+
 @contextmanager
 def working(what: str) -> Iterator[Callable[[str], None]]:
     """Show a line on standard error while it works, on a terminal only; yield what changes it."""

@@ -194,7 +194,9 @@ def taken_for(poses, written, read):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(('name', 'count'), [('puma560', 60), ('ur5e', 12), ('panda', 12)])
+@pytest.mark.parametrize(
+    ('name', 'count'), [('puma560', 60), ('puma560', 12), ('ur5e', 12), ('panda', 12)]
+)
 def test_angles_in_any_other_order_are_named(name, count):
     arm = measured_arm(name, count, NOISE, seed=3, size=0.5)
     for written in EULER_ORDERS:

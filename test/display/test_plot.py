@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ElementTree
 import linkages
 import numpy as np
 import pytest
-from arms import BUNDLED, DISTINCT_BUNDLED, LOOPED, robot_of, without_known_poses
+from arms import BUNDLED, LOOPED, robot_of, without_known_poses
 from folders import GOLDEN
 
 import kinematics_service as ks
@@ -388,7 +388,7 @@ def test_stretches_near_singular_poses_are_shaded_and_named():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
+@pytest.mark.parametrize('name', BUNDLED)
 def test_units_of_determinant_and_manipulability(name):
     # By scaling: an arm twice as large has 2^k times the number where the unit is m^k.
     robot = robot_of(name)
@@ -827,7 +827,7 @@ def test_pictures_of_arms_with_loops_try_fewer_positions(name, share, monkeypatc
         tried.append(points)
         raise PlotError('enough')
 
-    monkeypatch.setattr('kinematics_service.display.plots.workspace.workspace', workspace)
+    monkeypatch.setattr('kinematics_service.cli.plot.workspace', workspace)
     for points in ((), ('--points', '5000')):
         assert main(['plot', name, 'workspace', *points]) != 0
     assert tried == [WORKSPACE_POINTS // share, 5000]

@@ -386,8 +386,8 @@ def test_the_compiled_kernel_gives_the_numbers_of_its_source_to_the_last_bit():
     assert called == functions()
 
 
-# Every form of a chain with a square task; plain Python visits a wide one above.
-UNCOMPILED = ('parallelogram_left', 'ur5e')
+# Every form of a chain, a square and a wide task.
+UNCOMPILED = ('panda', 'parallelogram_left', 'ur5e')
 
 
 def stored_numbers(names):

@@ -11,6 +11,7 @@ import pytest
 from arms import (
     BUNDLED,
     DISTINCT,
+    EVERY_ARM,
     elementary_arm,
     first_order_distances,
     poses,
@@ -404,7 +405,7 @@ def test_motion_within_the_singular_set_is_no_trouble(name, q, measure):
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings('error')
-@every_arm
+@pytest.mark.parametrize('name', EVERY_ARM)
 def test_every_pose_has_numbers(name):
     robot = robot_of(name)
     q = poses(robot)

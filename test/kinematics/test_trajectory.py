@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from arms import BUNDLED, DISTINCT, robot_of
+from arms import BUNDLED, robot_of
 from tolerances import DIFFERENCE, DIFFERENCE_STEP
 
 import kinematics_service as ks
@@ -66,7 +66,7 @@ def times(trajectory):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', DISTINCT)
+@pytest.mark.parametrize('name', BUNDLED)
 @pytest.mark.parametrize('kind', KINDS)
 def test_a_motion_stays_inside_the_limits(kind, name):
     robot = robot_of(name)
@@ -89,7 +89,7 @@ def test_a_velocity_is_the_derivative_of_the_position(kind, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', DISTINCT)
+@pytest.mark.parametrize('name', BUNDLED)
 def test_the_smooth_path_keeps_its_share_of_the_velocity_limits(name):
     robot = robot_of(name)
     motion = motion_of(name)

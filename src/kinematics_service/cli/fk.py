@@ -5,7 +5,7 @@ from textwrap import indent
 from ..kernel import Floats
 from ..kinematics.singularity import Singularity, singularity_of
 from ..kinematics.tool_state import ToolState, evaluate
-from ..printing import Output, facts, heading, json_text, number, numbers
+from ..printing import Output, attributes, facts, heading, json_text, number, numbers
 from ..rigid_motion import roll_pitch_yaw
 from .options import (
     AtOption,
@@ -21,7 +21,6 @@ from .options import (
 from .singularity_report import (
     DEGREES,
     JSON_KEYS,
-    attributes,
     print_singularity,
     singularity_json,
     state_json,

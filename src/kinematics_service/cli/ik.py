@@ -11,7 +11,7 @@ from ..kernel import Floats
 from ..kinematics.inverse.result import IkFamily, IkResult, IkSolution
 from ..kinematics.inverse.solve import TOLERANCE, inverse_kinematics
 from ..kinematics.inverse.target import TOOL_AXES
-from ..printing import Output, facts, heading, json_text, number, numbers, plain, table
+from ..printing import Output, attributes, facts, heading, json_text, number, numbers, plain, table
 from ..rigid_motion import rotation_of_quaternion, rotation_of_roll_pitch_yaw
 from ..robot.robot import Robot
 from ..robot.task import ROW_NAMES
@@ -24,7 +24,7 @@ from .options import (
     given_robot,
     joint_values,
 )
-from .singularity_report import DEGREES, arm_json, attributes
+from .singularity_report import DEGREES, arm_json
 
 HELP = """
 Print the joint positions that bring the tool to a pose, or to a position alone, and whether

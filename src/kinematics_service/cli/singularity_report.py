@@ -17,7 +17,7 @@ from ..estimation.status_text import (
 from ..kernel import Floats
 from ..kinematics.singularity import Singularity, flat_loop
 from ..kinematics.tool_state import ToolState
-from ..printing import Output, facts, heading, number, numbers, plain, table
+from ..printing import Output, attributes, facts, heading, number, numbers, plain, table
 from ..robot.file.parts.loop_groups import group_in_words
 from ..robot.measures import MEASURES, Level, Measure, Thresholds
 from ..robot.robot import Robot
@@ -73,11 +73,6 @@ def beyond_limits(robot: Robot, q: Floats) -> list[str]:
 def arm_json(robot: Robot) -> dict[str, Any]:
     """Return what every document about poses of an arm begins with."""
     return {'robot': robot.name, **attributes(robot, 'base_frame', 'tool_frame', 'joint_names')}
-
-
-def attributes(thing: object, *names: str) -> dict[str, Any]:
-    """Return attributes under their names."""
-    return {name: getattr(thing, name) for name in names}
 
 
 def state_json(state: ToolState) -> dict[str, Any]:

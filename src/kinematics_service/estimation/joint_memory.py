@@ -84,7 +84,7 @@ class NamedJoints(JointMemory):
         self.columns.wraps[:] = robot.continuous
 
     def remember(self, former: 'NamedJoints') -> None:
-        """Take over the states of the joints that have the same names in another table."""
+        """Take over the states of the joints that have the same names of another arm."""
         ours, theirs = self.columns, former.columns
         for j, name in enumerate(self.names):
             k = former._index.get(name)

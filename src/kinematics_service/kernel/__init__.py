@@ -56,12 +56,8 @@ from .layout.arrays import Integers as Integers
 from .layout.places import *  # noqa: F403
 from .loops.closing import assemble as assemble
 from .loops.closing import close_at as close_at
-from .measures.arm import Arm as Arm
-from .measures.clearance import Clearance as Clearance
-from .measures.clearance import clearances as clearances
 from .measures.factors import Tape as Tape
 from .measures.factors import evaluate_factors as evaluate_factors
-from .measures.nearest_singular import NearestSearch as NearestSearch
 from .measures.singular_values import decompose as decompose
 from .measures.singular_values import determinant_of as determinant_of
 from .measures.symmetric import eigenvectors as eigenvectors
@@ -69,6 +65,10 @@ from .measures.task_rows import TaskRows as TaskRows
 from .messages import FormTable as FormTable
 from .messages import IncomingForm as IncomingForm
 from .messages import observe_bytes as observe_bytes
+from .nearest.arm import Arm as Arm
+from .nearest.clearance import Clearance as Clearance
+from .nearest.clearance import clearances as clearances
+from .nearest.nearest_singular import NearestSearch as NearestSearch
 from .observing import observe as observe
 from .outgoing import OutgoingMessages as OutgoingMessages
 from .outgoing import OutgoingTable as OutgoingTable

@@ -7,7 +7,7 @@ from .forward.chain import Chain
 from .layout import arrays, places
 from .layout.arrays import Flat, Floats
 from .loops import closed_pass
-from .measures.arm import Arm
+from .nearest.arm import Arm
 
 
 def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) -> int:

@@ -5,16 +5,10 @@ import math
 from . import evaluation
 from .layout import arrays, lanes, places
 from .layout.arrays import Flat, Floats
-from .measures import (
-    factor_lanes,
-    factors,
-    gradient,
-    measure_lanes,
-    nearest_closed,
-    singularity,
-)
-from .measures.arm import Arm
-from .measures.nearest_singular import NearestSearch
+from .measures import factor_lanes, factors, gradient, measure_lanes, singularity
+from .nearest import nearest_closed
+from .nearest.arm import Arm
+from .nearest.nearest_singular import NearestSearch
 
 
 def _judge_factors(arm: Arm, q: Flat, judged: Flat, steps: Flat) -> None:

@@ -6,7 +6,7 @@ from . import judging, observing, outgoing
 from .joint_memory import JointMemory, OurJoints
 from .layout import arrays, places
 from .layout.arrays import Bytes, Flat, FlatBytes, Floats, Nanoseconds
-from .measures.nearest_singular import NearestSearch
+from .nearest.nearest_singular import NearestSearch
 from .outgoing import OutgoingMessages
 
 

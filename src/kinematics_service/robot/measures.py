@@ -4,11 +4,7 @@ import enum
 import math
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
 from ..errors import KinematicsError
-from ..kernel import Floats
 from .file.parts.measure_table import MEASURES as MEASURES
 from .file.parts.measure_table import Measure as Measure
 from .task import Task
@@ -67,13 +63,6 @@ class Thresholds:
             if not good:
                 return level
         return Level.OK
-
-    def levels(self, values: Floats) -> npt.NDArray[np.int64]:
-        """Return the level of each value, without hysteresis; shape (N,)."""
-        sign = 1.0 if MEASURES[self.measure].small_is_bad else -1.0
-        warn, stop = self.bounds_after()
-        beyond = [~(sign * values > sign * bound) for bound in (stop, warn)]
-        return np.select(beyond, [int(Level.ERROR), int(Level.WARN)], int(Level.OK))
 
 
 def thresholds_for(

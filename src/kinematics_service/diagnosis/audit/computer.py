@@ -109,6 +109,7 @@ class Computer:
         watched = getattr(singularity, robot.thresholds.measure)
         judged = self._judge.judge(
             np.abs(watched),
+            np.asarray(singularity.level, dtype=np.int8),
             singularity.lost_direction,
             nearest,
             known.arrivals,

@@ -50,6 +50,7 @@ class Judge:
     def judge(
         self,
         values: Floats,
+        alone: Levels,
         directions: Floats,
         factors: Times | None,
         arrivals: Times,
@@ -62,6 +63,9 @@ class Judge:
         ----------
         values : shape (N,)
             The watched measure, |det| for the determinant.
+        alone : shape (N,)
+            The level of each state by itself; the higher one of the two is meant where a nearer
+            singular pose is not excluded.
         directions : shape (N, 6)
             Lost directions.
         factors : shape (N,)
@@ -71,7 +75,7 @@ class Judge:
         timeouts
             The time-out before a row.
         """
-        levels = self._levels(values, timeouts)
+        levels = self._levels(values, alone, timeouts)
         before = np.concatenate([[self.alarm.level], levels[:-1]])
         # While the level stays OK there is no warning and nothing to remember.
         eventful = (levels != Level.OK) | (before != Level.OK)
@@ -91,8 +95,8 @@ class Judge:
             warnings += [k] if say else []
         return Judged(levels, warnings, stale)
 
-    def _levels(self, values: Floats, timeouts: dict[int, JointTimeout]) -> Levels:
-        after = _levels_after(self.thresholds, values)
+    def _levels(self, values: Floats, alone: Levels, timeouts: dict[int, JointTimeout]) -> Levels:
+        after = np.maximum(_levels_after(self.thresholds, values), alone)
         levels: Levels = after[0].copy()
         # If the level before makes no difference, the loop is not needed.
         open_ = np.any(after != after[0], axis=0)

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ...printing import attributes
 from ...rigid_motion import roll_pitch_yaw
 from ...robot.file.parts.parameters import ENDS, TABLE_GROUPS, end_parameters
 from ..frame_check.errors import Errors, length_in_words
@@ -153,11 +154,12 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
         'known': found.known,
         'possible': found.possible,
         'singular_values': found.singular_values,
-        'parameters': [
-            {name: getattr(one, name) for name in OF_PARAMETER} for one in found.parameters
-        ],
+        'parameters': [attributes(one, *OF_PARAMETER) for one in found.parameters],
         'covariance': found.covariance,
-        'combinations': [vars(one) for one in found.combinations],
+        'combinations': [
+            attributes(one, 'names', 'determined', 'coefficients', 'sentence')
+            for one in found.combinations
+        ],
         'points': [
             {
                 'name': one.name,

@@ -20,6 +20,7 @@ from .between_points import PlannedTrajectory
 from .block import LARGEST_BLOCK, Block, UnreadableMessage, blocks_of
 from .joint_state_cdr import columns_of
 from .source import PoseTrack, RecordingSource, Remark, Selection
+from .table_reader import listed
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
@@ -256,9 +257,7 @@ class _Bag:
 
     def _all(self) -> str:
         shown = [f'{topic} ({kind})' for topic, kind in sorted(self.types.items())]
-        more = len(shown) - MOST_LISTED
-        listed = ', '.join(shown[:MOST_LISTED]) + (f' and {more} more' if more > 0 else '')
-        return f'there is {listed}' if shown else 'the bag is empty'
+        return f'there is {listed(shown, MOST_LISTED)}' if shown else 'the bag is empty'
 
     def _connections(self, topic: str) -> list[Any]:
         return [c for c in self.reader.connections if c.topic == topic]

@@ -1,7 +1,7 @@
 """
 Where things stand in the arrays of the kernel, and the numbers that others know of it, too.
 
-The compiled kernel has the same names and numbers from places.pxd.
+The build makes constants of the compiler of them (`packaging/kernel_types.py`).
 """
 
 import math

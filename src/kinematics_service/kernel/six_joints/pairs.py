@@ -1,7 +1,7 @@
 """
 Complex numbers as pairs of real and imaginary part: languages divide them differently.
 
-What these functions are to the compiled kernel stands in pairs.pxd.
+The build writes them into the pairs.pxd of the compiled kernel, which sees through them.
 """
 
 from ..layout.arrays import Numbers

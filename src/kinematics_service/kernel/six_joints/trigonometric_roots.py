@@ -10,8 +10,6 @@ from .pairs import Complex
 SWEEPS = 60
 # A value below this share of its terms is round-off; so is a step below this share of the root.
 ROUND_OFF, STANDS = 4e-16, 1e-15
-# Roots of a degree up to 12: twice as many.
-MOST_ROOTS = 24
 
 
 def roots_on_plane(c: Numbers, degree: int, z: Numbers) -> int:

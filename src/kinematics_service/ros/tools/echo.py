@@ -65,8 +65,10 @@ def run_echo(
     ros_args
         ROS arguments, `--ros-args` included.
 
-    Returns ------- 0 after a signal, the one message, or when the reader has gone; 1 if no message
-    came in time; 2 for wrong usage.
+    Returns
+    -------
+    0 after a signal, the one message, or when the reader has gone; 1 if no message came in time; 2
+    for wrong usage.
     """
     if not is_node_name(node):
         return WRONG_USAGE

@@ -11,6 +11,7 @@ from ....kernel import Floats
 from ....kinematics.plans.verdicts import PlanCheck, PlanClosure, PlanMoment
 from ....kinematics.singularity import measured_before, singularity_of
 from ....kinematics.tool_state import evaluate
+from ....printing import attributes
 from ....rigid_motion import roll_pitch_yaw
 from ....robot.measures import MEASURES, Level
 from ....version import __version__
@@ -56,8 +57,8 @@ def document_of(audit: Audit) -> dict[str, Any]:
         'topic': audit.topic,
         'planned': audit.planned,
         'robot': robot.name,
-        **_chosen(robot, 'joint_names', 'base_frame', 'tool_frame'),
-        **_chosen(robot.thresholds, 'measure', 'warn', 'stop'),
+        **attributes(robot, 'joint_names', 'base_frame', 'tool_frame'),
+        **attributes(robot.thresholds, 'measure', 'warn', 'stop'),
         'level': verdict.level.name,
         'verdict': [{'level': s.level.name, 'sentence': s.text} for s in verdict.sentences],
         'messages': {
@@ -143,23 +144,19 @@ def _plan(number: int, check: PlanCheck) -> dict[str, Any]:
         'closure': None if check.closure is None else _closure(check.closure),
         'joints': [
             {
-                **_chosen(joint, 'name', 'limits', 'speed'),
+                **attributes(joint, 'name', 'limits', 'speed'),
                 **{name: _extreme(joint, name) for name in ('least', 'greatest', 'fastest')},
             }
             for joint in check.joints
         ],
         'speeds': [
             {
-                **_chosen(speed, 'of', 'verdict', 'limit', 'lower', 'upper'),
+                **attributes(speed, 'of', 'verdict', 'limit', 'lower', 'upper'),
                 **_moment(speed.moment),
             }
             for speed in check.speeds
         ],
     }
-
-
-def _chosen(one: object, *names: str) -> dict[str, Any]:
-    return {name: getattr(one, name) for name in names}
 
 
 def _extreme(joint: object, name: str) -> dict[str, Any]:
@@ -206,7 +203,7 @@ def _frames(audit: Audit) -> dict[str, Any] | None:
     diagnosis = report.diagnosis
     return {
         **source,
-        **_chosen(report, 'considered', 'matched', 'unmatched', 'doubts'),
+        **attributes(report, 'considered', 'matched', 'unmatched', 'doubts'),
         'level': report.level.name,
         'sentence': report.sentence,
         'warn': report.limits.warn._asdict(),
@@ -224,7 +221,7 @@ def _frames(audit: Audit) -> dict[str, Any] | None:
 
 def _cause(cause: TestedCause) -> dict[str, Any]:
     return {
-        **vars(cause),
+        **attributes(cause, 'key', 'sentence', 'value', 'ratio'),
         'errors': cause.errors._asdict(),
         'base_offset': offset_of(cause.base_offset),
         'tool_offset': offset_of(cause.tool_offset),

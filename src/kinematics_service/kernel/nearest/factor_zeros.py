@@ -4,9 +4,9 @@ import math
 
 from ..layout import arrays, places
 from ..layout.arrays import Flat
-from . import factors
-from .factors import Tape
-from .task_rows import TaskRows
+from ..measures import factors
+from ..measures.factors import Tape
+from ..measures.task_rows import TaskRows
 
 # Steps: where the factor does not change its sign they are each half of the one before. These at
 # full length along the zeros, half of it, and none.

@@ -6,8 +6,8 @@ from ..forward import chain_pass, linear_equations
 from ..forward.chain import Chain
 from ..layout import arrays, places
 from ..layout.arrays import Flat, FlatIntegers
-from . import gradient, singular_values, singularity
-from .task_rows import TaskRows
+from ..measures import gradient, singular_values, singularity
+from ..measures.task_rows import TaskRows
 
 # A direction in which the equations change by less than this share of the most is none.
 FLAT = 1e-5

@@ -4,7 +4,7 @@ import math
 
 from ..layout import arrays
 from ..layout.arrays import Flat
-from . import symmetric
+from ..measures import symmetric
 
 # Of a norm, as a share.
 ROUND_OFF = 1e-12

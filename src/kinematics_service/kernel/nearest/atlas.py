@@ -13,10 +13,10 @@ import numpy as np
 from ..forward.chain import Chain
 from ..layout import arrays, places
 from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
+from ..measures.factors import Tape
+from ..measures.task_rows import TaskRows
 from . import factor_zeros
-from .factors import Tape
 from .singular_equations import SingularEquations
-from .task_rows import TaskRows
 
 # Seeds of a set, by how many joints it depends on; of more as the last. So many times more at most
 # where joints reach farther than a turn.

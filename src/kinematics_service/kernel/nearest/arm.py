@@ -5,9 +5,9 @@ import numpy as np
 from ..forward.chain import Chain
 from ..layout import places
 from ..layout.arrays import Floats
+from ..measures.factors import Tape
+from ..measures.task_rows import TaskRows
 from .atlas import Atlas
-from .factors import Tape
-from .task_rows import TaskRows
 
 
 class Arm:

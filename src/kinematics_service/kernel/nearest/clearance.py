@@ -16,7 +16,8 @@ import math
 from ..forward import chain_pass
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Integers
-from . import singular_equations, singularity, symmetric
+from ..measures import singularity, symmetric
+from . import singular_equations
 from .arm import Arm
 from .cubic import Cubic
 from .expansion import Expansion

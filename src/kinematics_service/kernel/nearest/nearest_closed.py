@@ -11,7 +11,7 @@ import math
 from ..layout import arrays, places
 from ..layout.arrays import Flat
 from ..loops import closed_pass, closing
-from . import gradient, singularity
+from ..measures import gradient, singularity
 from .arm import Arm
 
 # Beyond so many rad (a prismatic joint's divided by the length) nothing is looked for.

@@ -2,7 +2,8 @@
 
 from ..layout import arrays
 from ..layout.arrays import Flat
-from . import singular_equations, symmetric
+from ..measures import symmetric
+from . import singular_equations
 from .expansion import Expansion
 from .norms import Norms
 

@@ -4,7 +4,8 @@ import math
 
 from ..layout import arrays, places
 from ..layout.arrays import Flat
-from . import curvature, singular_equations, symmetric
+from ..measures import symmetric
+from . import curvature, singular_equations
 from .singular_equations import SingularEquations
 
 # Halvings of a multiplier, and how near to its bound it comes as a share of the largest curvature.

@@ -6,10 +6,10 @@ from ..forward import vectors
 from ..forward.chain import Chain
 from ..layout import arrays
 from ..layout.arrays import Flat, FlatIntegers, Integers, Vector
-from . import singularity
+from ..measures import singularity
+from ..measures.task_rows import TaskRows
 from .norms import Norms
 from .singular_equations import SingularEquations
-from .task_rows import TaskRows
 
 # The highest order.
 ORDERS = 3
