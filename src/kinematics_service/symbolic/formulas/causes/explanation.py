@@ -19,7 +19,7 @@ from ..arm.table import general_row, row_matrix
 from ..statements.checks import Check, Mask, QuantityCheck
 from ..statements.solutions import SolutionCheck
 from .causes import CAUSES
-from .edits import EDITS, LONGEST_EDITED, SOLUTION_EDITS
+from .edits import EDITS, EXTRA, LONGEST_EDITED, SOLUTION_EDITS
 from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Variant
 
 MOST_ALTERNATIVES = 3
@@ -229,6 +229,9 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
     for kind in kinds:
         tried.append(kind.name)
         for edit in kind.edits(expression, (*symbols, *known)):
+            # What makes all of it vanish tells that 0 belongs there, and no cause beside it.
+            if edit.expression == 0 and isinstance(check, QuantityCheck) and kind != EXTRA:
+                continue
             if check.passes(edit.expression, right[:, i, j]):
                 found.setdefault(edit.sentence, kind.name)
                 break
@@ -268,6 +271,8 @@ def _missing_terms(
                 text = ' + '.join(str(term) for term in chosen)
                 plural = 'terms are' if size > 1 else 'the term is'
                 return [Explanation(DROPPED, f'{plural} dropped: {text}', ((i, j),))]
+    if check.agrees(np.zeros_like(missing), values[:, i, j]):
+        return []  # a factor 0 would explain every entry that stands where 0 belongs
     factors = {f for term in terms for f in sp.Mul.make_args(term)}
     for factor in sorted(factors, key=str):
         value = world.of(factor) * check.person[:, i, j]
