@@ -134,7 +134,7 @@ def _is_formula(text: str) -> bool:
 def _joint_table(robot: Robot) -> Table:
     named_apart = robot.joint_names != robot.variables
     with_speeds = bool(np.isfinite(robot.velocity_limits).any())
-    slides = 'prismatic' in robot.joint_types
+    slides = bool(robot.prismatic.any())
     in_mm = robot.description.length_unit == 'mm'
     joints = table(
         '  joint',
@@ -146,7 +146,7 @@ def _joint_table(robot: Robot) -> Table:
     )
     for j, name in enumerate(robot.joint_names):
         limits, speed = robot.limits[j], robot.velocity_limits[j]
-        if robot.joint_types[j] == 'prismatic':
+        if robot.prismatic[j]:
             other = _range(limits * 1000.0) if in_mm else ''
         else:
             other = _range(limits * DEGREES)
@@ -236,8 +236,7 @@ def _loops(robot: Robot) -> Iterator[str]:
             f'joints; closed to {closure.residuals[g]:.1g}, det {closure.determinants[g]:.4g}'
         )
         yield f'  other branches there: {_branches(robot, g)}'
-    slides = [kind == 'prismatic' for kind in robot.joint_types]
-    q = seeded_poses(robot.limits, slides)
+    q = seeded_poses(robot.limits, robot.prismatic)
     closed, tried = tried_poses(robot.chain, q)
     yield (
         f'{robot.dof} degrees of freedom, those of the joints; the loops close at '

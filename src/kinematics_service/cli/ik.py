@@ -284,12 +284,12 @@ def _times(multiplicity: int) -> str:
 def _joint_table(robot: Robot, solutions: tuple[IkSolution, ...]) -> Table:
     rows = table('  ', 'joints [rad, m]', 'joints [deg, m]', 'posture', 'to limits', 'residual')
     for k, solution in enumerate(solutions):
-        turned = np.where(_turning(robot), solution.q * DEGREES, solution.q)
+        turned = np.where(robot.prismatic, solution.q, solution.q * DEGREES)
         beyond = f'beyond the limits of {", ".join(solution.beyond)}' if solution.beyond else ''
         rows.add_row(
             f'  {k + 1}',
             numbers(solution.q, 4),
-            '  '.join(number(x, 2 if turns else 4) for x, turns in zip(turned, _turning(robot))),
+            '  '.join(number(x, 4 if slides else 2) for x, slides in zip(turned, robot.prismatic)),
             str(solution.posture),
             plain(beyond) or f'{solution.margin:.3g}',
             f'{solution.residual:.1e}{_times(solution.multiplicity)}',
@@ -314,7 +314,3 @@ def _print_family(out: Output, robot: Robot, family: IkFamily) -> None:
 
 def _positions(robot: Robot, q: Floats) -> str:
     return '  '.join(f'{name} {number(x, 4)}' for name, x in zip(robot.joint_names, q))
-
-
-def _turning(robot: Robot) -> list[bool]:
-    return [kind != 'prismatic' for kind in robot.joint_types]

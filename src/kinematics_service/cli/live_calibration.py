@@ -90,10 +90,9 @@ def _lines(robot: Robot, found: Calibration, complete: bool, propose: int) -> It
     if complete:
         yield '  all is known that such poses tell; more make it better; Ctrl-C ends it'
         return
-    sliding = [kind == 'prismatic' for kind in robot.joint_types]
     for q in propose_poses(robot, propose, found).q.tolist():
         values = (
             f'{x:.4f} m' if slides else f'{math.degrees(x):.1f} deg'
-            for x, slides in zip(q, sliding)
+            for x, slides in zip(q, robot.prismatic)
         )
         yield f'  a pose that tells more: {", ".join(values)}'

@@ -146,7 +146,7 @@ def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
 
 def _look_like_degrees(robot: Robot, q: Floats) -> bool:
     # More than a turn and beyond the limits in radians, while all would fit in degrees.
-    turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
+    turning = ~robot.prismatic
     low, high = robot.limits.T
     bounded = np.isfinite(high - low)
     far = turning & (np.abs(q) > 2 * np.pi) & ((q < low) | (q > high) | ~bounded)
@@ -176,6 +176,5 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
         )
     values = np.array([float(word) for word in words])
     if degrees:
-        turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
-        values[turning] = np.radians(values[turning])
+        return np.where(robot.prismatic, values, np.radians(values))
     return values

@@ -79,6 +79,18 @@ class Robot(FrozenArrays):
         """Return the number of joints n."""
         return len(self.joint_names)
 
+    @cached_property
+    def prismatic(self) -> npt.NDArray[np.bool_]:
+        """Return for each joint whether it slides, shape (n,); read-only."""
+        slides = np.array([kind == 'prismatic' for kind in self.joint_types])
+        slides.setflags(write=False)
+        return slides
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Return the unit of each joint position, `rad` or `m`."""
+        return tuple('m' if slides else 'rad' for slides in self.prismatic)
+
     @property
     def continuous(self) -> tuple[bool, ...]:
         """Return for each joint whether it turns without limits, so that its angle may wrap."""
@@ -272,9 +284,8 @@ def with_singularity(
     """Return the same robot judged with another characteristic length (m) or other thresholds."""
     task = robot.task
     if length is not None and length != task.length:
-        prismatic = [kind == 'prismatic' for kind in robot.joint_types]
         task = find_task(
-            robot.chain, robot.joint_names, robot.limits, prismatic, task.rows, length
+            robot.chain, robot.joint_names, robot.limits, robot.prismatic, task.rows, length
         )
     return replace(robot, task=task, thresholds=thresholds or robot.thresholds)
 
@@ -323,9 +334,8 @@ def _with_factors(description: RobotDescription, factors: tuple[Factor, ...]) ->
 def _holds(robot: Robot, factor: Factor) -> bool:
     # Whether a factor is zero at singular poses alone.
     description = _with_factors(robot.description, (factor,))
-    q = seeded_poses(robot.limits, [kind == 'prismatic' for kind in robot.joint_types])
     try:
-        q = closed_poses(robot.chain, q)
+        q = closed_poses(robot.chain, seeded_poses(robot.limits, robot.prismatic))
         read_factors(description, robot.chain, robot.task, q)
     except KinematicsError:
         return False

@@ -118,7 +118,7 @@ def _by_joint(fit: JudgedFit) -> str:
     tests = 3 * fit.q.shape[1] * left
     for j, name in enumerate(fit.robot.joint_names):
         q, middle = fit.q[:, j], float(np.median(fit.q[:, j]))
-        words = angle_in_words if fit.robot.joint_types[j] != 'prismatic' else length_in_words
+        words = length_in_words if fit.robot.prismatic[j] else angle_in_words
         for side, values in (('above', q), ('below', -q), ('away', np.abs(q - middle))):
             for value in np.unique(values[out]).tolist():
                 beyond = values >= value

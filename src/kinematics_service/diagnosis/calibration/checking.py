@@ -290,8 +290,7 @@ def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free
 
 def from_degrees(robot: Robot, q: Floats) -> Floats:
     """Return joint positions (N, n) whose angles were in degrees, rad or m."""
-    turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
-    return np.where(turning, np.radians(q), q)
+    return np.where(robot.prismatic, q, np.radians(q))
 
 
 def refuse_mistake(sentence: str, left: float, middle: float) -> None:

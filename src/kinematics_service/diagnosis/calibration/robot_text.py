@@ -247,11 +247,10 @@ def _known_poses(
     ]
     what = 'the tip touched a point' if found.points else 'measured'
     lines = [f'known_poses:  # {what}']
-    sliding = [kind == 'prismatic' for kind in robot.joint_types]
     for joints, pose in zip(q[rows], T):
         numbers = [
             number_text(in_file_units(float(x), not slides, description))
-            for x, slides in zip(joints, sliding)
+            for x, slides in zip(joints, robot.prismatic)
         ]
         xyz = [number_text(in_file_units(float(x), False, description)) for x in pose[:3, 3]]
         entry = f'q: [{", ".join(numbers)}], xyz: [{", ".join(xyz)}]'

@@ -232,8 +232,7 @@ class SamePointParameters(ChosenParameters):
 
     def possible(self, problem: FitProblem) -> int:
         """Return the number of directions that any touches of these points could tell."""
-        prismatic = [kind == 'prismatic' for kind in self.robot.joint_types]
-        q = seeded_poses(self.robot.limits, prismatic)
+        q = seeded_poses(self.robot.limits, self.robot.prismatic)
         point = np.arange(len(q)) % len(self.touches.names)
         noise = Noise(LENGTH, 1.0)
         return structural_rank(self._exact_jacobian(problem, noise, q, point))
@@ -410,8 +409,7 @@ def _check_touches(robot: Robot, touches: Touches, start: _Start) -> None:
         return
     left = _started(robot, from_degrees(robot, touches.q), touches.point, free=True).distances
     # Angles so small bring the tip to nearly one point, whatever was touched.
-    turning = [kind != 'prismatic' for kind in robot.joint_types]
-    if np.max(np.abs(touches.q[:, turning]), initial=0.0) > FAR_TURNED:
+    if np.max(np.abs(touches.q[:, ~robot.prismatic]), initial=0.0) > FAR_TURNED:
         refuse_mistake(DEGREES, float(np.median(left)), middle)
     if middle > NO_CALIBRATION:
         raise CalibrationError(

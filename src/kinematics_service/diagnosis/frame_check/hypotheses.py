@@ -111,7 +111,7 @@ def joint_hypotheses_of(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
         if order not in seen:
             seen.add(order)
             yield Hypothesis('joint_order', sentence, q[:, list(order)])
-    turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
+    turning = ~robot.prismatic
     if np.any(turning):
         yield Hypothesis(
             'degrees',
@@ -136,7 +136,7 @@ def joint_hypotheses_of(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
 def _coupled(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
     # A joint behind a parallelogram or a belt turns with the one that carries its motor: joint 3
     # with joint 2, as FANUC and palletizers count.
-    turning = [k for k, kind in enumerate(robot.joint_types) if kind != 'prismatic']
+    turning = np.flatnonzero(~robot.prismatic).tolist()
     if len(turning) > MOST_SWAPPED:
         return
     for (i, j), sign in itertools.product(itertools.permutations(turning, 2), (1.0, -1.0)):
@@ -232,8 +232,7 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     robot, q = given.robot, given.q
     state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
     J, A = state.jacobian, state.pose
-    for j in range(robot.dof):
-        unit = 'm' if robot.joint_types[j] == 'prismatic' else 'rad'
+    for j, unit in enumerate(robot.units):
 
         def moved(value: float, j: int = j) -> Floats:
             shifted = np.array(q)

@@ -116,11 +116,10 @@ def _moments(audit: Audit) -> str:
 
 
 def _pose(audit: Audit, row: int) -> str:
-    turning = [kind != 'prismatic' for kind in audit.robot.joint_types]
     values = audit.timeline.q[row].tolist()
     return '&nbsp; '.join(
-        f'{math.degrees(value):.1f}&deg;' if turns else f'{value:.4f}&nbsp;m'
-        for value, turns in zip(values, turning)
+        f'{value:.4f}&nbsp;m' if slides else f'{math.degrees(value):.1f}&deg;'
+        for value, slides in zip(values, audit.robot.prismatic)
     )
 
 

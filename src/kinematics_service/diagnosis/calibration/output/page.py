@@ -137,7 +137,7 @@ def _by_joint(found: Calibration) -> str:
     series = _series(found, rows, 0)
     text = []
     for j, name in enumerate(found.robot.joint_names):
-        slides = found.robot.joint_types[j] == 'prismatic'
+        slides = found.robot.prismatic[j]
         x = found.q[rows, j] * (1.0 if slides else math.degrees(1.0))
         unit = 'm' if slides else 'deg'
         text.append(
