@@ -358,18 +358,18 @@ def test_the_colours_of_the_levels_differ_in_brightness_or_along_blue_and_yellow
 def test_a_taken_port_and_a_foreign_host_are_told():
     pytest.importorskip('viser', reason="needs viser: pip install '.[view]'")
     from kinematics_service.display.view.address import check_address
-    from kinematics_service.errors import ServerAddressError
+    from kinematics_service.errors import ViewError
 
     with socket.socket() as taken:
         taken.bind(('127.0.0.1', 0))
         taken.listen()
         port = taken.getsockname()[1]
         with pytest.raises(
-            ServerAddressError, match=f'--port {port}: another program uses it.* --port {port + 1}'
+            ViewError, match=f'--port {port}: another program uses it.* --port {port + 1}'
         ):
             check_address('127.0.0.1', port)
     check_address('127.0.0.1', 0)
-    with pytest.raises(ServerAddressError, match='--host 192.0.2.1: not an address'):
+    with pytest.raises(ViewError, match='--host 192.0.2.1: not an address'):
         check_address('192.0.2.1', 0)
 
 

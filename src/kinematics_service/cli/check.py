@@ -24,6 +24,7 @@ from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES, seeded_poses
 from .accuracy_report import tolerances_in_words, uncertainty_in_words
 from .known_poses import PoseError, pose_errors, pose_faults
+from .options import flag
 from .robots import joint_letters
 from .singularity_report import DEGREES, threshold_words
 from .textbook_table import motion_text, textbook_table
@@ -64,9 +65,7 @@ class FileCheck(NamedTuple):
 
 def check(
     files: Files,
-    strict: Annotated[
-        bool, typer.Option('--strict', help='Exit with code 1 for warnings, too.')
-    ] = False,
+    strict: bool = flag('--strict', 'Exit with code 1 for warnings, too.'),
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     out = Output()

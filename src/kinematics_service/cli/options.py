@@ -17,9 +17,8 @@ from ..robot.robot import Robot, load_robot
 
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 
-RobotOption = Annotated[
-    str, typer.Option('--robot', metavar='FILE|NAME', help='A robot file, or a bundled robot.')
-]
+ROBOT_WORDS = 'A robot file, or a bundled robot.'
+RobotOption = Annotated[str, typer.Option('--robot', metavar='FILE|NAME', help=ROBOT_WORDS)]
 RobotArgument = Annotated[
     str,
     typer.Argument(metavar='ROBOT', help='A robot file, or a bundled robot; also with --robot.'),
@@ -52,10 +51,40 @@ AtOption = Annotated[
 JsonOption = Annotated[bool, typer.Option('--json', help='Print one JSON object, in SI units.')]
 
 
-def default_robot(default: str) -> Any:
-    """Return the option of a robot that need not be given, and what it is then."""
-    words = 'A robot file, or a bundled robot.'
-    return typer.Option('--robot', metavar='FILE|NAME', help=words, show_default=default)
+def option(
+    words: str,
+    metavar: str | None = None,
+    default: Any = None,
+    name: str | None = None,
+    shown: str | bool = True,
+    least: float | None = None,
+    most: float | None = None,
+) -> Any:
+    """
+    Return an option that takes a value.
+
+    Parameters
+    ----------
+    words, metavar
+        Its help, and the word for its value there.
+    default
+        Its value where it is not given; `...` where it must be.
+    name
+        `--name` where it is not that of the parameter.
+    shown
+        The default in words.
+    least, most
+        The bounds of a number.
+    """
+    names = () if name is None else (name,)
+    return typer.Option(
+        default, *names, metavar=metavar, help=words, show_default=shown, min=least, max=most
+    )
+
+
+def flag(name: str, words: str) -> Any:
+    """Return an option without a value."""
+    return typer.Option(False, name, help=words)
 
 
 class WrongUsage(typer.BadParameter):
