@@ -292,15 +292,9 @@ def _check_movement(
     quantities: Quantities,
 ) -> None:
     # Every joint moves a row, or says that it moves none.
-    report, rows_data = quantities.report, data['links']
-    if links is not None:
-        rows = [variables_of(row) for row in links]
-    elif quantities.strange or not quantities.all_names_known or not isinstance(rows_data, list):
-        return  # its name may be among those that are not understood
-    else:
-        rows = [names_in(text) for text in texts_in(rows_data)]
+    report, rows = quantities.report, _names_in_rows(data['links'], links, quantities)
     if not rows:
-        return  # said once, of the links
+        return
     moving = frozenset().union(*rows)
     in_loops = moving_loops(data.get('loops'))
     for index, (entry, variable) in enumerate(zip(entries, variables, strict=True)):
@@ -317,6 +311,18 @@ def _check_movement(
             report.fault(
                 ('joints', index, 'unused'), f'{quoted(variable)} moves links[{row}]: it is used'
             )
+
+
+def _names_in_rows(
+    data: Any, links: Sequence[Link] | None, quantities: Quantities
+) -> list[frozenset[str]]:
+    # None where there are no rows, which has been said, or where a name may be among those that
+    # are not understood.
+    if links is not None:
+        return [variables_of(row) for row in links]
+    if quantities.strange or not quantities.all_names_known or not isinstance(data, list):
+        return []
+    return [names_in(text) for text in texts_in(data)]
 
 
 def _remark(
