@@ -13,7 +13,7 @@ from .options import OfOption, WrongUsage, default_robot, ending_at, given_robot
 
 DEFAULT = 'puma560'
 WITHOUT_VISER = (
-    'kinematics_service: view needs viser, which cannot be imported here ({reason}): '
+    'view needs viser, which cannot be imported here ({reason}): '
     "pip install '.[view]' in its checkout"
 )
 
