@@ -7,7 +7,7 @@ import traceback
 from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 
-from ..errors import KinematicsError
+from ..errors import ArmsError, KinematicsError, RobotConflictError
 from ..stop_signals import interruptible
 from .arguments import join_numbers, split_ros_arguments
 from .missing_ros import RosMissingError
@@ -56,6 +56,8 @@ def _code_of(argv: Sequence[str] | None) -> int:
         return 0
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0
+    except (RobotConflictError, ArmsError) as error:
+        return _failed(str(error), 2)
     except KinematicsError as error:
         return _failed(str(error))
     except RosMissingError as error:

@@ -13,7 +13,7 @@ from .options import ROBOT_WORDS, OfOption, WrongUsage, ending_at, flag, given_r
 
 DEFAULT = 'puma560'
 WITHOUT_VISER = (
-    'kinematics_service: view needs viser, which cannot be imported here ({reason}): '
+    'view needs viser, which cannot be imported here ({reason}): '
     "pip install '.[view]' in its checkout"
 )
 
