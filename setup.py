@@ -68,7 +68,7 @@ setup(
         'numpy>=1.26',
         'sympy>=1.12',
         'PyYAML>=6',
-        'typer>=0.9',
+        'typer>=0.9,<1',
         'rich>=13.7',
     ],
     extras_require={
@@ -77,10 +77,11 @@ setup(
         'test': TEST,
         'test-wheel': TEST_WHEEL,
         'peers': PEERS,
-        'bag': ['rosbags>=0.11'],
+        # Readers of rosbags and the server of viser are used from the inside.
+        'bag': ['rosbags>=0.11,<0.12'],
         'plot': ['matplotlib'],
         'dask': ['dask[distributed]'],
-        'view': ['viser>=1.1,<2', 'websockets>=15'],
+        'view': ['viser>=1.1,<2', 'msgspec>=0.18', 'websockets>=15'],
         'lint': ['ruff', 'mypy'],
         'docs': ['sphinx>=8', 'myst-parser>=4', 'furo', 'matplotlib'],
     },

@@ -237,7 +237,7 @@ def test_the_oldest_versions_tested_are_those_that_the_package_asks_for():
         if isinstance(node, ast.keyword) and node.arg == 'install_requires'
     )
     for line in wanted:
-        name, least = line.split('>=')
+        name, least = line.partition(',')[0].split('>=')
         assert f'{floors[name]}.'.startswith(f'{least}.')
 
 
