@@ -287,6 +287,7 @@ def test_what_is_packed_as_source_can_be_built(clone):
     assert {
         'src/kinematics_service/kernel/layout/arrays.pxd',
         'config/ur5e.yaml',
+        'config/ros/kinematics.launch.py',
         'README.md',
         'CHANGELOG.rst',
     } <= names
