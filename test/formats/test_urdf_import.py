@@ -339,6 +339,7 @@ def small(*joints, links='abc', head='<robot name="r">'):
 
 
 FINE = ('j', 'revolute', 'a', 'b', LIMIT)
+LEADS = "; the joint leads from link 'a' to 'b'"
 REFUSED = {
     'no XML': ('robot: <r>', '<text>:1: not valid XML: syntax error'),
     'cut off': (small(FINE)[:-3], '<text>:4: not valid XML: unclosed token'),
@@ -362,7 +363,8 @@ REFUSED = {
     ),
     'a xacro expression': (
         small(('j', 'revolute', 'a', 'b', '<origin rpy="${pi/2} 0 0"/>' + LIMIT)),
-        "<text>:3: <origin>: rpy='${pi/2}' is xacro: expand the file first",
+        "<text>:3: <origin> of <joint name='j'>: rpy='${pi/2}' is xacro: expand the file first"
+        + LEADS,
     ),
     'deep': (f'{"<robot>" * 70}{"</robot>" * 70}', '<text>:1: nested more than 64 deep'),
     'no such base': (
@@ -385,17 +387,17 @@ REFUSED = {
     'floating': (
         small(('j', 'floating', 'a', 'b', '')),
         "<text>:3: <joint name='j'>: a floating joint moves in six ways at once: begin the chain "
-        'below it (accepted: revolute, continuous, prismatic, fixed)',
+        'below it (accepted: revolute, continuous, prismatic, fixed)' + LEADS,
     ),
     'planar': (
         small(('j', 'planar', 'a', 'b', '')),
         "<text>:3: <joint name='j'>: a planar joint moves in three ways at once: begin the chain "
-        'below it (accepted: revolute, continuous, prismatic, fixed)',
+        'below it (accepted: revolute, continuous, prismatic, fixed)' + LEADS,
     ),
     'unknown type': (
         small(('j', 'hinge', 'a', 'b', '')),
         "<text>:3: <joint name='j'>: its type is 'hinge' (accepted: revolute, continuous, "
-        'prismatic, fixed)',
+        'prismatic, fixed)' + LEADS,
     ),
     'only fixed': (
         small(('j', 'fixed', 'a', 'b', '')),
@@ -404,24 +406,25 @@ REFUSED = {
     'no limit': (
         small(('j', 'revolute', 'a', 'b', '')),
         '<text>:3: <joint name=\'j\'>: a revolute joint needs <limit lower="..." upper="..."/>, '
-        "or type='continuous'",
+        "or type='continuous'" + LEADS,
     ),
-    'limits not told': (
-        small(('j', 'revolute', 'a', 'b', '<limit effort="1" velocity="1"/>')),
-        "<text>:3: <limit>: the lower limit of 'j' must be below the upper one, not 0 and 0 "
-        "(type='fixed' for a joint that does not move)",
+    'limits of one place': (
+        small(('j', 'revolute', 'a', 'b', '<limit lower="1.5" upper="1.5"/>')),
+        "<text>:3: <limit> of <joint name='j'>: the lower limit must be below the upper one, not "
+        f"1.5 and 1.5 (type='fixed' for a joint that does not move){LEADS}",
     ),
     'no axis': (
         small(('j', 'revolute', 'a', 'b', LIMIT + '<axis xyz="0 0 0"/>')),
-        "<text>:3: <axis>: xyz='0 0 0' has no direction",
+        "<text>:3: <axis> of <joint name='j'>: xyz='0 0 0' has no direction" + LEADS,
     ),
     'two numbers': (
         small(('j', 'revolute', 'a', 'b', LIMIT + '<origin xyz="0 0"/>')),
-        "<text>:3: <origin>: xyz: expected three numbers, not '0 0'",
+        "<text>:3: <origin> of <joint name='j'>: xyz: expected three numbers, not '0 0'" + LEADS,
     ),
     'not a number': (
         small(('j', 'revolute', 'a', 'b', LIMIT + '<origin xyz="0 nan 0"/>')),
-        "<text>:3: <origin>: xyz: 'nan' is not a number (at most 1e+06)",
+        "<text>:3: <origin> of <joint name='j'>: xyz: 'nan' is not a number (at most 1e+06)"
+        + LEADS,
     ),
     'no child': (
         '<robot name="r"><link name="a"/>\n'
@@ -458,8 +461,8 @@ REFUSED = {
     ),
     'a name with a comma': (
         small(('j,k', 'revolute', 'a', 'b', LIMIT)),
-        "joint 'j,k': a robot file takes no name with white space, commas, control characters, or "
-        'more than 256 characters',
+        "<text>:3: <joint name='j,k'>: a robot file takes no joint whose name has white space, "
+        'commas, control characters, or more than 256 characters',
     ),
 }
 

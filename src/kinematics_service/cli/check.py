@@ -3,7 +3,6 @@
 import math
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -24,6 +23,7 @@ from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES, seeded_poses
 from .accuracy_report import tolerances_in_words, uncertainty_in_words
 from .known_poses import PoseError, pose_errors, pose_faults
+from .options import doubt_text
 from .robots import joint_letters
 from .singularity_report import DEGREES, threshold_words
 from .textbook_table import motion_text, textbook_table
@@ -100,8 +100,7 @@ def _checked(out: Output, file: str) -> FileCheck:
     faults = pose_faults(robot, errors)
     _print_robot(out, robot)
     _print_arm(out, robot, errors, faults)
-    doubts = [replace(one, where=f'WARN {one.where}') for one in robot.description.warnings]
-    return FileCheck(list(map(str, faults)), list(map(str, doubts)))
+    return FileCheck(list(map(str, faults)), list(map(doubt_text, robot.description.warnings)))
 
 
 def _print_robot(out: Output, robot: Robot) -> None:

@@ -9,10 +9,11 @@ import typer
 
 from ..printing import working
 from ..robot.bundled import find_robot_file
-from ..robot.robot import load_robot
+from ..robot.file.translation import translator_of
 from .options import (
     RobotArgument,
     WrongUsage,
+    given_robot,
     refuse_robot_file,
     refuse_unknown_robot,
     refuse_unwritable,
@@ -103,6 +104,10 @@ def derive(
     if out is not None:
         refuse_unwritable('--out', out)
         refuse_robot_file('--out', out, robot)
+    if write and translator_of(str(find_robot_file(robot))):
+        raise WrongUsage(
+            f'--write: a URDF has no factors: make a robot file of it (import --urdf {robot})'
+        )
     if write and lock:
         raise WrongUsage('--write: the factors of a locked arm are not those of the robot file')
     if plot and not path:
@@ -110,7 +115,7 @@ def derive(
     if not start < end:
         raise WrongUsage(f'--from {start:g} is not before --to {end:g}')
     locked = dict(_locks(lock or []))
-    arm = load_robot(robot)
+    arm = given_robot(robot)
     if arm.description.loops and (lock or frame or code or path or write):
         raise WrongUsage(
             'an arm with closed loops is derived without --lock, --frame, --code, --path and '

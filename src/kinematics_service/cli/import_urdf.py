@@ -11,15 +11,17 @@ import typer
 
 from ..diagnosis.calibration.factory import import_ur_calibration
 from ..formats.urdf.importer import import_urdf as imported
-from ..robot.bundled import find_robot_file
+from ..robot.bundled import find_robot
+from ..robot.file.reader import robot_file_text
 from .export import write_document
-from .options import WrongUsage, given_robot
+from .options import WrongUsage, doubt_text, given_robot
 
 HELP = """
 Make a robot file from a chain of a URDF, or from a factory calibration, and prove it.
 
 \b
 Examples:
+  kinematics_service import --urdf arm.urdf
   kinematics_service import --urdf arm.urdf --base base_link --tip tool0
   kinematics_service import --urdf a.urdf --base b --tip t --out a.yaml
   kinematics_service import --urdf a.urdf --base b --tip t --name my_arm
@@ -48,12 +50,21 @@ def import_urdf(
         Optional[Path], typer.Option('--urdf', metavar='FILE', help='The URDF.')
     ] = None,
     base: Annotated[
-        Optional[str],
-        typer.Option('--base', metavar='LINK', help='The link in whose frame poses are given.'),
-    ] = None,
+        str,
+        typer.Option(
+            metavar='LINK',
+            help='The link in whose frame poses are given.',
+            show_default='the root',
+        ),
+    ] = '',
     tip: Annotated[
-        Optional[str], typer.Option('--tip', metavar='LINK', help='The link that is the tool.')
-    ] = None,
+        str,
+        typer.Option(
+            metavar='LINK',
+            help='The link that is the tool.',
+            show_default='the end of the longest chain of moving joints',
+        ),
+    ] = '',
     ur_calibration: Annotated[
         Optional[Path],
         typer.Option(metavar='FILE', help='A factory calibration of Universal Robots.'),
@@ -90,22 +101,21 @@ def import_urdf(
             raise WrongUsage('--ur-calibration: give the nominal arm with --robot, and no --urdf')
         _import_ur_calibration(ur_calibration, robot, out)
         return
-    if urdf is None or base is None or tip is None:
-        raise WrongUsage(
-            'give --urdf FILE with --base LINK and --tip LINK, or --ur-calibration FILE with '
-            '--robot NAME'
-        )
+    if urdf is None:
+        raise WrongUsage('give --urdf FILE, or --ur-calibration FILE with --robot NAME')
     found = imported(urdf, base, tip, name, convention.value, round_angles, point or ())
     write_document(out, found.text)
     # On the screen the robot file itself is standard output, so that it can be redirected.
     report = sys.stderr if out == '-' else sys.stdout
     print(f'{found.robot.name}: {found.certificate}', file=report)
+    for doubt in found.doubts:
+        print(doubt_text(doubt), file=sys.stderr)
 
 
 def _import_ur_calibration(file: Path, robot: str, out: str) -> None:
     arm = given_robot(robot)
     date = datetime.now().astimezone().date().isoformat()
-    text = find_robot_file(robot).read_text(encoding='utf-8')
+    text = robot_file_text(*find_robot(robot))
     found = import_ur_calibration(file, arm, text, date)
     write_document(out, found.text)
     print(f'{arm.name}: {found}', file=sys.stderr if out == '-' else sys.stdout)

@@ -5,8 +5,10 @@ import os
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
+from typing import NamedTuple
 
 from ..errors import RobotNotFoundError
+from .file.translation import translator_of
 
 # What a person looks for; a robot that stands in no group is listed after them.
 GROUPS: Mapping[str, tuple[str, ...]] = {
@@ -79,6 +81,21 @@ def grouped_robots() -> Mapping[str, Mapping[str, Path]]:
     return {**groups, OTHERS: others} if others else groups
 
 
+class RobotSource(NamedTuple):
+    """
+    Where a robot is to be read.
+
+    Attributes
+    ----------
+    base, tip
+        Of a URDF, the links at which its chain begins and ends; empty where they are not given.
+    """
+
+    file: Path
+    base: str = ''
+    tip: str = ''
+
+
 def find_robot_file(name: str | os.PathLike[str]) -> Path:
     """
     Return the file of a robot given by bundled name or by path.
@@ -88,18 +105,35 @@ def find_robot_file(name: str | os.PathLike[str]) -> Path:
     RobotNotFoundError
         Neither a file nor a bundled robot; the message lists the names.
     """
+    return find_robot(name).file
+
+
+def find_robot(name: str | os.PathLike[str]) -> RobotSource:
+    """
+    Return where the robot of a name is to be read: a bundled name, a path, or URDF:BASE:TIP.
+
+    Raises
+    ------
+    RobotNotFoundError
+        Neither a file nor a bundled robot; the message lists the names.
+    """
     text = os.fspath(name)
     bundled = bundled_robots()
     if text in bundled:
-        return bundled[text]
+        return RobotSource(bundled[text])
     path = Path(text)
-    looks_like_a_path = path.suffix in ('.yaml', '.yml') or path.name != text
+    head, *ends = text.rsplit(':', 2)
+    if len(ends) == 2 and translator_of(head) and not path.exists():
+        return RobotSource(Path(head), *ends)
+    looks_like_a_path = (
+        path.suffix in ('.yaml', '.yml') or bool(translator_of(text)) or path.name != text
+    )
     if path.exists() or looks_like_a_path:
-        return path
+        return RobotSource(path)
     near = difflib.get_close_matches(text, bundled, n=1)
     hint = f'did you mean {near[0]!r}? ' if near else ''
     raise RobotNotFoundError(
-        f'no robot {text!r}: {hint}give a YAML file or one of: {", ".join(bundled)}',
+        f'no robot {text!r}: {hint}give a robot file, a URDF or one of: {", ".join(bundled)}',
         text,
         tuple(bundled),
     )

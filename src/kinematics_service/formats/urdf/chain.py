@@ -9,12 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...errors import UrdfError
 from ...kernel import Floats
 from ...rigid_motion import turn_about
-from .document import XmlElement
+from .document import XmlElement, shown
 from .elements import EXTENSION
-from .joints import MOVING, Angle, UrdfJoint, read_joint
-from .tree import UrdfTree
+from .joints import MOVING, Angle, JointLimits, UrdfJoint, read_joint
+from .tree import UrdfTree, end_of
 
 
 @dataclass(frozen=True)
@@ -26,15 +27,11 @@ class Variable:
     ----------
     type
         `revolute`, `prismatic`, or `helical` if joints that mimic it slide, too.
-    lower, upper, velocity
-        rad or m, infinite if there is none.
     """
 
     name: str
     type: str
-    lower: float
-    upper: float
-    velocity: float
+    limits: JointLimits
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +110,7 @@ def read_chain(tree: UrdfTree, base: str, tip: str, angle: Angle = float) -> Urd
     UrdfError
         There is none, no joint moves it, or a robot file cannot express one of its joints.
     """
-    way = [read_joint(element, angle) for element in tree.chain(base, tip)]
+    way = [_joint(element, angle) for element in tree.chain(base, tip)]
     leaders = {joint.name: _followed(tree, joint) for joint in way if joint.type in MOVING}
     moving = [joint for joint in way if joint.name in leaders and leaders[joint.name].multiplier]
     names = list(dict.fromkeys(leaders[joint.name].mimics for joint in moving))
@@ -135,7 +132,16 @@ def read_chain(tree: UrdfTree, base: str, tip: str, angle: Angle = float) -> Urd
         still = np.eye(4)
     variables = [_variable(tree, name, moving, leaders) for name in names]
     robot = tree.root.attributes.get('name', '')
+    base, tip = base.removeprefix('/'), tip.removeprefix('/')
     return UrdfChain(robot, base, tip, tuple(variables), tuple(motions), still)
+
+
+def _joint(element: XmlElement, angle: Angle = float) -> UrdfJoint:
+    try:
+        return read_joint(element, angle)
+    except UrdfError as error:
+        parent, child = (shown(end_of(element, end)) for end in ('parent', 'child'))
+        raise UrdfError(f'{error}; the joint leads from link {parent} to {child}') from None
 
 
 def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
@@ -150,7 +156,7 @@ def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
         if leader.mimics not in tree.joints:
             leader.element.refuse(f'it mimics {leader.mimics!r}, and there is no such joint')
         factor, offset = factor * leader.multiplier, factor * leader.offset + offset
-        leader = read_joint(tree.joints[leader.mimics])
+        leader = _joint(tree.joints[leader.mimics])
         if leader.type not in MOVING:
             joint.element.refuse(f'it mimics {leader.name!r}, which is {leader.type}')
     return replace(joint, mimics=leader.name, multiplier=factor, offset=offset)
@@ -166,7 +172,7 @@ def _ordered(root: XmlElement, names: list[str]) -> list[str]:
 def _variable(
     tree: UrdfTree, name: str, moving: Sequence[UrdfJoint], leaders: dict[str, UrdfJoint]
 ) -> Variable:
-    leader = read_joint(tree.joints[name])
+    leader = _joint(tree.joints[name])
     turns = leader.type != 'prismatic'
     ours = [joint for joint in moving if leaders[joint.name].mimics == name]
     others = [joint for joint in ours if (joint.type != 'prismatic') != turns]
@@ -177,4 +183,4 @@ def _variable(
             'of a joint that turns in the same chain (type: helical)'
         )
     kind = 'helical' if others else 'revolute' if turns else 'prismatic'
-    return Variable(name, kind, leader.lower, leader.upper, leader.velocity)
+    return Variable(name, kind, leader.limits)
