@@ -4,11 +4,11 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from ..robot.bundled import TOPIC
 from ..robot.file.translation import translator_of
 
 NUMBERS = re.compile(r'[-+]?[\d.,][\d.,eE+-]*')
-# Where a node takes its robot from instead of a file: a topic.
-TOPIC, DESCRIPTION = 'topic:', '/robot_description'
+DESCRIPTION = '/robot_description'
 TAKES_NUMBERS = ('--q', '--qdot', '--near', '--xyz', '--rpy', '--quaternion')
 
 

@@ -54,6 +54,8 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     ),
 }
 OTHERS = 'Others'
+# Before the name of a topic that a URDF is published on: a node takes its robot from there, too.
+TOPIC = 'topic:'
 
 
 def _folder() -> Path:
@@ -122,9 +124,13 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
     if text in bundled:
         return RobotSource(bundled[text])
     path = Path(text)
-    head, *ends = text.rsplit(':', 2)
-    if len(ends) == 2 and translator_of(head) and not path.exists():
-        return RobotSource(Path(head), *ends)
+    urdf, *ends = split_ends(text)
+    if translator_of(urdf) and not path.exists():
+        return RobotSource(Path(urdf), *ends)
+    if text.startswith(TOPIC):
+        raise RobotNotFoundError(
+            f'{text}: only the node takes a robot from a topic: give a file', text, tuple(bundled)
+        )
     looks_like_a_path = (
         path.suffix in ('.yaml', '.yml') or bool(translator_of(text)) or path.name != text
     )
@@ -137,3 +143,11 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
         text,
         tuple(bundled),
     )
+
+
+def split_ends(name: str) -> tuple[str, str, str]:
+    """Return the parts of SOURCE:BASE:TIP; base and tip are empty where there is but a source."""
+    source, *ends = name.removeprefix(TOPIC).rsplit(':', 2)
+    if len(ends) != 2:
+        return name, '', ''
+    return name.removesuffix(':'.join(['', *ends])), ends[0], ends[1]

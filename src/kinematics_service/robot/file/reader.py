@@ -77,9 +77,8 @@ def read_robot_file(
     translate = translator_of(file)
     content = _content(file, MOST_TRANSLATED if translate else MAX_BYTES)
     if translate:
-        description = described(translate(content, file, base, tip), file)
-    else:
-        description = parse_robot(_decoded(content, file), file)
+        return described(translate(content, file, base, tip), file, content)
+    description = parse_robot(_decoded(content, file), file)
     return replace(description, sha256=hashlib.sha256(content).hexdigest())
 
 
@@ -91,10 +90,14 @@ def robot_file_text(path: str | os.PathLike[str], base: str = '', tip: str = '')
     return translate(content, file, base, tip).text if translate else _decoded(content, file)
 
 
-def described(translated: RobotText, file: str) -> RobotDescription:
-    """Return what a translated robot says; `file` is where it came from."""
+def described(translated: RobotText, file: str, content: bytes) -> RobotDescription:
+    """Return what a robot says that was translated from the content of a file."""
     # What the reader doubts has lines and keys of a text that nobody sees.
-    return replace(parse_robot(translated.text, file), warnings=translated.doubts)
+    return replace(
+        parse_robot(translated.text, file),
+        warnings=translated.doubts,
+        sha256=hashlib.sha256(content).hexdigest(),
+    )
 
 
 def _content(file: str, most: int) -> bytes:
