@@ -6,6 +6,7 @@ The product shares nothing with the kernel or the table made from the chain, so 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NoReturn
 
 import numpy as np
 
@@ -140,8 +141,16 @@ def _joint(element: XmlElement, angle: Angle = float) -> UrdfJoint:
     try:
         return read_joint(element, angle)
     except UrdfError as error:
-        parent, child = (shown(end_of(element, end)) for end in ('parent', 'child'))
-        raise UrdfError(f'{error}; the joint leads from link {parent} to {child}') from None
+        raise UrdfError(str(error) + _links_of(element)) from None
+
+
+def _links_of(joint: XmlElement) -> str:
+    parent, child = (shown(end_of(joint, end)) for end in ('parent', 'child'))
+    return f'; the joint leads from link {parent} to {child}'
+
+
+def _refuse(joint: XmlElement, message: str) -> NoReturn:
+    joint.refuse(message + _links_of(joint))
 
 
 def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
@@ -151,14 +160,14 @@ def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
     passed = set()
     while leader.mimics:
         if leader.name in passed:
-            joint.element.refuse('it mimics itself, by way of the joints it mimics')
+            _refuse(joint.element, 'it mimics itself, by way of the joints it mimics')
         passed.add(leader.name)
         if leader.mimics not in tree.joints:
-            leader.element.refuse(f'it mimics {leader.mimics!r}, and there is no such joint')
+            _refuse(leader.element, f'it mimics {leader.mimics!r}, and there is no such joint')
         factor, offset = factor * leader.multiplier, factor * leader.offset + offset
         leader = _joint(tree.joints[leader.mimics])
         if leader.type not in MOVING:
-            joint.element.refuse(f'it mimics {leader.name!r}, which is {leader.type}')
+            _refuse(joint.element, f'it mimics {leader.name!r}, which is {leader.type}')
     return replace(joint, mimics=leader.name, multiplier=factor, offset=offset)
 
 
@@ -178,9 +187,10 @@ def _variable(
     others = [joint for joint in ours if (joint.type != 'prismatic') != turns]
     if others and (not turns or len(others) == len(ours)):
         does, itself = ('turns', 'slides') if turns else ('slides', 'turns')
-        others[0].element.refuse(
+        _refuse(
+            others[0].element,
             f'it {itself}, and {name!r}, which it mimics, {does}; a robot file can say that only '
-            'of a joint that turns in the same chain (type: helical)'
+            'of a joint that turns in the same chain (type: helical)',
         )
     kind = 'helical' if others else 'revolute' if turns else 'prismatic'
     return Variable(name, kind, leader.limits)

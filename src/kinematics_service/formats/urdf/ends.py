@@ -65,9 +65,8 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
         ways = {link: way for link, way in ways.items() if way.base == base}
     moving = {link: _moving(tree, way.joints) for link, way in ways.items()}
     if not any(moving.values()):
-        tree.root.refuse(
-            f'no joint moves anything below {shown(base)}' if base else 'no joint moves'
-        )
+        where = f'below {shown(base)}' if base else 'in it'
+        tree.root.refuse(f'no joint moves anything {where}')
     tip = _tip(tree, ways, moving)
     base = _way(tree, tip, base).base
     others = sorted(

@@ -3,7 +3,6 @@ The node's parameters as ROS has them: declared once, checked together, applied 
 """
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any, NamedTuple
 
 from rcl_interfaces.msg import SetParametersResult
@@ -84,14 +83,14 @@ class NodeParameters:
             )
         self.transport = self._transport()
         self.by_default = robot is None and name == ROBOT.default
-        self._load: Callable[[], Robot] = partial(load_robot, name)
+        self._load: Callable[[], Robot] = lambda: load_robot(name)
         self.description: DescriptionTopic | None = None
         if name.startswith(TOPIC):
             self.description = DescriptionTopic(node, name)
             self._load = self.description.robot
             robot_of_file = self.description.first_robot(stopped)
         else:
-            robot_of_file = load_robot(name)
+            robot_of_file = self._load()
         # An empty list on a command line arrives as nothing.
         self._points = self._declare(POINTS.name, POINTS.default, POINTS.descriptor()) or ()
         for parameter in PARAMETERS:
@@ -194,8 +193,8 @@ class NodeParameters:
             return last
         if self.description is not None and values['publish_robot_description']:
             raise SettingsError(
-                'parameter publish_robot_description: True is not accepted: the robot itself comes '
-                'from a description, and would be told in two ways'
+                'parameter publish_robot_description: True is not accepted: the robot itself '
+                'comes from a description, and would be told in two ways'
             )
         settings = settings_from(values, robot, self._points)
         self._checked = CheckedArm(robot, values, settings)
