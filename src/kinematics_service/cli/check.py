@@ -9,6 +9,7 @@ import numpy as np
 import typer
 from rich.table import Table
 
+from ..diagnosis.frame_check.known_poses import PoseError, pose_errors, pose_faults
 from ..errors import Fault, KinematicsError, RobotFileError
 from ..estimation.status_text import structure_in_words
 from ..kernel import Floats
@@ -22,7 +23,6 @@ from ..robot.loops import other_branches
 from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES, seeded_poses
 from .accuracy_report import tolerances_in_words, uncertainty_in_words
-from .known_poses import PoseError, pose_errors, pose_faults
 from .options import doubt_text
 from .robots import joint_letters
 from .singularity_report import DEGREES, threshold_words

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import Fault
-from ..kinematics.forward import forward_kinematics
-from ..rigid_motion import rotation_vector
-from ..robot.file.parts.description import KnownPose
-from ..robot.robot import Robot
+from ...errors import Fault
+from ...kinematics.forward import forward_kinematics
+from ...rigid_motion import rotation_vector
+from ...robot.file.parts.description import KnownPose
+from ...robot.robot import Robot
 
 
 @dataclass(frozen=True)
