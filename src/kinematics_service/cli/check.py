@@ -9,6 +9,7 @@ import numpy as np
 import typer
 from rich.table import Table
 
+from ..diagnosis.frame_check.known_pose_causes import pose_causes
 from ..diagnosis.frame_check.known_poses import PoseError, pose_errors, pose_faults
 from ..errors import Fault, KinematicsError, RobotFileError
 from ..estimation.status_text import structure_in_words
@@ -100,6 +101,8 @@ def _checked(out: Output, file: str) -> FileCheck:
     faults = pose_faults(robot, errors)
     _print_robot(out, robot)
     _print_arm(out, robot, errors, faults)
+    if faults and (cause := str(pose_causes(robot))):
+        faults = (*faults, Fault(robot.description.file, 0, 'known_poses', cause))
     return FileCheck(list(map(str, faults)), list(map(doubt_text, robot.description.warnings)))
 
 
