@@ -197,7 +197,10 @@ def test_the_twist_there_and_back_is_the_same():
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        ((np.zeros(5), np.zeros(3)), 'twist must be finite numbers of shape (..., 6), not of (5,)'),
+        (
+            (np.zeros(5), np.zeros(3)),
+            'twist must be finite numbers of shape (..., 6), not of (5,)',
+        ),
         ((np.zeros(6), np.zeros(2)), 'r must be finite numbers of shape (..., 3), not of (2,)'),
         ((np.zeros(6), [0, np.inf, 0]), 'r must be finite numbers of shape (..., 3), not of (3,)'),
         (('here', np.zeros(3)), 'twist must be finite numbers of shape (..., 6), not of (0,)'),

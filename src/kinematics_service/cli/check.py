@@ -3,13 +3,14 @@
 import math
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import Annotated, NamedTuple
 
 import numpy as np
 import typer
 from rich.table import Table
 
+from ..diagnosis.frame_check.known_pose_causes import pose_causes
+from ..diagnosis.frame_check.known_poses import PoseError, pose_errors, pose_faults
 from ..errors import Fault, KinematicsError, RobotFileError
 from ..estimation.status_text import structure_in_words
 from ..kernel import Floats
@@ -23,8 +24,7 @@ from ..robot.loops import other_branches
 from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES, seeded_poses
 from .accuracy_report import tolerances_in_words, uncertainty_in_words
-from .known_poses import PoseError, pose_errors, pose_faults
-from .options import flag
+from .options import doubt_text, flag
 from .robots import joint_letters
 from .singularity_report import DEGREES, threshold_words
 from .textbook_table import motion_text, textbook_table
@@ -99,8 +99,9 @@ def _checked(out: Output, file: str) -> FileCheck:
     faults = pose_faults(robot, errors)
     _print_robot(out, robot)
     _print_arm(out, robot, errors, faults)
-    doubts = [replace(one, where=f'WARN {one.where}') for one in robot.description.warnings]
-    return FileCheck(list(map(str, faults)), list(map(str, doubts)))
+    if faults and (cause := str(pose_causes(robot))):
+        faults = (*faults, Fault(robot.description.file, 0, 'known_poses', cause))
+    return FileCheck(list(map(str, faults)), list(map(doubt_text, robot.description.warnings)))
 
 
 def _print_robot(out: Output, robot: Robot) -> None:

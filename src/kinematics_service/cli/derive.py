@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Optional
 
 from ..printing import working
 from ..robot.bundled import find_robot_file
-from ..robot.robot import load_robot
+from ..robot.file.translation import translator_of
 from .options import (
     RobotArgument,
     WrongUsage,
     flag,
+    given_robot,
     option,
     refuse_robot_file,
     refuse_unknown_robot,
@@ -83,6 +84,10 @@ def derive(
     if out is not None:
         refuse_unwritable('--out', out)
         refuse_robot_file('--out', out, robot)
+    if write and translator_of(str(find_robot_file(robot))):
+        raise WrongUsage(
+            f'--write: a URDF has no factors: make a robot file of it (import --urdf {robot})'
+        )
     if write and lock:
         raise WrongUsage('--write: the factors of a locked arm are not those of the robot file')
     if plot and not path:
@@ -90,7 +95,7 @@ def derive(
     if not start < end:
         raise WrongUsage(f'--from {start:g} is not before --to {end:g}')
     locked = dict(_locks(lock or []))
-    arm = load_robot(robot)
+    arm = given_robot(robot)
     if arm.description.loops and (lock or frame or code or path or write):
         raise WrongUsage(
             'an arm with closed loops is derived without --lock, --frame, --code, --path and '

@@ -9,15 +9,17 @@ from typing import Optional
 
 from ..diagnosis.calibration.factory import import_ur_calibration
 from ..formats.urdf.importer import import_urdf as imported
-from ..robot.bundled import find_robot_file
+from ..robot.bundled import find_robot
+from ..robot.file.reader import robot_file_text
 from .export import write_document
-from .options import WrongUsage, flag, given_robot, option
+from .options import WrongUsage, doubt_text, flag, given_robot, option
 
 HELP = """
 Make a robot file from a chain of a URDF, or from a factory calibration, and prove it.
 
 \b
 Examples:
+  kinematics_service import --urdf arm.urdf
   kinematics_service import --urdf arm.urdf --base base_link --tip tool0
   kinematics_service import --urdf a.urdf --base b --tip t --out a.yaml
   kinematics_service import --urdf a.urdf --base b --tip t --name my_arm
@@ -43,8 +45,15 @@ class ImportedConvention(str, Enum):
 
 def import_urdf(
     urdf: Optional[Path] = option('The URDF.', 'FILE'),
-    base: Optional[str] = option('The link in whose frame poses are given.', 'LINK'),
-    tip: Optional[str] = option('The link that is the tool.', 'LINK'),
+    base: str = option(
+        'The link in whose frame poses are given.', 'LINK', default='', shown='the root'
+    ),
+    tip: str = option(
+        'The link that is the tool.',
+        'LINK',
+        default='',
+        shown='the end of the longest chain of moving joints',
+    ),
     ur_calibration: Optional[Path] = option('A factory calibration of Universal Robots.', 'FILE'),
     robot: Optional[str] = option('The nominal arm of a factory calibration.', 'FILE|NAME'),
     name: str = option('Name of the robot.', 'NAME', default='', shown="the URDF's"),
@@ -65,22 +74,21 @@ def import_urdf(
             raise WrongUsage('--ur-calibration: give the nominal arm with --robot, and no --urdf')
         _import_ur_calibration(ur_calibration, robot, out)
         return
-    if urdf is None or base is None or tip is None:
-        raise WrongUsage(
-            'give --urdf FILE with --base LINK and --tip LINK, or --ur-calibration FILE with '
-            '--robot NAME'
-        )
+    if urdf is None:
+        raise WrongUsage('give --urdf FILE, or --ur-calibration FILE with --robot NAME')
     found = imported(urdf, base, tip, name, convention.value, round_angles, point or ())
     write_document(out, found.text)
     # On the screen the robot file itself is standard output, so that it can be redirected.
     report = sys.stderr if out == '-' else sys.stdout
     print(f'{found.robot.name}: {found.certificate}', file=report)
+    for doubt in found.doubts:
+        print(doubt_text(doubt), file=sys.stderr)
 
 
 def _import_ur_calibration(file: Path, robot: str, out: str) -> None:
     arm = given_robot(robot)
     date = datetime.now().astimezone().date().isoformat()
-    text = find_robot_file(robot).read_text(encoding='utf-8')
+    text = robot_file_text(*find_robot(robot))
     found = import_ur_calibration(file, arm, text, date)
     write_document(out, found.text)
     print(f'{arm.name}: {found}', file=sys.stderr if out == '-' else sys.stdout)

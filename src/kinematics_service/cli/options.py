@@ -2,26 +2,30 @@
 
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Optional
 
 import numpy as np
 import typer
 
-from ..errors import PointError, RobotNotFoundError
+from ..errors import Fault, PointError, RobotNotFoundError
 from ..kernel import Floats
 from ..output_file import unwritable
 from ..robot.bundled import find_robot_file
+from ..robot.file.translation import translator_of
 from ..robot.points import TOOL
 from ..robot.robot import Robot, load_robot
 
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 
-ROBOT_WORDS = 'A robot file, or a bundled robot.'
+ROBOT_WORDS = 'A robot file, a URDF, or a bundled robot.'
 RobotOption = Annotated[str, typer.Option('--robot', metavar='FILE|NAME', help=ROBOT_WORDS)]
 RobotArgument = Annotated[
     str,
-    typer.Argument(metavar='ROBOT', help='A robot file, or a bundled robot; also with --robot.'),
+    typer.Argument(
+        metavar='ROBOT', help='A robot file, a URDF, or a bundled robot; also with --robot.'
+    ),
 ]
 PositionsOption = Annotated[
     str,
@@ -119,20 +123,29 @@ def refuse_unknown_robot(name: str) -> None:
     except RobotNotFoundError as error:
         raise WrongUsage(f'--robot: {error}') from None
     if not path.exists():
-        raise WrongUsage(f'--robot: there is no file {name}')
+        raise WrongUsage(f'--robot: there is no file {path}')
 
 
 def given_robot(name: str) -> Robot:
     """
-    Return the robot of a name.
+    Return the robot of a name; what is doubtful in a URDF is printed.
 
     Raises
     ------
-    RobotFileError
+    RobotFileError, UrdfError
         The file exists but holds no valid robot.
     """
     refuse_unknown_robot(name)
-    return load_robot(name)
+    robot = load_robot(name)
+    if translator_of(robot.description.file):  # a robot file has been checked by its author
+        for doubt in robot.description.warnings:
+            print(doubt_text(doubt), file=sys.stderr)
+    return robot
+
+
+def doubt_text(doubt: Fault) -> str:
+    """Return what is allowed but most likely a mistake, as a line for the user."""
+    return str(replace(doubt, where=f'WARN {doubt.where}'))
 
 
 def given_point(text: str) -> str | int:

@@ -3,7 +3,6 @@
 import os
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy.typing as npt
 
 from ..errors import Fault, KinematicsError, PointError, RobotFileError
 from ..kernel import Arm, Chain, Floats
-from .bundled import find_robot_file
+from .bundled import RobotSource, find_robot
 from .chain import FrozenArrays
 from .closed_poses import closed_poses
 from .factors import Factors, read_factors, with_loops
@@ -344,12 +343,14 @@ def _holds(robot: Robot, factor: Factor) -> bool:
 
 def load_robot(name: str | os.PathLike[str]) -> Robot:
     """
-    Return the robot of a YAML file, or a bundled one by its name.
+    Return the robot of a YAML file or of a URDF, or a bundled one by its name.
 
     Parameters
     ----------
     name
-        A path such as `config/craig_3r.yaml`, or a bundled name such as `puma560`.
+        A path such as `config/craig_3r.yaml`, or a bundled name such as `puma560`. Of a URDF
+        `arm.urdf` is the longest chain of moving joints, `arm.urdf:BASE:TIP` that between two
+        links.
 
     Raises
     ------
@@ -357,8 +358,10 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
         Neither a file nor a bundled robot.
     RobotFileError
         The file is not a valid robot; the message has a line for each fault.
+    UrdfError
+        The URDF holds no such chain, or a joint that no robot file can express.
     """
-    return build_robot(read_robot_file(find_robot_file(name)))
+    return build_robot(read_robot_file(*find_robot(name)))
 
 
 # What every function of the library takes for an arm: a robot, a bundled name or a file's path.
@@ -373,7 +376,7 @@ def as_robot(robot: AnyRobot) -> Robot:
 
     Raises
     ------
-    RobotNotFoundError, RobotFileError
+    RobotNotFoundError, RobotFileError, UrdfError
         As `load_robot`.
     TypeError
         It is neither.
@@ -385,17 +388,18 @@ def as_robot(robot: AnyRobot) -> Robot:
             'robot must be a Robot, the name of a bundled robot or the path of a robot file, '
             f'not {type(robot).__name__}'
         )
-    file = find_robot_file(robot)
+    source = find_robot(robot)
     try:
-        state = file.stat()
+        state = source.file.stat()
     except OSError:
-        return load_robot(file)  # which says what is wrong
-    return _robot_of(file.absolute(), state.st_mtime_ns, state.st_size, state.st_ino)
+        return load_robot(robot)  # which says what is wrong
+    there = source._replace(file=source.file.absolute())
+    return _robot_of(there, state.st_mtime_ns, state.st_size, state.st_ino)
 
 
 @lru_cache(maxsize=32)
-def _robot_of(file: Path, *_state: int) -> Robot:
-    return load_robot(file)
+def _robot_of(source: RobotSource, *_state: int) -> Robot:
+    return build_robot(read_robot_file(*source))
 
 
 def robot_from_text(text: str, file: str = '<text>') -> Robot:

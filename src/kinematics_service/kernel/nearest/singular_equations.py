@@ -60,7 +60,11 @@ class SingularEquations:
         self.size: int = self.length + 1
         self.smallest, self.largest, self.corrected = 0.0, 0.0, False
         room = 2 * n + chain.frames_at + self.length * self.width + self.turns + 6 * n
-        room += self.count * (2 * n + self.count + 3) + self.size * (self.size + self.count + 2) + self.turns
+        room += (
+            self.count * (2 * n + self.count + 3)
+            + self.size * (self.size + self.count + 2)
+            + self.turns
+        )
         self.room: Flat = arrays.scratch(room)
         self.q: Flat = self.room
         self.still: Flat = arrays.after(self.q, n)
