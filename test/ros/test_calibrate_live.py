@@ -106,7 +106,9 @@ def test_a_running_robot_is_calibrated_and_ctrl_c_ends_the_collecting(live, tmp_
     )
     measured.peer.spin_until(lambda: measured.virtual.heard, 'listener', DEADLINE)
     measured.virtual.start()
-    measured.peer.spin_until(lambda: one.said('is identified; more'), 'that all is identified', DEADLINE)
+    measured.peer.spin_until(
+        lambda: one.said('is identified; more'), 'that all is identified', DEADLINE
+    )
     # As many poses as tell the rest with some room, however fast they came.
     measured.peer.spin_until(lambda: measured.virtual.sent > ENOUGH, 'more poses', DEADLINE)
     assert one.lines[0] == (

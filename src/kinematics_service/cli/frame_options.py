@@ -40,7 +40,7 @@ GapOption = Annotated[
 WarnOption = Annotated[
     str,
     typer.Option(
-        '--pose-warn', metavar='LIMIT', help='Remaining pose error (rms) that is a warning.'
+        '--pose-warn', metavar='LIMIT', help='Remaining pose error (rms) from which on it is WARN.'
     ),
 ]
 BadOption = Annotated[
@@ -68,7 +68,7 @@ def given_frames(gap: float | None, warn: str, stop: str) -> FrameSettings:
         raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {LONGEST_GAP:g} s')
     limits = FrameLimits(given_limit('--pose-warn', warn), given_limit('--pose-stop', stop))
     if limits.bad.position < limits.warn.position or limits.bad.angle < limits.warn.angle:
-        raise WrongUsage(f'--pose-stop: {stop} is less than the warning at {warn}')
+        raise WrongUsage(f'--pose-stop: {stop} is less than --pose-warn {warn}')
     return FrameSettings(gap, limits)
 
 
