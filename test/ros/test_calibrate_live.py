@@ -106,22 +106,24 @@ def test_a_running_robot_is_calibrated_and_ctrl_c_ends_the_collecting(live, tmp_
     )
     measured.peer.spin_until(lambda: measured.virtual.heard, 'listener', DEADLINE)
     measured.virtual.start()
-    measured.peer.spin_until(lambda: one.said('all is known'), 'that all is known', DEADLINE)
+    measured.peer.spin_until(
+        lambda: one.said('is identified; more'), 'that all is identified', DEADLINE
+    )
     # As many poses as tell the rest with some room, however fast they came.
     measured.peer.spin_until(lambda: measured.virtual.sent > ENOUGH, 'more poses', DEADLINE)
     assert one.lines[0] == (
         'collecting joint states of /joint_states and poses of /kinematics/reference_pose'
     )
-    assert one.said(' of 30 directions are known')
-    assert one.said('  known: theta')
-    shared = [line for line in one.lines if line.startswith('  not by itself, or not yet: ')]
+    assert one.said(' of 30 combinations are identified')
+    assert one.said('  identified: theta')
+    shared = [line for line in one.lines if line.startswith('  not yet, or not by itself: ')]
     names = set(shared[-1].partition(': ')[2].split(', '))
     assert {'theta1', 'd2', 'd3', 'd4'} <= names
     assert not {'a2', 'alpha3', 'theta4'} & names
     one.popen.send_signal(signal.SIGINT)
     code, out, err = one.end()
     assert (code, err) == (0, '')
-    assert 'a pose that tells more: ' in out or '30 of 30' in out
+    assert 'a pose that identifies more: ' in out or '30 of 30' in out
     assert f'wrote {output}; next: ' in out
     found = json.loads(document.read_text())
     assert found['known'] == found['possible'] == 30

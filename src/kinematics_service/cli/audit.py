@@ -27,7 +27,7 @@ FAILURES = ('never', 'warn', 'stop', 'undecided', 'limits', 'speed', 'frames')
 
 HELP = """
 Judge a recording of joint states, or a planned trajectory, as the node would have judged it:
-poses, twists, stretches near a singularity, limits, gaps, jumps, and whether a second source of
+poses, twists, times near a singularity, limits, gaps, jumps, and whether a second source of
 poses agrees.
 
 \b
@@ -45,8 +45,8 @@ FILE is one of
     what UR's RTDE recorder writes; other columns with --columns
   a JointTrajectory (.yaml, .json) as `ros2 topic echo` prints it, or in a bag
 
-A plan is decided between its points too: proved to keep away from singular
-poses, refuted by one, or not decided. It is no safety function.
+A plan is judged between its points too. It is proved to keep away from singular
+poses, or refuted by one, or not decided. This is no safety function.
 
 \b
 Each of several FILEs gets its own verdict; --html, --json and --out name
@@ -56,17 +56,17 @@ folders, and the exit code is that of the worst.
 Exit code 0: judged. 1: FILE cannot be read or has no state of this robot, or
 --fail-on is met. 2: wrong usage. --fail-on is a list of
   warn, stop     it comes nearer to a singularity than that threshold
-  undecided      whether a plan does is neither proved nor refuted, or whether
-                 it keeps --speed-limit
+  undecided      of a plan that is neither proved nor refuted, and the same
+                 of --speed-limit
   limits         a joint is beyond its limits
   speed          a joint is above its velocity limit, or a plan above --speed-limit
-  frames         there is no second source of poses, or it cannot be compared,
-                 or disagrees: the cause is found, or more than --pose-stop
+  frames         there is no second source of poses, it cannot be compared, or
+                 it disagrees: a cause is found, or more than --pose-stop
                  remains with constant offsets of base and tool
-  never          the default of a recording; that of a plan is stop,undecided,
-                 and speed with --speed-limit
-A plan that could not be judged in some sample, and a file whose checksum is
-wrong, fail too, unless --fail-on is never.
+  never          the default for a recording; the default for a plan is
+                 stop,undecided, and speed with --speed-limit
+A plan with a sample that could not be judged, and a file with a wrong checksum,
+fail too, unless --fail-on is never.
 """
 
 
@@ -103,7 +103,7 @@ def audit(
     pose_format: FormatOption = None,
     pose_gap: GapOption = None,
     pose_warn: str = option(
-        'Remaining pose error (rms) that is a warning.', 'LIMIT', default='4mm,0.5deg'
+        'Remaining pose error (rms) from which on it is WARN.', 'LIMIT', default='4mm,0.5deg'
     ),
     pose_stop: str = option(
         'Remaining pose error that makes --fail-on frames fail.', 'LIMIT', default='20mm,2deg'

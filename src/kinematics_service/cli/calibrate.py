@@ -55,8 +55,8 @@ Examples:
 \b
 FILE has joint states and measured poses, as for audit: a bag, or a table
 (.csv) with columns stamp, position.<joint>, pose.x and so on. The frame of
-the poses and the tool frame or point measured need not be those of the robot
-file: both are fitted, unless --fix names base or tool.
+the poses and the measured frame or point of the tool may differ from those of
+the robot file: both are fitted, unless --fix names base or tool.
 
 \b
 --fit and --fix take groups or names, with commas:
@@ -69,33 +69,34 @@ Gear ratios are fitted where --fit names them, or all.
 \b
 --same-point needs no instrument: a spike on the tool touches the same point
 from many poses, and COLUMN of a table names the point of each row. Points and
-tip are fitted. All lengths are then known by their ratios alone, unless
+tip are fitted. Only the ratios of lengths are identifiable then, unless
 --distance says how far two points are apart.
 
 \b
 --live hears joint states (--topic, /joint_states) and poses of the tool
-(--pose-topic, /kinematics/reference_pose) of a running robot, says which
-numbers are known by now and which pose tells more, and goes on with what has
-come at the end or at Ctrl-C.
+(--pose-topic, /kinematics/reference_pose) of a running robot. It says which
+numbers are identified by now, and which pose would identify more. At the end,
+or at Ctrl-C, it calibrates with what it has heard.
 
 \b
-Every number has a prior, --tolerance or `tolerance` of the robot file: what
-the poses do not tell stays where it was. --propose names the poses to measure
-next, after those of FILE or before any; they keep from limits and singular
-poses, but nothing is known of the cell around: look at the motion first.
---output is in the convention of the robot file: each number is the nominal
-one and its correction, and known_poses are the measured ones.
+Every number has a prior: --tolerance, or `tolerance` of the robot file. A
+number that is not identifiable keeps its nominal value. --propose names the
+poses to measure next, after those of FILE or before any. They keep away from
+limits and singular poses, but the command knows nothing of the cell around the
+arm: look at the motion first. --output is in the convention of the robot file:
+each number is the nominal one and its correction, and known_poses are the
+measured ones.
 
 \b
-A result is refused where more remains than audit lets pass (4 mm, 0.5 deg;
---noise says that the instrument leaves more), more than a tenth of the poses
-do not fit, or those of one joint's positions do not; what would explain it is
-tried and named. No robot file is written then, unless --anyway asks for it.
+A result is refused in three cases: more error remains than audit accepts (4 mm,
+0.5 deg; --noise is for an instrument that leaves more); more than a tenth of
+the poses do not fit; or those that do not fit share the positions of one joint.
+Mistakes that would explain it are tried and named. No robot file is written
+then, unless --anyway asks for it.
 
 
-Exit code 0: calibrated. 1: FILE cannot be read, the frame check names a
-mistake that is no matter of calibration, or the result is refused. 2: wrong
-usage.
+Exit code 0: calibrated. 1: FILE cannot be read, the frame check finds a
+mistake that calibration cannot mend, or the result is refused. 2: wrong usage.
 """
 
 
@@ -154,11 +155,11 @@ def calibrate(
         'Write them: a table (.csv) or a JointTrajectory (.yaml).', 'FILE'
     ),
     noise: Optional[str] = option(
-        'Standard deviation of each number of a pose by the instrument, if it is known: '
+        "The instrument's standard deviation of each number of a pose, if it is known: "
         'for instance 2mm,0.3deg.',
         'LIMIT',
     ),
-    anyway: bool = flag('--anyway', 'Write the robot file of what is no calibration, too.'),
+    anyway: bool = flag('--anyway', 'Write the robot file even if the result is refused.'),
     force: bool = flag('--force', 'Overwrite the output.'),
 ) -> None:
     """Run the command; `HELP` is what its user reads."""

@@ -53,7 +53,7 @@ def given_frames(gap: float | None, warn: str, stop: str) -> FrameSettings:
         raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {LONGEST_GAP:g} s')
     limits = FrameLimits(given_limit('--pose-warn', warn), given_limit('--pose-stop', stop))
     if limits.bad.position < limits.warn.position or limits.bad.angle < limits.warn.angle:
-        raise WrongUsage(f'--pose-stop: {stop} is less than the warning at {warn}')
+        raise WrongUsage(f'--pose-stop: {stop} is less than --pose-warn {warn}')
     return FrameSettings(gap, limits)
 
 

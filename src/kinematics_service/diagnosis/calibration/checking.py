@@ -124,8 +124,8 @@ def _check_set(robot: Robot, given: Measured, k: int) -> None:
     if count < LEAST:
         few = '1 pose is' if count == 1 else f'{count} poses are'
         raise CalibrationError(
-            f'{few} too few: at least {LEAST} are needed, and some {robot.dof + 4} or more tell '
-            'most of an arm'
+            f'{few} too few: at least {LEAST} are needed, and some {robot.dof + 4} or more '
+            'identify most of an arm'
         )
     if not given.positions:
         try:
@@ -153,7 +153,7 @@ def check_different(q: Floats, whose: str, least: int = LEAST) -> None:
         moved = float(np.max(np.ptp(q, axis=0)))
         raise CalibrationError(
             f'{whose} are all alike (no joint moves by more than {moved:.2g} rad or m): '
-            'they tell nothing of the arm; take poses far apart'
+            'nothing of the arm is identifiable from them; take poses far apart'
         )
     if different < least:
         raise CalibrationError(
