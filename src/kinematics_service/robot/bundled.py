@@ -8,7 +8,8 @@ from pathlib import Path
 
 from ..errors import RobotNotFoundError
 
-# What a person looks for; a robot that stands in no group is listed after them.
+# What a person looks for, machines that can be bought first; a robot that is in no group is listed
+# after them.
 GROUPS: Mapping[str, tuple[str, ...]] = {
     'Industrial and research arms': (
         'crx10ia_l',
@@ -26,6 +27,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
         'xarm6',
         'xarm7',
     ),
+    'Machines with closed loops': ('excavator', 'flexpicker'),
     'Textbook and course arms': (
         'planar_2r',
         'planar_3r',
@@ -43,13 +45,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
         'parallelogram_left',
         'parallelogram_right',
     ),
-    'Arms and machines with closed loops': (
-        'four_bar_arm',
-        'five_bar',
-        'crank_slider',
-        'excavator',
-        'flexpicker',
-    ),
+    'Course arms with closed loops': ('four_bar_arm', 'five_bar', 'crank_slider'),
 }
 OTHERS = 'Others'
 
