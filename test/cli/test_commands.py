@@ -93,8 +93,36 @@ def test_each_command_explains_itself_by_an_example_that_fits(capsys, narrow, co
 def test_the_help_without_a_command_names_every_command(capsys, narrow):
     text = answer(capsys, '--help')
     assert all(re.search(rf'^  {command} ', text, re.MULTILINE) for command in COMMANDS)
-    assert 'completion' not in text
+    assert '--install-completion' in text
     assert max(map(len, text.splitlines())) <= NARROW
+
+
+@pytest.mark.parametrize(
+    ('words', 'offered'),
+    [
+        ('d', ['demo', 'derive']),
+        ('fk --ro', ['--robot']),
+        ('fk --robot ur5', ['ur5e']),
+        ('demo --robot pum', ['puma560']),
+        ('check pum', ['puma560']),
+        ('derive pum', ['puma560']),
+        ('plot no_such', []),
+    ],
+)
+def test_a_shell_completes_commands_options_and_robots(capsys, monkeypatch, words, offered):
+    monkeypatch.setenv('_KINEMATICS_SERVICE_COMPLETE', 'complete_bash')
+    monkeypatch.setenv('COMP_WORDS', f'kinematics_service {words}')
+    monkeypatch.setenv('COMP_CWORD', str(len(words.split())))
+    assert main([]) == 0
+    assert sorted(capsys.readouterr().out.split()) == offered
+
+
+@pytest.mark.parametrize('shell', ['bash', 'zsh', 'fish'])
+def test_the_completion_shown_is_that_of_the_installed_program(capsys, monkeypatch, shell):
+    monkeypatch.setattr('typer.completion._get_shell_name', lambda: shell)
+    text = answer(capsys, '--show-completion')
+    assert 'COMPLETE=complete_' in text
+    assert 'python -m' not in text
 
 
 def test_the_version_is_that_of_the_package(capsys):

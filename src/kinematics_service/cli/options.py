@@ -12,19 +12,31 @@ import typer
 from ..errors import Fault, PointError, RobotNotFoundError
 from ..kernel import Floats
 from ..output_file import unwritable
-from ..robot.bundled import find_robot_file
+from ..robot.bundled import bundled_robots, find_robot_file
 from ..robot.file.translation import translator_of
 from ..robot.points import TOOL
 from ..robot.robot import Robot, load_robot
 
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 
-ROBOT_WORDS = 'A robot file, a URDF, or a bundled robot.'
-RobotOption = Annotated[str, typer.Option('--robot', metavar='FILE|NAME', help=ROBOT_WORDS)]
+ROBOT, ROBOT_WORDS = 'FILE|NAME', 'A robot file, a URDF, or a bundled robot.'
+
+
+def robots_like(incomplete: str) -> list[str]:
+    """Return the bundled robots whose name a word begins, for completion by a shell."""
+    return [name for name in bundled_robots() if name.startswith(incomplete)]
+
+
+RobotOption = Annotated[
+    str,
+    typer.Option('--robot', metavar=ROBOT, help=ROBOT_WORDS, autocompletion=robots_like),
+]
 RobotArgument = Annotated[
     str,
     typer.Argument(
-        metavar='ROBOT', help='A robot file, a URDF, or a bundled robot; also with --robot.'
+        metavar='ROBOT',
+        help='A robot file, a URDF, or a bundled robot; also with --robot.',
+        autocompletion=robots_like,
     ),
 ]
 PositionsOption = Annotated[
@@ -82,7 +94,14 @@ def option(
     """
     names = () if name is None else (name,)
     return typer.Option(
-        default, *names, metavar=metavar, help=words, show_default=shown, min=least, max=most
+        default,
+        *names,
+        metavar=metavar,
+        help=words,
+        show_default=shown,
+        min=least,
+        max=most,
+        autocompletion=robots_like if metavar == ROBOT else None,
     )
 
 
