@@ -655,7 +655,7 @@ def test_tf_carries_the_pose_of_the_tool_while_it_is_asked_for(arm, tf2_msgs):
     sent = []
 
     class Recorder:
-        publish = sent.append
+        publish, msg_type = sent.append, FakeTfMessage
 
     create = one.node.create_publisher
     one.node.create_publisher = lambda kind, topic, *args, **options: (
