@@ -2,16 +2,19 @@
 What the pages say of the code is made from the code: python docs/from_code.py [--pictures]
 
 A page has the lines `<!-- made from the code: topics -->` and `<!-- made until here -->` with the
-table of the topics between them; `MAKERS` has what else there is. This command renews them all;
+table of the topics between them; `MAKERS` has what else there is. This command renews them all,
+and what the notebook of `examples/` shows;
 with `--pictures` also the pictures, which are those that a page's own command lines save. It needs
 what the site needs: `pip install '.[ros,docs,plot]'`.
 
 As a Sphinx extension it adds to the page of the library what only the site can show.
 """
 
+import ast
 import contextlib
 import inspect
 import io
+import json
 import os
 import re
 import shlex
@@ -384,8 +387,42 @@ def draw(page: Path, text: str) -> None:
         _printed(lines[name].replace(name, str(page.with_name(name))))
 
 
+def run_notebook(notebook: dict[str, Any]) -> None:
+    """Run the cells of a notebook in order, and put what the last line of each shows into it."""
+    names: dict[str, Any] = {'__name__': '__main__'}
+    count = 0
+    for cell in notebook['cells']:
+        if cell['cell_type'] != 'code':
+            continue
+        count += 1
+        body = ast.parse(''.join(cell['source'])).body
+        last = body.pop() if isinstance(body[-1], ast.Expr) else None
+        exec(compile(ast.Module(body, []), 'cell', 'exec'), names)
+        cell.update(execution_count=count, outputs=[])
+        if last is not None:
+            shown = eval(compile(ast.Expression(last.value), 'cell', 'eval'), names)
+            data = {'text/plain': repr(shown)}
+            for kind, name in (('text/html', '_repr_html_'), ('text/latex', '_repr_latex_')):
+                if hasattr(shown, name):
+                    data[kind] = getattr(shown, name)()
+            lines = {kind: text.splitlines(keepends=True) for kind, text in data.items()}
+            cell['outputs'] = [
+                {
+                    'output_type': 'execute_result',
+                    'execution_count': count,
+                    'metadata': {},
+                    'data': lines,
+                }
+            ]
+
+
 def renew(pictures: bool) -> None:
-    """Renew every page, and its pictures where that is asked for."""
+    """Renew every page and notebook, and pictures where that is asked for."""
+    for file in sorted((HERE.parent / 'examples').glob('*.ipynb')):
+        notebook = json.loads(file.read_text(encoding='utf-8'))
+        run_notebook(notebook)
+        text = json.dumps(notebook, indent=1, ensure_ascii=False)
+        file.write_text(text + '\n', encoding='utf-8')
     for page in sorted(HERE.rglob('*.md')):
         text = page.read_text(encoding='utf-8')
         new = renewed(text)

@@ -55,6 +55,7 @@ ROOMS = (
     'diagnosis/calibration',
     'display/plots',
     'display/view',
+    'display',
     'ros/parameters',
     'ros/messages',
     'ros/node',

@@ -1,5 +1,7 @@
 """The scripts of examples/ run, and do what they say."""
 
+import copy
+import json
 import runpy
 from pathlib import Path
 
@@ -10,6 +12,7 @@ import kinematics_service as ks
 
 EXAMPLES = Path(__file__).parent.parent / 'examples'
 SINGULAR = [0.1, -1.2, 1.4, -1.6, 0.0, 0.2]  # of the ur5e, at the wrist
+RENEW = 'python docs/from_code.py renews it'
 FREE = [0.1, -1.2, 1.4, -1.6, -1.2, 0.2]
 
 
@@ -18,8 +21,27 @@ def run(name):
 
 
 def test_there_is_a_test_for_every_example():
-    names = {path.stem for path in EXAMPLES.glob('*.py')}
-    assert names == {'library', 'batch', 'inverse_kinematics', 'own_node', 'audit_gate'}
+    names = {path.stem for path in EXAMPLES.iterdir() if path.is_file()}
+    assert names == {
+        *('library', 'batch', 'inverse_kinematics', 'own_node', 'audit_gate', 'notebook'),
+    }
+
+
+def test_notebook(monkeypatch):
+    monkeypatch.syspath_prepend(str(EXAMPLES.parent / 'docs'))
+    import from_code
+
+    written = json.loads((EXAMPLES / 'notebook.ipynb').read_text('utf-8'))
+    now = copy.deepcopy(written)
+    from_code.run_notebook(now)
+    cells = [cell for cell in written['cells'] if cell['cell_type'] == 'code']
+    again = [cell for cell in now['cells'] if cell['cell_type'] == 'code']
+    assert len(cells) > 4
+    for cell, one in zip(cells, again):
+        (shown,), (found,) = cell['outputs'], one['outputs']
+        assert shown['data']['text/plain'] == found['data']['text/plain'], RENEW
+        assert shown['data'].keys() == found['data'].keys(), RENEW
+        assert len(found['data']) == 2
 
 
 def test_library(capsys):

@@ -70,11 +70,11 @@ def table(headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequen
     Return a table; cells are HTML already, those of the columns `numbers` are aligned to the
     right.
     """
+    styles = '', ' class="n"'
 
     def cells(tag: str, row: Sequence[str]) -> str:
         return ''.join(
-            f'<{tag}{" class=n" if k in numbers else ""}>{cell}</{tag}>'
-            for k, cell in enumerate(row)
+            f'<{tag}{styles[k in numbers]}>{cell}</{tag}>' for k, cell in enumerate(row)
         )
 
     body = ''.join(f'<tr>{cells("td", row)}</tr>\n' for row in rows)

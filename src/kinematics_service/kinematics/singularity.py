@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from .. import kernel
 from ..kernel import Floats
+from ..notebook import as_html
 from ..robot.measure_places import MeasurePlaces
-from ..robot.measures import Level
+from ..robot.measures import MEASURES, Level
 from ..robot.robot import AnyRobot, Robot, as_robot
 from . import singularity_rates as measure_rates
 from .clearance import clearances
@@ -104,6 +105,23 @@ class Singularity:
         """
         farther = self.distance >= kernel.FARTHEST
         return _read_only(farther) if isinstance(farther, np.ndarray) else farther
+
+    def __repr__(self) -> str:
+        if np.ndim(self.level):
+            counts = ((level.name, int(np.sum(self.level == level))) for level in Level)
+            words = ', '.join(f'{count} {name}' for name, count in counts if count)
+            return f'Singularity({np.size(self.level)} poses: {words})'
+        distance = MEASURES['distance'].farther(self.distance) or f'{self.distance:.4g} rad'
+        doubt = '' if self.decided else ', not decided'
+        name, value = 'determinant', self.determinant
+        if value is None:
+            name, value = 'manipulability', self.manipulability
+        return (
+            f'Singularity({self.level.name}, distance {distance}{doubt}, {name} {value:.4g}, '
+            f'rank {self.rank} of {self.generic_rank})'
+        )
+
+    _repr_html_ = as_html
 
     def __eq__(self, other: object) -> bool:
         """Compare every value exactly; what is no number equals itself."""

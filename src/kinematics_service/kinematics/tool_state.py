@@ -10,6 +10,7 @@ import numpy.typing as npt
 from .. import kernel
 from ..errors import JointVectorError, LoopError
 from ..kernel import Chain, Floats
+from ..notebook import as_html
 from ..robot.points import Point
 from ..robot.robot import AnyRobot, Robot, as_robot
 from .arguments import not_together
@@ -41,6 +42,15 @@ class ToolState(NamedTuple):
     moving: bool
     joints: tuple[Floats, Floats | None] | None = None
     measures: Floats | None = None
+
+    def __repr__(self) -> str:
+        if self.row.ndim > 1:
+            return f'ToolState({self.robot.name!r}, {self.row.size // self.row.shape[-1]} poses)'
+        at, q = (', '.join(f'{x:.4g}' for x in values) for values in (self.position, self.q))
+        return f'ToolState({self.robot.name!r}, tool at [{at}] m, q [{q}])'
+
+    def _repr_html_(self) -> str:
+        return as_html(self)
 
     @property
     def q(self) -> Floats:

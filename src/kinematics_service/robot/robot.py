@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ..errors import Fault, KinematicsError, PointError, RobotFileError
 from ..kernel import Arm, Chain, Floats
+from ..notebook import as_html
 from .bundled import RobotSource, find_robot
 from .chain import FrozenArrays
 from .closed_poses import closed_poses
@@ -215,6 +216,8 @@ class Robot(FrozenArrays):
 
     def __repr__(self) -> str:
         return f'Robot({self.name!r}, {self.dof} joints, {self.convention})'
+
+    _repr_html_ = as_html
 
 
 def build_robot(description: RobotDescription) -> Robot:

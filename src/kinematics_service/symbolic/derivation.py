@@ -9,6 +9,7 @@ from typing import Any
 import sympy
 
 from ..errors import DerivationError
+from ..notebook import as_latex
 from ..robot.loops import opened
 from ..robot.robot import AnyRobot, Robot, as_robot
 from . import jacobian as ways
@@ -86,6 +87,15 @@ class Derivation:
     loops: tuple[LoopEquations, ...]
     singular_set: SingularSet
     exact: 'Exact' = field(repr=False)
+
+    def __repr__(self) -> str:
+        factors = ', '.join(factor.name for factor in self.singular_set.factors)
+        return (
+            f'Derivation({self.robot.name!r}, rank {self.singular_set.generic_rank}, '
+            f'singular factors: {factors or "none found"})'
+        )
+
+    _repr_latex_ = as_latex
 
     @property
     def rotation(self) -> Any:

@@ -7,6 +7,7 @@ from typing import ClassVar, Literal, overload
 import numpy as np
 
 from ...kernel import Floats
+from ...notebook import as_html
 from ...robot.chain import FrozenArrays
 
 Status = Literal['solved', 'family', 'outside_limits', 'unreachable']
@@ -220,6 +221,14 @@ class IkResult(Sequence[IkSolution]):
     nearest: NearestPose | None
     complete: Complete
     roots: tuple[int, int] | None = None
+
+    def __repr__(self) -> str:
+        parts = [f'{len(self)} solutions', self.method, f'complete: {self.complete}']
+        if self.families:
+            parts.insert(1, f'{len(self.families)} families')
+        return f'IkResult({self.status}, {", ".join(parts)})'
+
+    _repr_html_ = as_html
 
     def __len__(self) -> int:
         return len(self.solutions)
