@@ -83,7 +83,7 @@ setup(
         'test-wheel': TEST_WHEEL,
         'peers': PEERS,
         # Readers of rosbags and the server of viser are used from the inside.
-        'bag': ['rosbags>=0.11,<0.12'],
+        'bag': ['rosbags>=0.11,<0.12', 'lz4'],
         'plot': ['matplotlib'],
         'dask': ['dask[distributed]'],
         'view': ['viser>=1.1,<2', 'msgspec>=0.18', 'websockets>=15'],

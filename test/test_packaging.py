@@ -205,7 +205,7 @@ def compiled_files(folder):
 
 
 # What extras bring, of which ROS's package manager knows nothing.
-OF_EXTRAS = {'dask', 'distributed', 'matplotlib', 'msgspec', 'rosbags', 'viser', 'websockets'}
+OF_EXTRAS = {'dask', 'distributed', 'lz4', 'matplotlib', 'msgspec', 'rosbags', 'viser', 'websockets'}
 OF_ROS = re.compile('rclpy|.*_(msgs|srvs|interfaces)')
 
 
