@@ -255,7 +255,7 @@ import kinematics_service.__main__ as entry
 import kinematics_service.cli.commands as commands
 import ctypes
 
-def app(arguments, obj):
+def app(arguments, obj, prog_name):
     print('ready', flush=True)
     ctypes.CDLL(None).sleep(60)
 
