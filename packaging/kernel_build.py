@@ -11,6 +11,7 @@ from pathlib import Path
 from kernel_types import AVX2, KernelTypes
 from setuptools import Extension
 from setuptools.command.build_ext import build_ext
+from setuptools.errors import ExecError
 
 PACKAGE = 'kinematics_service'
 FOLDER = Path('src', PACKAGE, 'kernel')
@@ -99,8 +100,19 @@ def compilers_at_once() -> int:
     return max(1, min(cores or 1, memory >> 30))
 
 
+WITHOUT = (
+    'Install a C compiler and the headers of Python (on Debian and Ubuntu: gcc python3-dev). '
+    'With KINEMATICS_UNCOMPILED=1 set, the kernel is installed as plain Python, which is hundreds '
+    'of times slower.'
+)
+
+
 class BuildIfPossible(build_ext):
-    """Builds all modules or none: without them the same source runs as plain Python."""
+    """
+    Builds all modules or none: without them the same source runs as plain Python.
+
+    A wheel, which others may install, has them, unless KINEMATICS_UNCOMPILED asks for one without.
+    """
 
     def finalize_options(self) -> None:
         """Let several modules be compiled at once."""
@@ -119,6 +131,8 @@ class BuildIfPossible(build_ext):
             self._types = self._write_types()
             super().run()
         except Exception as error:
+            if 'bdist_wheel' in self.distribution.command_obj:
+                raise ExecError(f'the kernel cannot be compiled: {error}\n{WITHOUT}') from error
             print(f'the kernel is not compiled, it stays plain Python: {error}', file=sys.stderr)
             self.inplace, self.extensions, wanted = in_place, [], set()
         # Left of another build they would be imported, not the source of that name.

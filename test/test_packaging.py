@@ -4,6 +4,7 @@ How the kernel comes to be compiled, and what is said where it is not, or not fr
 
 import ast
 import contextlib
+import importlib.util
 import json
 import os
 import re
@@ -205,7 +206,16 @@ def compiled_files(folder):
 
 
 # What extras bring, of which ROS's package manager knows nothing.
-OF_EXTRAS = {'dask', 'distributed', 'lz4', 'matplotlib', 'msgspec', 'rosbags', 'viser', 'websockets'}
+OF_EXTRAS = {
+    'dask',
+    'distributed',
+    'lz4',
+    'matplotlib',
+    'msgspec',
+    'rosbags',
+    'viser',
+    'websockets',
+}
 OF_ROS = re.compile('rclpy|.*_(msgs|srvs|interfaces)')
 
 
@@ -263,6 +273,22 @@ def test_a_failing_compiler_leaves_the_whole_source_and_no_module(clone, options
     assert compiled_files(clone) == ([] if options else [older])
 
 
+@pytest.mark.slow
+def test_a_wheel_has_the_compiled_kernel_or_fails_unless_asked(clone):
+    if importlib.util.find_spec('setuptools.command.bdist_wheel') is None:
+        pytest.importorskip('wheel')
+    build = [sys.executable, 'setup.py', '-q', 'bdist_wheel']
+    done = run(build, clone, CC='false', LDSHARED='false')
+    assert done.returncode != 0
+    assert 'the kernel cannot be compiled' in done.stderr
+    assert 'KINEMATICS_UNCOMPILED=1' in done.stderr
+    assert not [*clone.glob('dist/*')]
+    done = run(build, clone, CC='false', LDSHARED='false', KINEMATICS_UNCOMPILED='1')
+    assert done.returncode == 0, done.stderr
+    (wheel,) = clone.glob('dist/*')
+    assert wheel.name.endswith('-py3-none-any.whl')
+
+
 def test_colcons_folder_of_symlinks_describes_the_package_too(clone, tmp_path):
     folder = tmp_path / 'symlinks'
     folder.mkdir()
@@ -274,7 +300,12 @@ def test_colcons_folder_of_symlinks_describes_the_package_too(clone, tmp_path):
 
 @pytest.mark.slow
 def test_what_is_packed_as_source_can_be_built(clone):
-    shutil.copytree(ROOT / 'test', clone / 'test', ignore=shutil.ignore_patterns('__pycache__'))
+    of_clone = ('test', 'docs', 'examples', 'bench', '.ci', '.github')
+    for name in of_clone:
+        left_out = shutil.ignore_patterns('__pycache__')
+        shutil.copytree(ROOT / name, clone / name, ignore=left_out)
+    for file in ROOT.glob('*.md'):
+        shutil.copy(file, clone)
     done = run([sys.executable, 'setup.py', '-q', 'sdist', '--formats', 'tar'], clone)
     assert done.returncode == 0, done.stderr
     (packed,) = (clone / 'dist').iterdir()
@@ -291,8 +322,10 @@ def test_what_is_packed_as_source_can_be_built(clone):
         'README.md',
         'CHANGELOG.rst',
     } <= names
-    # Tests need the whole clone, with its pages and examples: a part of them cannot run.
-    assert not [name for name in names if name.startswith('test')]
+    assert not [name for name in names if name.endswith(('.pyc', '.so'))]
+    git = ['git', 'ls-files', 'test', 'docs', 'examples', 'bench', '.ci', '.github', '*.md']
+    tracked = subprocess.run(git, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert set(tracked.stdout.split()) <= names
 
 
 @pytest.mark.slow

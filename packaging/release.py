@@ -1,0 +1,142 @@
+"""
+Make what a release is, and try each file of it: python packaging/release.py [3.12 3.13 ...]
+
+It makes in dist/ the source, with its tests, pages and examples; a compiled wheel for each of the
+Pythons that are asked for (all of `PYTHONS` that this machine has, `python3.12` or of pyenv), for
+any Linux with glibc of `GLIBC` or newer; and a wheel of plain Python for everything else, which
+says at each start that it is slow. Each wheel is installed into an empty environment, without a
+compiler, and passes the tests that pyproject.toml names for wheels. At the end stands a table of
+files, sizes and tests; one that fails ends it.
+
+It needs `pip install '.[release]'`. Uploading is another step: `twine upload dist/*`.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import tomllib
+
+ROOT = Path(__file__).resolve().parents[1]
+OUT = ROOT / 'dist'
+PYTHONS = ('3.10', '3.11', '3.12', '3.13', '3.14')
+# Of RHEL 8 and Debian 10; any compiler's own glibc would shut out what is older than it.
+GLIBC = '2.28'
+MACHINE = os.uname().machine
+# As plain Python a test takes a hundred times as long: these say that it works, and says so.
+SAYS_SO = (
+    "python -c 'from kinematics_service import kernel; raise SystemExit(not kernel.notice())'"
+)
+OF_PLAIN = (SAYS_SO, 'python -m pytest -p no:cacheprovider -n 2 test/test_library.py')
+
+
+class ReleaseError(Exception):
+    """A step failed; its output was shown."""
+
+
+def run(command: Sequence[str | Path], **options: object) -> str:
+    """Run a command and return what it prints; show it where the command fails."""
+    done = subprocess.run(command, capture_output=True, text=True, **options)  # type: ignore[call-overload]
+    if done.returncode != 0:
+        raise ReleaseError(f'{" ".join(map(str, command))}\n{done.stdout}{done.stderr}')
+    return str(done.stdout)
+
+
+def pythons(wanted: Sequence[str]) -> dict[str, str]:
+    """Return the interpreter of each Python, of those that are here or are asked for."""
+    found = {}
+    for version in wanted or PYTHONS:
+        of_pyenv = sorted(Path.home().glob(f'.pyenv/versions/{version}.*/bin/python3'))
+        path = shutil.which(f'python{version}') or (str(of_pyenv[-1]) if of_pyenv else '')
+        if path:
+            found[version] = path
+        elif wanted:
+            raise ReleaseError(f'there is no python{version} on this machine')
+        else:
+            print(f'left out: there is no python{version} on this machine')
+    return found
+
+
+def source() -> Path:
+    """Make the source and return it."""
+    run([sys.executable, '-m', 'build', '--sdist', '--outdir', OUT, ROOT])
+    (packed,) = OUT.glob('*.tar.gz')
+    return packed
+
+
+def wheel_of(packed: Path, python: str, folder: Path, environment: Mapping[str, str]) -> Path:
+    """Make a wheel of the source, in a folder of its own, as pip makes it, and return it."""
+    run([python, '-m', 'venv', folder / 'build'])
+    make = [folder / 'build/bin/python', '-m', 'pip', 'wheel', '--quiet', '--no-deps']
+    run([*make, '--wheel-dir', folder / 'made', packed], env={**os.environ, **environment})
+    (made,) = (folder / 'made').iterdir()
+    return made
+
+
+def compiled(packed: Path, python: str, folder: Path) -> Path:
+    """Make a compiled wheel for any Linux with that glibc, and return it."""
+    compiler = folder / 'cc'
+    target = f'{MACHINE}-linux-gnu.{GLIBC}'
+    compiler.write_text(f'#!/bin/sh\nexec {sys.executable} -m ziglang cc -target {target} "$@"\n')
+    compiler.chmod(0o755)
+    built = {'CC': str(compiler), 'LDSHARED': f'{compiler} -shared'}
+    made = wheel_of(packed, python, folder, built)
+    platform = f'manylinux_{GLIBC.replace(".", "_")}_{MACHINE}'
+    run([sys.executable, '-m', 'auditwheel', 'repair', '--plat', platform, '-w', OUT, made])
+    (repaired,) = OUT.glob(f'{"-".join(made.name.split("-")[:4])}-*')
+    return repaired
+
+
+def tried(wheel: Path, python: str, packed: Path, folder: Path, commands: Sequence[str]) -> str:
+    """Install a wheel where no compiler is, run its tests, and return how they ended."""
+    environment = folder / 'tried'
+    run([python, '-m', 'venv', environment])
+    alone = {**os.environ, 'PATH': str(environment / 'bin'), 'CC': 'false'}
+    run(
+        [environment / 'bin/python', '-m', 'pip', 'install', '--quiet', f'{wheel}[test-wheel]'],
+        env=alone,
+    )
+    with tarfile.open(packed) as archive:
+        archive.extractall(folder, filter='data')
+    (tests,) = folder.glob('*/test')
+    shutil.copytree(tests, folder / 'alone' / 'test')
+    printed = [run(['/bin/sh', '-c', line], cwd=folder / 'alone', env=alone) for line in commands]
+    return re.findall(r'^=* ?(\d+ passed.*?) in ', printed[-1], re.MULTILINE)[-1]
+
+
+def main(wanted: Sequence[str]) -> None:
+    """Make and try everything."""
+    shutil.rmtree(OUT, ignore_errors=True)
+    packed = source()
+    lines = [(packed, '')]
+    settings = tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))
+    commands = settings['tool']['release']['test-command']
+    found = pythons(wanted)
+    for version, python in found.items():
+        with tempfile.TemporaryDirectory() as name:
+            begin = time.monotonic()
+            wheel = compiled(packed, python, Path(name))
+            lines.append((wheel, tried(wheel, python, packed, Path(name), commands)))
+            print(f'Python {version}: {lines[-1][1]}, {time.monotonic() - begin:.0f} s')
+    with tempfile.TemporaryDirectory() as name:
+        python = found.get('3.12', sys.executable)
+        plain = wheel_of(packed, python, Path(name), {'KINEMATICS_UNCOMPILED': '1'})
+        wheel = Path(shutil.copy(plain, OUT))
+        lines.append((wheel, tried(wheel, python, packed, Path(name), OF_PLAIN)))
+    run([sys.executable, '-m', 'twine', 'check', '--strict', *sorted(OUT.iterdir())])
+    for file, tests in lines:
+        print(f'{file.name:75} {file.stat().st_size / 2**20:6.2f} MiB  {tests}')
+
+
+if __name__ == '__main__':
+    try:
+        main(sys.argv[1:])
+    except ReleaseError as error:
+        sys.exit(str(error))
