@@ -54,7 +54,7 @@ def pythons(wanted: Sequence[str]) -> dict[str, str]:
     found = {}
     for version in wanted or PYTHONS:
         of_pyenv = sorted(Path.home().glob(f'.pyenv/versions/{version}.*/bin/python3'))
-        path = shutil.which(f'python{version}') or (str(of_pyenv[-1]) if of_pyenv else '')
+        path = str(of_pyenv[-1]) if of_pyenv else shutil.which(f'python{version}')
         if path:
             found[version] = path
         elif wanted:

@@ -24,7 +24,7 @@ import typer
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
+from kinematics_service.cli.arguments import join_numbers, name_robots, split_ros_arguments
 from kinematics_service.cli.commands import COMMANDS, app
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.kinematics.passage import smooth_trajectory
@@ -148,7 +148,7 @@ def parse(command, where):
         return
     ours, ros = split_ros_arguments(words[len(RUN) :])
     group = typer.main.get_command(app)
-    words = join_numbers(ours)
+    words = join_numbers(ours if ours[:1] == ['import'] else name_robots(ours))
     at = next((k for k, word in enumerate(words) if word in COMMANDS), len(words))
     assert not words or at == 0 or words[0].startswith('-'), f'{where}: no command {words[0]}'
     context = group.make_context('kinematics_service', words[:at])

@@ -9,20 +9,21 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
+RELEASE = 'packaging/release.py'
 SCRIPTS = ('.ci/run', '.ci/floors')
 pytestmark = pytest.mark.skipif(
     not (ROOT / '.ci').is_dir(), reason='the scripts are not beside the tests'
 )
 
 
-def jobs():
+def jobs(name='ci'):
     yaml = pytest.importorskip('yaml')
-    workflow = yaml.safe_load((ROOT / '.github/workflows/ci.yaml').read_text(encoding='utf-8'))
-    return workflow['jobs'].values()
+    file = ROOT / f'.github/workflows/{name}.yaml'
+    return yaml.safe_load(file.read_text(encoding='utf-8'))['jobs'].values()
 
 
 def steps():
-    return [step for job in jobs() for step in job['steps']]
+    return [step for name in ('ci', 'release') for job in jobs(name) for step in job['steps']]
 
 
 def extras():
@@ -71,8 +72,22 @@ def test_every_python_that_the_package_names_is_tested_and_has_a_wheel():
     named = {f'3.{minor}' for minor in range(*map(int, versions))}
     tested = [job.get('strategy', {}).get('matrix', {}).get('python', []) for job in jobs()]
     assert {version for one in tested for version in one} == named
-    wheels = re.findall(r'"cp3(\d+)-', (ROOT / 'pyproject.toml').read_text(encoding='utf-8'))
-    assert {f'3.{minor}' for minor in wheels} == named
+    (release,) = (
+        step['run'] for step in steps() if step.get('run', '').startswith(f'python {RELEASE}')
+    )
+    (constant,) = (
+        node.value
+        for node in ast.parse((ROOT / RELEASE).read_text(encoding='utf-8')).body
+        if isinstance(node, ast.Assign) and node.targets[0].id == 'PYTHONS'
+    )
+    assert set(release.split()[2:]) == set(ast.literal_eval(constant)) == named
+
+
+def test_the_tests_of_a_wheel_exist():
+    texts = [(ROOT / name).read_text(encoding='utf-8') for name in (RELEASE, 'pyproject.toml')]
+    files = {file for text in texts for file in re.findall(r'test/[\w/]+\.py', text)}
+    assert len(files) > 4
+    assert all((ROOT / file).is_file() for file in files)
 
 
 def test_files_that_a_step_names_exist():

@@ -25,6 +25,8 @@ Without a command the ROS 2 node starts. It listens to joint_states and publishe
 \b
 Examples:
   kinematics_service --robot puma560
+  kinematics_service --robot arm.urdf --base base_link --tip tool0
+  kinematics_service --robot-description    (the URDF on /robot_description)
   kinematics_service --robot arm.yaml --ros-args -r __ns:=/left
   kinematics_service --robot left=ur5e --robot right=ur5e
   kinematics_service check arm.yaml
@@ -142,7 +144,7 @@ def _print_version(wanted: bool) -> None:
 def _node(
     context: typer.Context,
     robot: Optional[list[str]] = option(
-        "A robot file, or a bundled robot (see 'robots'). Repeat it to run several "
+        "A robot file, a URDF, or a bundled robot (see 'robots'). Repeat it to run several "
         'arms in one process, each in its own namespace.',
         '[NAMESPACE=]FILE|NAME',
         name=ROBOT,
