@@ -197,28 +197,31 @@ class SingularEquations:
         for r in range(turns):
             for i in range(length):
                 squares += B[r * size + i] * B[r * size + i]
-            B[r * size + length] = lost[r]
+        # The border is as large as J_t, so that pivots are the same whatever the size of the arm.
+        self.largest = math.sqrt(squares / turns)
+        border = self.largest
+        for r in range(turns):
+            B[r * size + length] = border * lost[r]
             self.y[r] = 0.0
         for i in range(count):
             line = arrays.after(self.W, (first + i) * self.width)
             row = arrays.after(B, (turns + i) * size)
             for k in range(length):
-                row[k] = line[k]
+                row[k] = border * line[k]
             row[length] = 0.0
             self.y[turns + i] = 0.0
-        self.y[length] = 1.0
+        self.y[length] = border
         if not linear_equations.factorise(B, size, self.order):
             return False
         linear_equations.solve_transposed(B, size, self.order, self.y)
         norm = length_of(self.y, turns)
         if not norm <= LONGEST:
             return False
-        self.smallest = length_of(arrays.after(self.y, turns), count) / norm
-        self.largest = math.sqrt(squares / turns)
+        self.smallest = border * length_of(arrays.after(self.y, turns), count) / norm
         for i in range(count):
             x = arrays.after(self.X, i * size)
             for k in range(size):
-                x[k] = 1.0 if k == turns + i else 0.0
+                x[k] = border if k == turns + i else 0.0
             linear_equations.solve(B, size, self.order, x)
             if not self._is_another(i):
                 return False
@@ -229,7 +232,7 @@ class SingularEquations:
             line = arrays.after(self.W, (first + i) * self.width)
             for k in range(length):
                 line[k] = x[k]
-            self.c[i] = -x[length] / norm
+            self.c[i] = -border * x[length] / norm
         return True
 
     def _is_another(self, i: int) -> bool:
