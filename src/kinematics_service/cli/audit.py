@@ -226,13 +226,14 @@ def _report(outcome: Outcome, html: Path | None, json: Path | None) -> None:
     if outcome.summary is None:
         print(f'{outcome.error}', file=sys.stderr)
         return
-    if html is not None:
-        write_file(html, outcome.html)
-    if json is not None and str(json) != '-':
-        write_file(json, outcome.json + '\n')
-    if json is not None and str(json) == '-':
+    printed = json is not None and str(json) == '-'
+    if printed:
         print(outcome.json)
     else:
         print_summary(outcome.summary)
+    for file, text in ((html, outcome.html), (None if printed else json, f'{outcome.json}\n')):
+        if file is not None:
+            write_file(file, text)
+            print(f'wrote {file}', file=sys.stderr if printed else sys.stdout)
     if outcome.error:
         print(outcome.error, file=sys.stderr)

@@ -122,6 +122,7 @@ def _write_document(document: str, out: Path | None) -> None:
     from ..output_file import write_file
 
     write_file(out, document)
+    print(f'wrote {out}')
 
 
 def _locks(given: list[str]) -> list[tuple[str, str]]:
@@ -178,7 +179,7 @@ def _write(derivation: 'Derivation', file: Path) -> None:
         print(f'{file}: no factor to write: {_why_none(derivation)}')
         return
     write_factors(file, factors, lambda text: checked_text(derivation, text))
-    print(f'{file}: singularity.factors: {", ".join(factors)}')
+    print(f'wrote {file}: singularity.factors: {", ".join(factors)}')
 
 
 def _why_none(derivation: 'Derivation') -> str:

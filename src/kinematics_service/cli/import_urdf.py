@@ -77,10 +77,7 @@ def import_urdf(
     if urdf is None:
         raise WrongUsage('give --urdf FILE, or --ur-calibration FILE with --robot NAME')
     found = imported(urdf, base, tip, name, convention.value, round_angles, point or ())
-    write_document(out, found.text)
-    # On the screen the robot file itself is standard output, so that it can be redirected.
-    report = sys.stderr if out == '-' else sys.stdout
-    print(f'{found.robot.name}: {found.certificate}', file=report)
+    _write(out, found.text, f'{found.robot.name}: {found.certificate}')
     for doubt in found.doubts:
         print(doubt_text(doubt), file=sys.stderr)
 
@@ -90,5 +87,13 @@ def _import_ur_calibration(file: Path, robot: str, out: str) -> None:
     date = datetime.now().astimezone().date().isoformat()
     text = robot_file_text(*find_robot(robot))
     found = import_ur_calibration(file, arm, text, date)
-    write_document(out, found.text)
-    print(f'{arm.name}: {found}', file=sys.stderr if out == '-' else sys.stdout)
+    _write(out, found.text, f'{arm.name}: {found}')
+
+
+def _write(out: str, text: str, said: str) -> None:
+    write_document(out, text)
+    # On the screen the robot file itself is standard output, so that it can be redirected.
+    if out == '-':
+        print(said, file=sys.stderr)
+    else:
+        print(f'{said}\nwrote {out}')

@@ -253,8 +253,17 @@ def write_report(data: CalibratedPoses, robot: str, outputs: CalibrationOutputs)
         text = json_text({**document_of(found, data.files), 'reading': data.remarks})
         if outputs.printed:
             print(text)
-            return
-        write_file(outputs.json, text + '\n')
+        else:
+            write_file(outputs.json, text + '\n')
+    if not outputs.printed:
+        _print_report(data, outputs)
+    for file in (outputs.html, None if outputs.printed else outputs.json):
+        if file is not None:
+            print(f'wrote {file}', file=outputs.stream)
+
+
+def _print_report(data: CalibratedPoses, outputs: CalibrationOutputs) -> None:
+    found = data.found
     out = Output()
     first, *others = sentences_of(found)
     sentences = [first, *data.remarks, *others]
