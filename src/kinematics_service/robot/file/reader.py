@@ -38,8 +38,8 @@ from .parts.singularity import read_singularity
 from .parts.tolerances import read_tolerances
 from .parts.uncertainty import read_uncertainty
 from .text.entries import checked
-from .text.expression_syntax import names_in
 from .text.fault_report import FaultReport, quoted, shown
+from .text.plain_expression import known_names_in
 from .text.robot_document import MAX_BYTES, read_document
 from .text.yaml_document import texts_in
 
@@ -293,16 +293,17 @@ def _check_movement(
 ) -> None:
     # Every joint moves a row, or says that it moves none.
     report, rows_data = quantities.report, data['links']
+    known = quantities.joint_types.keys()
     if links is not None:
         rows = [variables_of(row) for row in links]
     elif quantities.strange or not quantities.all_names_known or not isinstance(rows_data, list):
         return  # its name may be among those that are not understood
     else:
-        rows = [names_in(text) for text in texts_in(rows_data)]
+        rows = [known_names_in(text, known) for text in texts_in(rows_data)]
     if not rows:
         return  # said once, of the links
     moving = frozenset().union(*rows)
-    in_loops = moving_loops(data.get('loops'))
+    in_loops = moving_loops(data.get('loops'), known)
     for index, (entry, variable) in enumerate(zip(entries, variables, strict=True)):
         if variable is None or joint_type_of(entry) is None:
             continue

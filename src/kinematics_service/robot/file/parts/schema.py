@@ -133,7 +133,7 @@ class ShapeRowEntry(Entry):
     also = {'input': 'in', 'output': 'out'}
 
     in_: Any = None
-    joint: Word = None
+    joint: Any = None
     out: Any = None
 
 
