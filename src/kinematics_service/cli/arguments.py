@@ -4,7 +4,9 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-NUMBERS = re.compile(r'[-+]?[\d.,][\d.,eE+-]*')
+from ..typography import plain_names
+
+NUMBERS = re.compile(r'[-+]?(?:[\d.,]|pi)[\d.,eE+*/°pi-]*')
 TAKES_NUMBERS = ('--q', '--qdot', '--near', '--xyz', '--rpy', '--quaternion')
 
 
@@ -42,7 +44,7 @@ def join_numbers(argv: Sequence[str]) -> list[str]:
     joined: list[str] = []
     numbers_may_follow = False
     for argument in argv:
-        if NUMBERS.fullmatch(argument) and numbers_may_follow:
+        if numbers_may_follow and NUMBERS.fullmatch(plain_names(argument)):
             if joined[-1] in TAKES_NUMBERS:
                 joined.append(argument)
             else:

@@ -14,6 +14,7 @@ import numpy as np
 from ...errors import RecordingError
 from ...kernel import Floats
 from ...robot.measures import Level
+from ...typography import plain_signs
 from .block import LARGEST_BLOCK, Times
 from .source import Remark
 
@@ -222,9 +223,10 @@ def lines_of(stream: TextIO) -> Iterator[str]:
 
 def number_of(text: str) -> float:
     """Return the number in a cell; ValueError if it holds none."""
-    if not NUMBER.fullmatch(text.strip()):
+    plain = plain_signs(text).strip()
+    if not NUMBER.fullmatch(plain):
         raise ValueError(text)
-    return float(text)
+    return float(plain)
 
 
 def nanoseconds_of(text: str) -> int:
