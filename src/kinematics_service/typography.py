@@ -19,7 +19,7 @@ SIGNS = str.maketrans({
     **dict.fromkeys(_NO_WIDTH, ''),
     **dict.fromkeys('º˚', DEGREE),  # an ordinal and an accent that look like it
 })  # fmt: skip
-SUBSCRIPTS = str.maketrans('₀₁₂₃₄₅₆₇₈₉', '0123456789')
+SUBSCRIPTS = str.maketrans('₀₁₂₃₄₅₆₇₈₉₋ᵢⱼ', '0123456789-ij')
 _NAMES = (
     'alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho '
     'sigma tau upsilon phi chi psi omega'
@@ -28,6 +28,7 @@ GREEK = {
     **dict(zip('αβγδεζηθικλμνξοπρστυφχψω', _NAMES.split(), strict=True)),
     **dict(zip('ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ', _NAMES.title().split(), strict=True)),
     'ϑ': 'theta', 'ϕ': 'phi', 'ϖ': 'pi', 'ϵ': 'epsilon', 'µ': 'mu',
+    '⍺': 'alpha',  # of APL: tables of programs hold it
 }  # fmt: skip
 _LETTERS = str.maketrans(GREEK)
 _STYLED = re.compile('[\U0001d400-\U0001d7ff]')  # letters of formulas, such as an italic theta

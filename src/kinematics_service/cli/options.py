@@ -24,6 +24,9 @@ from ..typography import plain_names
 WITH_PI = re.compile(r'[-+*/0-9.]*(pi|°)[-+*/0-9.pi]*')  # or with a degree sign
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 
+LARGEST = 256 * 1024  # bytes of a text that is given
+UTF_16 = (b'\xff\xfe', b'\xfe\xff')  # as spreadsheets begin their Unicode text
+
 ROBOT_WORDS = 'A robot file, a URDF, or a bundled robot.'
 RobotOption = Annotated[str, typer.Option('--robot', metavar='FILE|NAME', help=ROBOT_WORDS)]
 RobotArgument = Annotated[
@@ -168,6 +171,25 @@ def ending_at(robot: Robot, of: str | None, at: str | None = None) -> Robot:
         )
     except PointError as error:
         raise WrongUsage(f'--{error.argument}: {error}') from None
+
+
+def given_text(file: str) -> str:
+    """Return the text of a file, or of standard input for `-`."""
+    try:
+        if file == '-':
+            data = sys.stdin.buffer.read(LARGEST + 1)
+        else:
+            with Path(file).open('rb') as stream:
+                data = stream.read(LARGEST + 1)
+    except OSError as error:
+        raise WrongUsage(f'cannot read {file}: {error.strerror}') from None
+    if len(data) > LARGEST:
+        raise WrongUsage(f'{file} is larger than {LARGEST // 1024} KiB')
+    try:
+        return data.decode('utf-16' if data[:2] in UTF_16 else 'utf-8-sig')
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b'\n') + 1
+        raise WrongUsage(f'{file}:{line}: not UTF-8 text') from None
 
 
 def given_numbers(
