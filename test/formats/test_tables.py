@@ -120,7 +120,7 @@ FORMS = {
         if al == 90 else f'L{i} = rtb.DHLink(d={d!r}, alpha={radians(al)}, a={a!r})',
     ),
     'box of the toolbox for python': lines(
-        'DHRobot: Puma, 6 joints (RRRRRR)\n┌──┬──┬──┐\n│ θⱼ │ dⱼ │ aⱼ │ ⍺ⱼ │ q⁻ │ q⁺ │\n├──┼──┼──┤',
+        'DHRobot: Puma, 6 joints\n┌──┬──┬──┐\n│ θⱼ │ dⱼ │ aⱼ │ ⍺ⱼ │ q⁻ │ q⁺ │\n├──┼──┤',
         lambda i, a, al, d: f'│ q{i} │ {d!r} │ {a!r} │ {al}.0° │ -160.0° │ 160.0° │',
         '└──┴──┴──┘\n\n┌──┬──┐\n│ tool │ t = 0, 0, 0.1 │\n└──┴──┘',
     ),
@@ -144,11 +144,22 @@ def test_ends_of_lines_and_blank_lines_mean_nothing(end):
 
 
 def test_a_matrix_is_read_with_columns():
-    text = lines('DH = [', lambda i, a, al, d: f'0 {d!r} {a!r} {al};', '];').partition('\n')[2]
-    robot, notes = read(f'[{text.replace("];", "]")}', columns='theta,d,a,alpha')
-    same(robot)
-    assert 'theta holds numbers alone: every joint turns, and they are its offsets' in notes
-    assert 'angles are taken to be in deg: 90 rad are not meant (--units says otherwise)' in notes
+    rows = [f'0 {d!r} {a!r} {al}' for a, al, d in PUMA]
+    matlab = '; '.join(rows)
+    python = ',\n'.join(f'[{row.replace(" ", ", ")}]' for row in rows)
+    for text in (
+        f'[{matlab}]',
+        f'dh = [ {";".join(rows[:3])};\n{";".join(rows[3:])} ];\n',
+        f"robot = SerialLink([{matlab}], 'name', 'puma');",
+        f'DH = [\n{python}]',
+        f'np.array([{python}])',
+    ):
+        robot, notes = read(text, columns='theta,d,a,alpha')
+        same(robot)
+        assert 'theta holds numbers alone: every joint turns, and they are its offsets' in notes
+        assert (
+            'angles are taken to be in deg: 90 rad are not meant (--units says otherwise)' in notes
+        )
 
 
 STANFORD = """\
@@ -206,7 +217,8 @@ CRAIG = 'convention: modified\n' + STANFORD.replace('convention: standard\n', ''
     'text',
     [
         'i;α_{i-1};a_{i-1};d_i;θ_i\n1;-90;0;0.412;q1\n2;90;0;0.154;q2+10\n3;0;0.02;q3;-90\n',
-        '│ aⱼ₋₁ │ ⍺ⱼ₋₁ │ θⱼ │ dⱼ │\n│0│-90°│q1│0.412│\n│0│90°│q2 + 10°│0.154│\n│0.02│0°│-90°│q3│\n└─',
+        '│ aⱼ₋₁ │ ⍺ⱼ₋₁ │ θⱼ │ dⱼ │\n│0│-90°│q1│0.412│\n│0│90°│q2 + 10°│0.154│\n'
+        '│0.02│0°│-90°│q3│\n└─',
         '$i$ & $\\alpha_{i-1}$ & $a_{i-1}$ & $d_i$ & $\\theta_i$ \\\\\n'
         '1 & $-90^\\circ$ & 0 & 0.412 & $\\theta_1$ \\\\\n2 & $90^\\circ$ & 0 & 0.154 & '
         '$\\theta_2 + 10^\\circ$ \\\\\n3 & 0 & 0.02 & $d_3$ & $-90^\\circ$ \\\\',
@@ -223,6 +235,13 @@ def test_the_convention_of_craig_is_told_by_indices_and_calls(text):
     assert not [note for note in notes if 'convention' in note]
     (fault,) = faults(text, convention='standard')
     assert fault == 'dh.txt: --convention standard: the table itself is modified'
+
+
+def test_a_joint_may_turn_the_other_way_round():
+    robot, _ = read('RevoluteDH(a=1, flip=True, offset=pi/2), PrismaticDH(a=2, flip=True)')
+    assert ks.forward_kinematics(robot, [0.1, 0.4]) == pytest.approx(
+        ks.forward_kinematics(read(f'{HEAD}1,0,0,pi/2 - q1\n2,0,-q2,0\n')[0], [0.1, 0.4])
+    )
 
 
 def test_what_is_assumed_is_said():
@@ -304,10 +323,11 @@ HEAD = 'a,alpha,d,theta\n'
         (f'{HEAD}1,0,q1,q1\n', "dh.txt:2: row 1, column d: 'q1' is revolute, and d is a length"),
         (f'type,{HEAD}X,1,0,0,0\n', "dh.txt:2: row 1, column type: 'X' is none of R, P, fixed"),
         (f'offset,{HEAD}5,1,0,0,q1+3\n', 'dh.txt:2: row 1, column offset: theta holds a number'),
-        ('a;alpha;d;theta\n1,5;0;0.2;q1\n', "dh.txt:2: row 1, column a: '1,5': write it with a po"),
+        ('a;alpha;d;theta\n1,5;0;0.2;q1\n', "dh.txt:2: row 1, column a: '1,5': write it with"),
         ('a\talpha\td\ttheta\n1,250\t0\t0\tq1\n', "dh.txt:2: row 1, column a: '1,250': write it"),
         (f'{HEAD[:-1]},range\n1,0,0,q1,160\n', 'dh.txt:2: row 1, column limits: two numbers'),
         (f'{HEAD[:-1]},range\n1,0,0,q1,3..-3\n', 'dh.txt:2: row 1, column limits: the lower lim'),
+        (f'{HEAD[:-1]} (rad),range (deg)\n1,0,0,q1,-3 3\n', 'dh.txt: angles in deg and in rad'),
         ('a (cm),alpha,d,theta\n1,0,0,q1\n', 'dh.txt: lengths in cm: write them in m or mm'),
         ('a (mm),alpha,d (m),theta\n1,0,0,q1\n', 'dh.txt: lengths in m and in mm: write them in'),
         ('a & alpha & d & theta \\\\\n\\multirow{2}{*}{1} & 0 & 0 & q1 \\\\\n & 0 & 0 & q2 \\\\',
@@ -315,7 +335,6 @@ HEAD = 'a,alpha,d,theta\n'
         ("Link([0 1 0 0]); Link([0 1 0 0], 'modified')", 'dh.txt: some links are standard, some'),
         ("L1=Link('d',1); L1.offset = pi/2;", 'dh.txt:1: offset is set after the link is made'),
         ('RevoluteDH(0, 0.4)', 'dh.txt:1: the numbers have no names: write a=..., alpha=...'),
-        ('RevoluteDH(a=1, flip=True)', 'dh.txt:1: flip is not read'),
         ("A=SerialLink(Link('d',1)); B=SerialLink(Link('d',2))", 'dh.txt: there are several'),
         ("Link('d', d(1), 'a', L9)", "dh.txt:1: row 1, column a: unknown name 'L9'"),
         (f'{HEAD}1,0,0,"q1\n1,0,0,q2\n', 'dh.txt:3: row 1'),

@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from .pasted import TableRow, plain_cell
+from .pasted import PastedRow, plain_cell
 
 WORDS = {
     'a': 'a r linklength',
@@ -56,7 +56,7 @@ def head_of(text: str) -> Head:
     return Head(MEANINGS.get(word, ''), _unit(unit[1]) if unit else '', before)
 
 
-def find_heads(rows: Sequence[TableRow]) -> int | None:
+def find_heads(rows: Sequence[PastedRow]) -> int | None:
     """Return which row holds the heads: the first with alpha and another quantity, or None."""
     for index, row in enumerate(rows):
         meanings = {head_of(cell).meaning for cell in row.cells}
@@ -65,7 +65,7 @@ def find_heads(rows: Sequence[TableRow]) -> int | None:
     return None
 
 
-def with_unit_row(heads: Sequence[Head], row: TableRow) -> Sequence[Head] | None:
+def with_unit_row(heads: Sequence[Head], row: PastedRow) -> Sequence[Head] | None:
     """Return the heads with the units of the row below them; None where it holds others."""
     units = [UNIT_ALONE.fullmatch(cell.lower()) for cell in row.cells]
     if len(units) != len(heads) or any(cell and not unit for cell, unit in zip(row.cells, units)):

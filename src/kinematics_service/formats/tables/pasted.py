@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ..recordings.table_rows import delimiter_of
 
-MATRIX = re.compile(r'\s*(?:\w+\s*=\s*)?\[(.*)\]\s*;?\s*', re.DOTALL)
+MATRIX = re.compile(r'\s*(?:\w+\s*=\s*)?(?:[\w.]+\()?\[(.*)\][^\[\]|]*', re.DOTALL)
 ROW_OF_MATRIX = re.compile(r'(?:;|\],)[ \t]*\n?')
 RULE = re.compile(r'[-+=:|\s┌┬┐├┼┤─]*')  # a line between rows
 LATEX_ONLY = re.compile(
@@ -32,7 +32,7 @@ PLAIN = tuple(
 )
 
 
-class TableRow(NamedTuple):
+class PastedRow(NamedTuple):
     """The cells of a row, and its line in the text."""
 
     line: int
@@ -46,7 +46,7 @@ def plain_cell(text: str) -> str:
     return text.strip().strip('*').strip()
 
 
-def rows_of(text: str) -> list[TableRow]:
+def rows_of(text: str) -> list[PastedRow]:
     """
     Return the rows of a table that hold anything, lines between them left out.
 
@@ -58,38 +58,38 @@ def rows_of(text: str) -> list[TableRow]:
     # Tables of programs in boxes end with their last line.
     text = text.partition('└')[0].replace('│', '|')
     if matrix := MATRIX.fullmatch(text):
-        text = ROW_OF_MATRIX.sub('\n', matrix[1])
+        text = re.sub(r'[\[\]]', '', ROW_OF_MATRIX.sub('\n', matrix[1]))
     rows = _latex(text) if '&' in text and '\\\\' in text else _lines(text)
-    plain = (TableRow(line, tuple(map(plain_cell, cells))) for line, cells in rows)
+    plain = (PastedRow(line, tuple(map(plain_cell, cells))) for line, cells in rows)
     return [row for row in plain if any(row.cells)]
 
 
-def _latex(text: str) -> Iterator[TableRow]:
+def _latex(text: str) -> Iterator[PastedRow]:
     line = 1
     for row in re.split(r'\\\\(?:\[[^\]]*\])?', LATEX_ONLY.sub('', text)):
         before = row[: len(row) - len(row.lstrip())]
         merged = MERGED.sub(lambda found: found[2] + '&' * (int(found[1] or 1) - 1), row)
         if '&' in merged:
-            yield TableRow(line + before.count('\n'), tuple(merged.split('&')))
+            yield PastedRow(line + before.count('\n'), tuple(merged.split('&')))
         line += row.count('\n')
 
 
-def _lines(text: str) -> Iterator[TableRow]:
+def _lines(text: str) -> Iterator[PastedRow]:
     lines = {n: line for n, line in enumerate(text.splitlines(), 1) if not RULE.fullmatch(line)}
     delimiter = delimiter_of(list(lines.values()))
     if delimiter != ' ':
         reader = csv.reader(lines.values(), delimiter=delimiter, skipinitialspace=True)
         numbers = list(lines)
-        yield from (TableRow(numbers[reader.line_num - 1], tuple(cells)) for cells in reader)
+        yield from (PastedRow(numbers[reader.line_num - 1], tuple(cells)) for cells in reader)
         return
     # Cells such as `q1 + 90` hold spaces: then more than one is between the columns.
     narrow, wide = (
-        [TableRow(n, tuple(re.split(gap, line.strip(' []')))) for n, line in lines.items()]
+        [PastedRow(n, tuple(re.split(gap, line.strip()))) for n, line in lines.items()]
         for gap in (r'\s+', r'\s{2,}')
     )
     yield from min((narrow, wide), key=_unevenness)
 
 
-def _unevenness(rows: list[TableRow]) -> tuple[bool, int]:
+def _unevenness(rows: list[PastedRow]) -> tuple[bool, int]:
     lengths = {len(row.cells) for row in rows}
     return max(lengths, default=0) < 3, len(lengths)

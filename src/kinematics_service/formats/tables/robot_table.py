@@ -3,6 +3,7 @@
 import csv
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from pathlib import PurePath
 
 from ...errors import Fault, RobotFileError
 from ...robot.file.parts.quantities import LONG, TURN
@@ -13,7 +14,7 @@ from ...robot.file.writing.writer import scalar
 from ...typography import DEGREE, plain_names
 from .heads import Head, find_heads, head_of, with_unit_row
 from .moving_rows import MovingRow, NumberedRow, moving_rows
-from .pasted import TableRow, rows_of
+from .pasted import PastedRow, rows_of
 from .report import TableReport
 from .toolbox import ToolboxLinks, toolbox_links
 
@@ -80,9 +81,10 @@ def read_table(
     arm = moving_rows(rows, constants, report)
     joints = [_joint(row, report) for row in arm if row.variable]
     report.raise_faults()
+    source = ''.join(c if c.isprintable() else '?' for c in PurePath(file).name)
     lines = [
         f'robot: {name}',
-        f'source: {scalar(file)}',
+        f'source: {scalar(source)}',
         f'convention: {chosen}',
         f'units: {{angle: {angle}, length: {length}}}',
         *_constants(constants, arm),
@@ -99,7 +101,7 @@ def read_table(
     return RobotText(written, tuple(report.notes))
 
 
-def _pasted(text: str, report: TableReport) -> Sequence[TableRow]:
+def _pasted(text: str, report: TableReport) -> Sequence[PastedRow]:
     try:
         return rows_of(text)
     except csv.Error as error:
@@ -107,8 +109,8 @@ def _pasted(text: str, report: TableReport) -> Sequence[TableRow]:
 
 
 def _headed(
-    rows: Sequence[TableRow], columns: str | None, report: TableReport
-) -> tuple[Sequence[Head], Sequence[TableRow]]:
+    rows: Sequence[PastedRow], columns: str | None, report: TableReport
+) -> tuple[Sequence[Head], Sequence[PastedRow]]:
     # What the columns hold, and the rows below the heads.
     at = find_heads(rows)
     if at is None and columns is None:
@@ -144,7 +146,7 @@ def _convention(
 
 
 def _numbered(
-    heads: Sequence[Head], body: Sequence[TableRow], report: TableReport
+    heads: Sequence[Head], body: Sequence[PastedRow], report: TableReport
 ) -> list[NumberedRow]:
     rows = []
     pointed = any(re.search(r'\d\.\d', cell) for row in body for cell in row.cells)
@@ -176,8 +178,8 @@ def _unit(
     report: TableReport,
 ) -> str:
     meanings, accepted, most = KINDS[kind]
-    said = {head.unit for head in heads if head.meaning in meanings and head.unit}
-    said |= set(given).intersection(accepted)
+    said = {head.unit for head in heads if head.meaning in meanings or head.unit in accepted}
+    said = (said | set(given).intersection(accepted)) - {''}
     if strange := sorted(said.difference(accepted)):
         report.refuse(f'{kind} in {strange[0]}: write them in {" or ".join(accepted)}')
     if len(said) > 1:
@@ -217,7 +219,7 @@ def _joint(moved: MovingRow, report: TableReport) -> str:
         if len(ends) != 2 or not all(ends):
             where = f'row {row.number}, column limits'
             report.fault('two numbers are expected, such as [-160, 160]', row.line, where)
-        entry.append(f'limits: [{", ".join(map(_scalar, ends))}]')
+        entry.append(f'limits: [{", ".join(map(scalar, ends))}]')
     return f'  - {{{", ".join(entry)}}}'
 
 
@@ -237,13 +239,7 @@ def _link(moved: MovingRow, angle: str) -> str:
     texts = {'a': cells['a'], 'alpha': cells['alpha'], 'd': moved.d, 'theta': moved.theta}
     if angle == 'deg':
         texts |= {name: texts[name].replace(DEGREE, '') for name in ('alpha', 'theta')}
-    return f'  - {{{", ".join(f"{name}: {_scalar(text)}" for name, text in texts.items())}}}'
-
-
-def _scalar(text: str) -> str:
-    # A number below 0 needs no quotes.
-    positive = text.removeprefix('-')
-    return text if scalar(positive) == positive else scalar(text)
+    return f'  - {{{", ".join(f"{name}: {scalar(text)}" for name, text in texts.items())}}}'
 
 
 def _in_the_table(fault: Fault, arm: Sequence[MovingRow]) -> Fault:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from .pasted import TableRow
+from .pasted import PastedRow
 from .report import TableReport
 
 LINK = re.compile(
@@ -30,7 +30,7 @@ FALSE = ('', '0', '0.0', 'False', 'false')
 class ToolboxLinks(NamedTuple):
     """Rows under their heads, the convention, and the expressions of the script's variables."""
 
-    rows: list[TableRow]
+    rows: list[PastedRow]
     convention: str
     constants: Mapping[str, str]
 
@@ -69,16 +69,15 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
             report.note(
                 f'line {line}: {moving} moves there, and the toolbox takes no number of it'
             )
-        values |= {moving: '', 'type': 'P' if slides else 'R', 'limits': values.get('qlim', '')}
-        if values.get('flip', '0') not in FALSE:
-            report.fault('flip is not read', line)
+        own = '' if values.get('flip', '0') in FALSE else '-variable'
+        values |= {moving: own, 'type': 'P' if slides else 'R', 'limits': values.get('qlim', '')}
         rest = {'a': '0', 'alpha': '0', 'd': '0', 'theta': '0', 'offset': '0'} | values
-        rows.append(TableRow(line, tuple(rest[head] for head in HEADS)))
+        rows.append(PastedRow(line, tuple(rest[head] for head in HEADS)))
     always = re.search(r"SerialLink\([^;\n]*'modified'", text) is not None
     if len(modified) > 1 and not always:
         report.refuse('some links are standard, some modified: a table has one convention')
     convention = 'modified' if always or modified.pop() else 'standard'
-    heads = TableRow(rows[0].line, HEADS)
+    heads = PastedRow(rows[0].line, HEADS)
     return ToolboxLinks([heads, *rows], convention, dict(CONSTANT.findall(text)))
 
 
