@@ -255,6 +255,7 @@ def test_what_is_assumed_is_said():
         'a,alpha,d,theta,mass\n100,90,0,q1,3\n', units=['deg', 'mm'], convention='standard'
     )
     assert notes == ["the column 'mass' is left out"]
+    assert 'row 2 is moved by q1, as a row above is' in read(f'{HEAD}1,0,0,q1\n1,0,0,q1\n')[1]
     assert (
         'tool is not read: write it into the robot file'
         in read(FORMS['box of the toolbox for python'])[1]
@@ -334,6 +335,10 @@ HEAD = 'a,alpha,d,theta\n'
          'dh.txt:3: row 2, column a: the cell is empty: write 0 where it is 0 (merged'),
         ("Link([0 1 0 0]); Link([0 1 0 0], 'modified')", 'dh.txt: some links are standard, some'),
         ("L1=Link('d',1); L1.offset = pi/2;", 'dh.txt:1: offset is set after the link is made'),
+        ("L1=Link('d',1); L2=Link('d',2); R=SerialLink([L2 L1])", 'dh.txt: the robot takes its'),
+        ("L(2)=Link('d',1); L(1)=Link('d',2);", 'dh.txt: the robot takes its links in another'),
+        ("for i=1:3 L(i)=Link('d',0,'a',1); end", 'dh.txt: links are made in a loop'),
+        ('DHRobot([RevoluteDH(a=1) for _ in range(3)])', 'dh.txt: links are made in a loop'),
         ('RevoluteDH(0, 0.4)', 'dh.txt:1: the numbers have no names: write a=..., alpha=...'),
         ("A=SerialLink(Link('d',1)); B=SerialLink(Link('d',2))", 'dh.txt: there are several'),
         ("Link('d', d(1), 'a', L9)", "dh.txt:1: row 1, column a: unknown name 'L9'"),

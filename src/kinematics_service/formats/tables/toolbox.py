@@ -11,7 +11,9 @@ LINK = re.compile(
     r'(?:([\w()\[\]]+)\s*=\s*)?\b(?:DHLink|Link|(Revolute|Prismatic)(?:M?DH)?)\s*\('
     r'((?:[^()]|\((?:[^()]|\([^()]*\))*\))*)\)'
 )
-ROBOT = re.compile(r'\b(?:SerialLink|DHRobot)\s*\(')
+ROBOT = re.compile(r'\b(?:SerialLink|DHRobot)\s*\(\s*(?:\[([^\]]*)\])?')
+NAME = re.compile(r'\w+(?:[\[(]\w+[\])])?')
+REPEATED = re.compile(r'\)\s*for\b|[\[(][A-Za-z]\w*[\])]\s*=\s*\w*Link\(|append\(')
 OPTION = re.compile(r"'(modified|standard|revolute|prismatic|[rp])'\s*,?")
 VALUE = re.compile(r"(?:'(\w+)'\s*,|(\w+)\s*=)\s*((?:[^,\[(]|\[[^\]]*\]|\([^()]*\))+)")
 VECTOR = ('theta', 'd', 'a', 'alpha', 'sigma', 'offset')  # Link([...]) of MATLAB
@@ -86,6 +88,14 @@ def _refuse_what_is_elsewhere(text: str, links: list[re.Match[str]], report: Tab
     targets = [found[1] for found in links if found[1]]
     if len(robots) > 1 or len(set(targets)) < len(targets):
         report.refuse('there are several robots: leave the links of one in the text')
+    listed = (
+        [word for word in NAME.findall(robots[0][1] or '') if word in targets] if robots else []
+    )
+    places = [int(index) for index in re.findall(r'[\[(](\d+)', ' '.join(targets))]
+    if (listed or targets) != targets or places != sorted(places):
+        report.refuse('the robot takes its links in another order: write them in that order')
+    if REPEATED.search(text):
+        report.refuse('links are made in a loop, which is not run: write each of them')
     if later:
         line = text.count('\n', 0, later.start()) + 1
         report.refuse(f'{later[1]} is set after the link is made: write it into the link', line)
