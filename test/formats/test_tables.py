@@ -206,8 +206,12 @@ def test_limits_in_their_forms():
         assert np.array_equal(robot.limits, [expected, expected]), cell
     robot, _ = read('a,alpha,d,theta,min,max\n0,90,0,q1,-170,170\n1,0,0,q2,,\n')
     assert robot.limits.tolist() == [expected, [-math.inf, math.inf]]
-    robot, _ = read("Link('d', 0, 'a', 1, 'alpha', 0, 'qlim', pi/180*[-170 170])")
-    assert robot.limits[0] == pytest.approx(expected, rel=4e-16)
+    for text in (
+        "Link('d', 0, 'a', 1, 'alpha', 0, 'qlim', pi/180*[-170 170])",
+        'L(1) = Link([0 0 1 0]);\nL(1).qlim = [-170 170]*pi/180; R = SerialLink(L);',
+        'RevoluteDH(a=1, qlim=np.array([-17, 17]) * np.pi / 18)',
+    ):
+        assert read(text)[0].limits[0] == pytest.approx(expected, rel=4e-16)
 
 
 CRAIG = 'convention: modified\n' + STANFORD.replace('convention: standard\n', '')
@@ -334,7 +338,7 @@ HEAD = 'a,alpha,d,theta\n'
         ('a & alpha & d & theta \\\\\n\\multirow{2}{*}{1} & 0 & 0 & q1 \\\\\n & 0 & 0 & q2 \\\\',
          'dh.txt:3: row 2, column a: the cell is empty: write 0 where it is 0 (merged'),
         ("Link([0 1 0 0]); Link([0 1 0 0], 'modified')", 'dh.txt: some links are standard, some'),
-        ("L1=Link('d',1); L1.offset = pi/2;", 'dh.txt:1: offset is set after the link is made'),
+        ("L1=Link('d',1); L2.offset = pi/2;", 'dh.txt: L2.offset is set, and L2 is no link of'),
         ("L1=Link('d',1); L2=Link('d',2); R=SerialLink([L2 L1])", 'dh.txt: the robot takes its'),
         ("L(2)=Link('d',1); L(1)=Link('d',2);", 'dh.txt: the robot takes its links in another'),
         ("for i=1:3 L(i)=Link('d',0,'a',1); end", 'dh.txt: links are made in a loop'),

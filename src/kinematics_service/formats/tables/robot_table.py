@@ -69,6 +69,7 @@ def read_table(
     report = TableReport(file)
     plain = plain_names(text.replace('\r\n', '\n').replace('\r', '\n'))
     script = toolbox_links(plain, report)
+    constants = script.constants if script else {}
     heads, body = _headed(script.rows if script else _pasted(plain, report), columns, report)
     chosen = _convention(heads, script, convention, report)
     rows = _numbered(heads, body, report)
@@ -76,8 +77,7 @@ def read_table(
     if found := BASE_OR_TOOL.search(plain if script else plain.partition('└')[2]):
         report.note(f'{found[1]} is not read: write it into the robot file')
     units = units if 'deg' in units or not script else {'rad', *units}
-    angle, length = (_unit(kind, units, heads, rows, report) for kind in KINDS)
-    constants = script.constants if script else {}
+    angle, length = (_unit(kind, units, heads, rows, constants, report) for kind in KINDS)
     arm = moving_rows(rows, constants, report)
     joints = [_joint(row, report) for row in arm if row.variable]
     report.raise_faults()
@@ -175,6 +175,7 @@ def _unit(
     given: Collection[str],
     heads: Sequence[Head],
     rows: Sequence[NumberedRow],
+    constants: Mapping[str, str],
     report: TableReport,
 ) -> str:
     meanings, accepted, most = KINDS[kind]
@@ -187,7 +188,10 @@ def _unit(
     if said:
         return said.pop()
     cells = [row.cells.get(meaning, '') for row in rows for meaning in meanings]
-    largest = max((float(text) for cell in cells for text in NUMBER.findall(cell)), default=0.0)
+    cells += [constants.get(name, '') for cell in cells for name in names_in(cell)]
+    # A part of a product, such as 26.45*0.0254, is not as long as the whole.
+    plain = ' '.join(cell for cell in cells if not re.search('[*/]', cell))
+    largest = max(map(float, NUMBER.findall(plain)), default=0.0)
     if accepted[1] == 'deg' and any(DEGREE in cell for cell in cells):
         unit, why = 'deg', ', as the degree signs say'
     elif any('pi' in names_in(cell) for cell in cells) or largest <= most:
@@ -200,7 +204,8 @@ def _unit(
 
 def _constants(constants: Mapping[str, str], arm: Sequence[MovingRow]) -> Iterator[str]:
     # Those that are used, by others too.
-    used = {name for row in arm for text in row.row.cells.values() for name in names_in(text)}
+    cells = [item for row in arm for item in row.row.cells.items()]
+    used = {name for key, text in cells if key != 'type' for name in names_in(text)}
     kept: list[str] = []
     for name, text in reversed(list(constants.items())):
         if name in used:

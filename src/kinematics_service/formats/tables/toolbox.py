@@ -8,7 +8,7 @@ from .pasted import PastedRow
 from .report import TableReport
 
 LINK = re.compile(
-    r'(?:([\w()\[\]]+)\s*=\s*)?\b(?:DHLink|Link|(Revolute|Prismatic)(?:M?DH)?)\s*\('
+    r'(?:(\w+(?:[\[(]\w+[\])])?)\s*=\s*)?\b(DHLink|Link|(?:Revolute|Prismatic)(?:M?DH)?)\s*\('
     r'((?:[^()]|\((?:[^()]|\([^()]*\))*\))*)\)'
 )
 ROBOT = re.compile(r'\b(?:SerialLink|DHRobot)\s*\(\s*(?:\[([^\]]*)\])?')
@@ -17,7 +17,9 @@ REPEATED = re.compile(r'\)\s*for\b|[\[(][A-Za-z]\w*[\])]\s*=\s*\w*Link\(|append\
 OPTION = re.compile(r"'(modified|standard|revolute|prismatic|[rp])'\s*,?")
 VALUE = re.compile(r"(?:'(\w+)'\s*,|(\w+)\s*=)\s*((?:[^,\[(]|\[[^\]]*\]|\([^()]*\))+)")
 VECTOR = ('theta', 'd', 'a', 'alpha', 'sigma', 'offset')  # Link([...]) of MATLAB
-LATER = re.compile(r'\.(theta|d|a|alpha|offset|sigma|mdh|flip|qlim)\s*=')
+LATER = re.compile(
+    r'(\w+(?:[\[(]\w+[\])])?)\.(theta|d|a|alpha|offset|sigma|mdh|flip|qlim)\s*=\s*([^;\n]+)'
+)
 CONSTANT = re.compile(r"(?:^|;)[ \t]*([A-Za-z]\w*)[ \t]*=\s*([^=;\n\[\]']+?)\s*(?=;|$)", re.M)
 PLAIN = (
     (re.compile('[%#].*'), ''),
@@ -26,7 +28,7 @@ PLAIN = (
     (re.compile('"'), "'"),
 )
 HEADS = ('a', 'alpha', 'd', 'theta', 'offset', 'type', 'limits')
-FALSE = ('', '0', '0.0', 'False', 'false')
+FALSE = (None, '', '0', '0.0', 'False', 'false')
 
 
 class ToolboxLinks(NamedTuple):
@@ -37,6 +39,16 @@ class ToolboxLinks(NamedTuple):
     constants: Mapping[str, str]
 
 
+class _Link(NamedTuple):
+    line: int
+    target: str  # what it is assigned to
+    function: str
+    values: dict[str, str]
+
+    def says(self, *keys: str) -> bool:
+        return any(self.values.get(key) not in FALSE for key in keys)
+
+
 def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
     """
     Return the links of a script, or None where there are none.
@@ -44,66 +56,66 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
     Raises
     ------
     RobotFileError
-        There is more than one robot, or its links are not all said in one place each.
+        There is more than one robot, or its links are not written one after another.
     """
     for pattern, plain in PLAIN:
         text = pattern.sub(plain, text)
-    links = list(LINK.finditer(text))
+    links = [
+        _Link(text.count('\n', 0, found.start(2)) + 1, found[1] or '', found[2], _values(found[3]))
+        for found in LINK.finditer(text)
+    ]
     if not links:
         return None
-    _refuse_what_is_elsewhere(text, links, report)
-    rows, modified = [], set()
-    for found in links:
-        line = text.count('\n', 0, found.start(3)) + 1
-        options = OPTION.findall(found[3])
-        values = _values(found[3])
-        if not values:
-            report.fault('the numbers have no names: write a=..., alpha=...', line)
-        mdh = values.get('mdh', '0') not in FALSE
-        modified.add('modified' in options or mdh or 'MDH' in found[0].partition('(')[0])
-        # Of theta and d it is the constant that a link of MATLAB names.
-        slides = values.get('sigma', '0') not in FALSE or 'theta' in values and 'd' not in values
-        slides = (
-            slides or found[2] == 'Prismatic' or bool({'prismatic', 'p'}.intersection(options))
-        )
-        moving = 'd' if slides else 'theta'
-        if not re.fullmatch(r'0?|[A-Za-z]\w*', values.get(moving, '')):
-            report.note(
-                f'line {line}: {moving} moves there, and the toolbox takes no number of it'
-            )
-        own = '' if values.get('flip', '0') in FALSE else '-variable'
-        values |= {moving: own, 'type': 'P' if slides else 'R', 'limits': values.get('qlim', '')}
-        rest = {'a': '0', 'alpha': '0', 'd': '0', 'theta': '0', 'offset': '0'} | values
-        rows.append(PastedRow(line, tuple(rest[head] for head in HEADS)))
+    _refuse_other_orders(text, [link.target for link in links if link.target], report)
+    named = {link.target: link.values for link in links}
+    for target, key, value in LATER.findall(text):
+        if target not in named:
+            report.refuse(f'{target}.{key} is set, and {target} is no link of this text')
+        named[target][key] = value
     always = re.search(r"SerialLink\([^;\n]*'modified'", text) is not None
-    if len(modified) > 1 and not always:
+    modified = {
+        always or link.function.endswith('MDH') or link.says('mdh', 'modified') for link in links
+    }
+    if len(modified) > 1:
         report.refuse('some links are standard, some modified: a table has one convention')
-    convention = 'modified' if always or modified.pop() else 'standard'
-    heads = PastedRow(rows[0].line, HEADS)
-    return ToolboxLinks([heads, *rows], convention, dict(CONSTANT.findall(text)))
+    rows = [PastedRow(links[0].line, HEADS), *(_row(link, report) for link in links)]
+    convention = 'modified' if modified.pop() else 'standard'
+    return ToolboxLinks(rows, convention, dict(CONSTANT.findall(text)))
 
 
-def _refuse_what_is_elsewhere(text: str, links: list[re.Match[str]], report: TableReport) -> None:
-    robots, later = list(ROBOT.finditer(text)), LATER.search(text)
-    targets = [found[1] for found in links if found[1]]
+def _refuse_other_orders(text: str, targets: list[str], report: TableReport) -> None:
+    robots = ROBOT.findall(text)
     if len(robots) > 1 or len(set(targets)) < len(targets):
         report.refuse('there are several robots: leave the links of one in the text')
-    listed = (
-        [word for word in NAME.findall(robots[0][1] or '') if word in targets] if robots else []
-    )
+    listed = [word for word in NAME.findall(robots[0]) if word in targets] if robots else []
     places = [int(index) for index in re.findall(r'[\[(](\d+)', ' '.join(targets))]
     if (listed or targets) != targets or places != sorted(places):
         report.refuse('the robot takes its links in another order: write them in that order')
     if REPEATED.search(text):
         report.refuse('links are made in a loop, which is not run: write each of them')
-    if later:
-        line = text.count('\n', 0, later.start()) + 1
-        report.refuse(f'{later[1]} is set after the link is made: write it into the link', line)
 
 
 def _values(text: str) -> dict[str, str]:
+    values = dict.fromkeys(OPTION.findall(text), '1')
     if vector := re.match(r'\s*\[([^\]]*)\]', text):
         packed = re.sub(r'\s*([*/])\s*|(?<=\S)\s+([-+])\s+', r'\1\2', vector[1].strip())
-        return dict(zip(VECTOR, re.split(r'\s*,\s*|\s+', packed)))
+        return values | dict(zip(VECTOR, re.split(r'\s*,\s*|\s+', packed)))
     found = VALUE.findall(OPTION.sub('', text))
-    return {matlab or python: value.strip() for matlab, python, value in found}
+    return values | {matlab or python: value.strip() for matlab, python, value in found}
+
+
+def _row(link: _Link, report: TableReport) -> PastedRow:
+    values = link.values
+    if not values:
+        report.fault('the numbers have no names: write a=..., alpha=...', link.line)
+    # Of theta and d it is the constant that a link of MATLAB names.
+    names_theta = link.function == 'Link' and 'theta' in values and 'd' not in values
+    slides = link.says('sigma', 'prismatic', 'p') or link.function.startswith('Prismatic')
+    moving = 'd' if slides or names_theta else 'theta'
+    if not re.fullmatch(r'0?|[A-Za-z]\w*', values.get(moving, '')):
+        message = f'line {link.line}: {moving} moves there, and the toolbox takes no number of it'
+        report.note(message)
+    cells = {'a': '0', 'alpha': '0', 'd': '0', 'theta': '0', 'offset': '0', **values}
+    cells[moving] = '-variable' if link.says('flip') else ''
+    cells |= {'type': 'P' if moving == 'd' else 'R', 'limits': values.get('qlim', '')}
+    return PastedRow(link.line, tuple(cells[head] for head in HEADS))
