@@ -24,7 +24,7 @@ from ..robot.loops import other_branches
 from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES, seeded_poses
 from .accuracy_report import tolerances_in_words, uncertainty_in_words
-from .options import doubt_text, flag
+from .options import doubt_text, flag, robots_like
 from .robots import joint_letters
 from .singularity_report import DEGREES, threshold_words
 from .textbook_table import motion_text, textbook_table
@@ -51,7 +51,9 @@ link of 250 m, is a line with WARN there; with --strict it makes the exit code 1
 Files = Annotated[
     list[str],
     typer.Argument(
-        metavar='FILE...', help='Robot files, or names of bundled robots; also with --robot.'
+        metavar='FILE...',
+        help='Robot files, or names of bundled robots; also with --robot.',
+        autocompletion=robots_like,
     ),
 ]
 

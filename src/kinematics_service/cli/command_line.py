@@ -15,6 +15,12 @@ from .node import plain_options, start_node
 from .ros_variables import RosVariableError
 from .standard_output import checked_output
 
+# A shell completes the installed program, however completion is asked for: by these options, or
+# by a shell, which sets this variable and gives no arguments.
+PROGRAM = 'kinematics_service'
+OF_COMPLETION = ('--install-completion', '--show-completion')
+COMPLETES = f'_{PROGRAM.upper()}_COMPLETE'
+
 
 def run(argv: Sequence[str] | None = None) -> int:
     """
@@ -47,14 +53,17 @@ def _code_of(argv: Sequence[str] | None) -> int:
     try:
         if ours[:1] != ['import']:  # where base and tip are options of their own
             ours = name_robots(ours)
-        options = plain_options(ours)
+        completion = COMPLETES in os.environ or any(
+            word.startswith(OF_COMPLETION) for word in ours
+        )
+        options = None if completion else plain_options(ours)
         if options is not None:
             return start_node(options, ros)  # which has its own way with signals
         # Imported here: the node does without, and while it loads Ctrl-C has its default action.
         from .commands import app
 
         with nullcontext() if argv is not None else interruptible():
-            app(join_numbers(ours), obj=ros)
+            app(join_numbers(ours), obj=ros, prog_name=PROGRAM if completion else None)
         return 0
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0

@@ -124,7 +124,6 @@ def robot_first(arguments: Sequence[str]) -> list[str]:
 
 app = typer.Typer(
     cls=CommandGroup,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     invoke_without_command=True,

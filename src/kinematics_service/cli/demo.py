@@ -8,7 +8,7 @@ from typing import Annotated, Optional
 import typer
 
 from .missing_ros import ros_module
-from .options import ROBOT_WORDS, WrongUsage, option, refuse_unknown_robot
+from .options import ROBOT, ROBOT_WORDS, WrongUsage, option, refuse_unknown_robot
 
 HELP = """
 Show the node at work without a robot: a simulated arm moves, and the node's outputs are
@@ -34,7 +34,7 @@ class DemoTrajectory(str, Enum):
 
 def demo(
     context: typer.Context,
-    robot: Optional[str] = option(ROBOT_WORDS, 'FILE|NAME', shown='puma560'),
+    robot: Optional[str] = option(ROBOT_WORDS, ROBOT, shown='puma560'),
     duration: Optional[float] = option(
         'Stop after this time.', 'SECONDS', shown='never', least=0.0
     ),

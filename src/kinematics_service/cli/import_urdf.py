@@ -12,7 +12,7 @@ from ..formats.urdf.importer import import_urdf as imported
 from ..robot.bundled import find_robot
 from ..robot.file.reader import robot_file_text
 from .export import write_document
-from .options import WrongUsage, doubt_text, flag, given_robot, option
+from .options import ROBOT, WrongUsage, doubt_text, flag, given_robot, option
 
 HELP = """
 Make a robot file from a chain of a URDF, or from a factory calibration, and prove it.
@@ -55,7 +55,7 @@ def import_urdf(
         shown='the end of the longest chain of moving joints',
     ),
     ur_calibration: Optional[Path] = option('A factory calibration of Universal Robots.', 'FILE'),
-    robot: Optional[str] = option('The nominal arm of a factory calibration.', 'FILE|NAME'),
+    robot: Optional[str] = option('The nominal arm of a factory calibration.', ROBOT),
     name: str = option('Name of the robot.', 'NAME', default='', shown="the URDF's"),
     out: str = option('Where to write it.', 'FILE', default='-', shown='the screen'),
     convention: ImportedConvention = option(

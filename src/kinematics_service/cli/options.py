@@ -13,7 +13,7 @@ import typer
 from ..errors import ExpressionError, Fault, PointError, RobotNotFoundError
 from ..kernel import Floats
 from ..output_file import unwritable
-from ..robot.bundled import find_robot_file
+from ..robot.bundled import bundled_robots, find_robot_file
 from ..robot.file.text.expressions import Scope, parse_affine
 from ..robot.file.text.plain_expression import plain_expression
 from ..robot.file.translation import translator_of
@@ -26,13 +26,24 @@ NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 
 LARGEST = 256 * 1024  # bytes of a text that is given
 UTF_16 = (b'\xff\xfe', b'\xfe\xff')  # as spreadsheets begin their Unicode text
+ROBOT, ROBOT_WORDS = 'FILE|NAME', 'A robot file, a URDF, or a bundled robot.'
 
-ROBOT_WORDS = 'A robot file, a URDF, or a bundled robot.'
-RobotOption = Annotated[str, typer.Option('--robot', metavar='FILE|NAME', help=ROBOT_WORDS)]
+
+def robots_like(incomplete: str) -> list[str]:
+    """Return the bundled robots whose name a word begins, for completion by a shell."""
+    return [name for name in bundled_robots() if name.startswith(incomplete)]
+
+
+RobotOption = Annotated[
+    str,
+    typer.Option('--robot', metavar=ROBOT, help=ROBOT_WORDS, autocompletion=robots_like),
+]
 RobotArgument = Annotated[
     str,
     typer.Argument(
-        metavar='ROBOT', help='A robot file, a URDF, or a bundled robot; also with --robot.'
+        metavar='ROBOT',
+        help='A robot file, a URDF, or a bundled robot; also with --robot.',
+        autocompletion=robots_like,
     ),
 ]
 PositionsOption = Annotated[
@@ -90,7 +101,14 @@ def option(
     """
     names = () if name is None else (name,)
     return typer.Option(
-        default, *names, metavar=metavar, help=words, show_default=shown, min=least, max=most
+        default,
+        *names,
+        metavar=metavar,
+        help=words,
+        show_default=shown,
+        min=least,
+        max=most,
+        autocompletion=robots_like if metavar == ROBOT else None,
     )
 
 

@@ -9,7 +9,7 @@ import typer
 from ..errors import ViewError
 from ..stop_signals import stop_signals
 from .missing_ros import RosMissingError, is_ours, ros_module
-from .options import ROBOT_WORDS, OfOption, WrongUsage, ending_at, flag, given_robot, option
+from .options import ROBOT, ROBOT_WORDS, OfOption, WrongUsage, ending_at, flag, given_robot, option
 
 DEFAULT = 'puma560'
 WITHOUT_VISER = (
@@ -38,7 +38,7 @@ joint states, for a node without a robot. Without ROS there are sliders only.
 
 def view(
     context: typer.Context,
-    robot: Optional[str] = option(ROBOT_WORDS, 'FILE|NAME', shown=f"the node's, or {DEFAULT}"),
+    robot: Optional[str] = option(ROBOT_WORDS, ROBOT, shown=f"the node's, or {DEFAULT}"),
     of: OfOption = None,
     node: str = option(
         'The full name of the node.',

@@ -10,7 +10,8 @@ from typing import NamedTuple
 from ..errors import RobotNotFoundError
 from .file.translation import translator_of
 
-# What a person looks for; a robot that stands in no group is listed after them.
+# What a person looks for, machines that can be bought first; a robot that is in no group is listed
+# after them.
 GROUPS: Mapping[str, tuple[str, ...]] = {
     'Industrial and research arms': (
         'crx10ia_l',
@@ -28,6 +29,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
         'xarm6',
         'xarm7',
     ),
+    'Machines with closed loops': ('excavator', 'flexpicker'),
     'Textbook and course arms': (
         'planar_2r',
         'planar_3r',
@@ -45,13 +47,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
         'parallelogram_left',
         'parallelogram_right',
     ),
-    'Arms and machines with closed loops': (
-        'four_bar_arm',
-        'five_bar',
-        'crank_slider',
-        'excavator',
-        'flexpicker',
-    ),
+    'Course arms with closed loops': ('four_bar_arm', 'five_bar', 'crank_slider'),
 }
 OTHERS = 'Others'
 # Before the name of a topic that a URDF is published on: a node takes its robot from there, too.

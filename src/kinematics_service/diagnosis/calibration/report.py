@@ -142,19 +142,15 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
         'files': files,
         'poses': found.count,
         'positions_only': found.positions,
-        'accepted': found.accepted,
-        'refusals': found.refusals,
+        **attributes(found, 'accepted', 'refusals'),
         'explained': {
-            'decided': found.explained.decided,
-            'sentences': found.explained.sentences,
+            **attributes(found.explained, 'decided', 'sentences'),
         },
         'outliers': found.outliers,
         'errors': {'as_given': found.as_given._asdict(), **_errors(found.without)},
         'errors_with_outliers': _errors(found.with_outliers),
         'noise': found.noise._asdict(),
-        'known': found.known,
-        'possible': found.possible,
-        'singular_values': found.singular_values,
+        **attributes(found, 'known', 'possible', 'singular_values'),
         'parameters': [attributes(one, *OF_PARAMETER) for one in found.parameters],
         'covariance': found.covariance,
         'combinations': [
@@ -163,17 +159,12 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
         ],
         'points': [
             {
-                'name': one.name,
-                'position': one.position,
-                'deviation': one.deviation,
+                **attributes(one, 'name', 'position', 'deviation'),
                 'touches': one.count,
             }
             for one in found.points
         ],
-        'base_offsets': found.base_offsets,
-        'tool_offsets': found.tool_offsets,
-        'base_starts': found.base_starts,
-        'tool_starts': found.tool_starts,
+        **attributes(found, 'base_offsets', 'tool_offsets', 'base_starts', 'tool_starts'),
         'frame_check': None if found.frames is None else found.frames.sentence,
         'remarks': found.remarks,
         'sentences': list(sentences_of(found)),

@@ -444,8 +444,8 @@ def score_of_touches(robot: Robot, touches: Touches) -> Callable[[Hypothesis], f
     """Return how badly touches fit with a mistake of the joint positions undone."""
 
     def score(change: Hypothesis) -> float:
-        q = touches.q if change.q is None else change.q
-        return truncated((_started(robot, q, touches.point, True).distances / MOST.position) ** 2)
+        start = _started(robot, change.joints(touches.q), touches.point, True)
+        return truncated((start.distances / MOST.position) ** 2)
 
     return score
 

@@ -168,11 +168,7 @@ def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
     changes = [change for k, change in enumerate(hypotheses_of(given)) if k in kept]
     wanted.sort()
     begin = Fit(*(values[wanted] for values in sifted))
-    fits = fit_offsets(*undone(given, changes), begin=begin)
-    return [
-        _cause(change.key, change.sentence, None, fit, fits.one(k), change.unit)
-        for k, change in enumerate(changes)
-    ]
+    return _undoing(given, changes, fit, begin)
 
 
 def _orders(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
@@ -183,9 +179,15 @@ def _orders(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     of_file, others = undone(given, changes)
     sifted = fit_offsets(of_file[:, few], others[:, few], steps=SIFT_STEPS)
     changes = [changes[k] for k in np.argsort(sifted.score, kind='stable')[:KEPT].tolist()]
-    fits = fit_offsets(*undone(given, changes))
+    return _undoing(given, changes, fit)
+
+
+def _undoing(
+    given: ComparedData, changes: list[Hypothesis], before: Fit, begin: Fit | None = None
+) -> list[TestedCause]:
+    fits = fit_offsets(*undone(given, changes), begin=begin)
     return [
-        _cause(change.key, change.sentence, None, fit, fits.one(k))
+        _cause(change.key, change.sentence, None, before, fits.one(k), change.unit)
         for k, change in enumerate(changes)
     ]
 
@@ -202,12 +204,12 @@ def possible(given: ComparedData) -> list[int]:
 
 def undone(given: ComparedData, changes: Sequence[Hypothesis]) -> tuple[Floats, Floats]:
     """Return the poses of both sources with each change undone, shape (H, N, 4, 4)."""
-    q = np.stack([given.q if change.q is None else change.q for change in changes])
+    q = np.stack([change.joints(given.q) for change in changes])
     A = evaluate(given.robot, q, depth=kernel.POSE).pose
     for k, change in enumerate(changes):
         if change.robot is not None:
             A[k] = evaluate(change.robot, q[k], depth=kernel.POSE).pose
-    B = np.stack([given.poses if change.poses is None else change.poses for change in changes])
+    B = np.stack([change.seen(given.poses) for change in changes])
     return A, B
 
 

@@ -55,6 +55,14 @@ class Hypothesis:
     poses: Floats | None = None
     unit: float = 1.0
 
+    def joints(self, q: Floats) -> Floats:
+        """Return joint positions with the mistake undone, of those given."""
+        return q if self.q is None else self.q
+
+    def seen(self, poses: Floats) -> Floats:
+        """Return poses with the mistake undone, of those given."""
+        return poses if self.poses is None else self.poses
+
 
 class NumberHypothesis(NamedTuple):
     """

@@ -5,6 +5,7 @@ A mistake is told only where all poses are met, to their tolerances, once it is 
 is fitted meanwhile, so that two mistakes at once, or noise, are explained by none.
 """
 
+import itertools
 import math
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
@@ -84,13 +85,19 @@ def pose_causes(robot: Robot) -> PoseCauses:
     known = robot.description.known_poses
     expected = np.array([pose.motion.matrix for pose in known])
     given = ComparedData(robot, np.array([pose.q for pose in known]), expected, None)
-    tried = [*_whole(given), *_ends(given), *_numbers(given)]
-    found = [
-        one.sentence
-        for one in tried
-        if all(error.share <= 1.0 for error in errors_between(known, one.poses, one.expected))
-    ]
-    return PoseCauses(tuple(dict.fromkeys(found)), len(tried))
+    count = 0
+    # A wrong sign is a wrong number, too: numbers are fitted where no such mistake explains all.
+    for mistakes in (_whole(given), itertools.chain(_ends(given), _numbers(given))):
+        tried = list(mistakes)
+        count += len(tried)
+        found = [
+            one.sentence
+            for one in tried
+            if all(error.share <= 1.0 for error in errors_between(known, one.poses, one.expected))
+        ]
+        if found:
+            return PoseCauses(tuple(dict.fromkeys(found)), count)
+    return PoseCauses((), count)
 
 
 def _has_orientations(robot: Robot) -> bool:

@@ -39,7 +39,7 @@ class ToolboxLinks(NamedTuple):
     constants: Mapping[str, str]
 
 
-class _Link(NamedTuple):
+class _LinkCall(NamedTuple):
     line: int
     target: str  # what it is assigned to
     function: str
@@ -61,7 +61,9 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
     for pattern, plain in PLAIN:
         text = pattern.sub(plain, text)
     links = [
-        _Link(text.count('\n', 0, found.start(2)) + 1, found[1] or '', found[2], _values(found[3]))
+        _LinkCall(
+            text.count('\n', 0, found.start(2)) + 1, found[1] or '', found[2], _values(found[3])
+        )
         for found in LINK.finditer(text)
     ]
     if not links:
@@ -104,7 +106,7 @@ def _values(text: str) -> dict[str, str]:
     return values | {matlab or python: value.strip() for matlab, python, value in found}
 
 
-def _row(link: _Link, report: TableReport) -> PastedRow:
+def _row(link: _LinkCall, report: TableReport) -> PastedRow:
     values = link.values
     if not values:
         report.fault('the numbers have no names: write a=..., alpha=...', link.line)

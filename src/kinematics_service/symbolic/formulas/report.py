@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from ...printing import attributes
 from .causes.explanation import Explanation
 from .comparison import AGREES, Comparison, Verdict
 
@@ -97,8 +98,7 @@ def document(comparison: Comparison, file: str) -> dict[str, Any]:
     return {
         'robot': comparison.robot.name,
         'file': file,
-        'agrees': comparison.agrees,
-        'poses': comparison.poses,
+        **attributes(comparison, 'agrees', 'poses'),
         'random_constants': list(comparison.randomised),
         'formulas': [_json(verdict) for verdict in comparison.verdicts],
     }
@@ -106,9 +106,7 @@ def document(comparison: Comparison, file: str) -> dict[str, Any]:
 
 def _json(verdict: Verdict) -> dict[str, Any]:
     return {
-        'name': verdict.name,
-        'line': verdict.line,
-        'status': verdict.status,
+        **attributes(verdict, 'name', 'line', 'status'),
         'rows': verdict.shape[0],
         'columns': verdict.shape[1],
         'remarks': list(verdict.remarks),

@@ -5,8 +5,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, get_args
 
-from ....typography import plain_names
-from ..text.entries import checked, checked_list, checked_word
+from ..text.entries import checked, checked_formula, checked_list
 from ..text.expressions import Expression
 from ..text.fault_report import number, quoted
 from ..text.yaml_document import Path, ScalarNode
@@ -129,27 +128,24 @@ def _dh_row(data: Any, convention: Convention, path: Path, quantities: Quantitie
 
 
 def _elementary_row(
-    data: Any, _convention: Convention, path: Path, quantities: Quantities
+    data: Any, _: Convention, path: Path, quantities: Quantities
 ) -> ElementaryMotion | None:
     if not isinstance(data, ScalarNode):
         what = 'a mapping' if isinstance(data, dict) else 'a list'
         message = f'expected an elementary motion such as Rz(q1), not {what}'
         quantities.report.fault(path, message)
         return None
-    plain = data._replace(text=plain_names(data.text))
-    text = checked_word(plain, path, quantities.report)
+    text = checked_formula(data, path, quantities.report)
     return None if text is None else _elementary_motion(text, path, quantities)
 
 
-def _shape_row(
-    data: Any, convention: Convention, path: Path, quantities: Quantities
-) -> ShapeRow | None:
+def _shape_row(data: Any, _: Convention, path: Path, quantities: Quantities) -> ShapeRow | None:
     report = quantities.report
     before = report.fault_count
     entry = checked(ShapeRowEntry, data, path, report)
     joint = None
     if entry.joint is not None:
-        joint = _elementary_row(entry.joint, convention, (*path, 'joint'), quantities)
+        joint = _elementary_motion(entry.joint, (*path, 'joint'), quantities)
     inner = read_motion(entry.in_, (*path, 'in'), quantities)
     outer = read_motion(entry.out, (*path, 'out'), quantities)
     if inner is None or outer is None or report.fault_count > before:

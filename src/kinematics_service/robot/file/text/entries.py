@@ -60,6 +60,11 @@ def _word(value: Any) -> str:
     return _text(value, LONGEST_NAME)
 
 
+def _formula(value: Any) -> str:
+    node = _scalar(value, 'a text')
+    return _word(node._replace(text=plain_names(node.text)))
+
+
 def _citation(value: Any) -> str:
     return _text(value, LONGEST_CITATION)
 
@@ -146,6 +151,7 @@ def choice(accepted: tuple[str, ...]) -> str:
 
 # What a value must be, and for a list what each of its items must be.
 Word = Annotated[str | None, _word]
+Formula = Annotated[str | None, _formula]
 Citation = Annotated[str | None, _citation]
 Number = Annotated[str | None, _number]
 Whole = Annotated[int | None, _whole]
@@ -287,6 +293,12 @@ def checked_number(data: Any, path: Path, report: FaultReport) -> str | None:
 def checked_word(data: Any, path: Path, report: FaultReport) -> str | None:
     """Return a printable text, or None with its fault reported."""
     text: str | None = _reported(_word, data, path, report)
+    return text
+
+
+def checked_formula(data: Any, path: Path, report: FaultReport) -> str | None:
+    """Return a printable text in plain signs, or None with its fault reported."""
+    text: str | None = _reported(_formula, data, path, report)
     return text
 
 
