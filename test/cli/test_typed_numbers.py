@@ -74,3 +74,17 @@ def test_cells_of_a_table_hold_a_typographic_minus():
     for cell in ('−', '0,5', '90°', '½'):
         with pytest.raises(ValueError, match=cell):
             number_of(cell)
+
+
+def test_a_recording_holds_a_typographic_minus(tmp_path, capsys):
+    rows = [f'{1 + k / 100},{-0.1 * k:.3f},−{0.2 * k + 0.3:.3f}' for k in range(60)]
+    text = '\n'.join(['stamp,position.q1,position.q2', *rows])
+    for name, content in (('typed', text.replace('−', '-')), ('pasted', text)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / 'run.csv').write_text(content, encoding='utf-8')
+    measures = []
+    for name in ('typed', 'pasted'):
+        file = str(tmp_path / name / 'run.csv')
+        assert main(['audit', file, '--robot', 'planar_2r', '--fail-on', 'never']) == 0
+        measures.append(capsys.readouterr().out.replace(name, ''))
+    assert measures[0].partition('\n')[2] == measures[1].partition('\n')[2]

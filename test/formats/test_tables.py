@@ -177,7 +177,7 @@ links:
 """
 SLIDING = {
     'a variable in d': 'alpha,a,d,theta\n-90,0,0.412,q1\n90,0,0.154,q2 + 10°\n0,0.02,d3*,-90\n',
-    'd without a number': 'alpha,a,d,theta\n-90,0,0.412,q1\n90,0,0.154,q2+10\n0,0.02,,-90\n',
+    'd without a number': 'alpha,a,d,theta\n-90,0,0.412,\n90,0,0.154,θ+10\n0,0.02,,-90\n',
     'a type': 'type,a,alpha,d,theta\nR,0,-90,0.412,0\nR,0,90,0.154,10\nP,0.02,0,0,-90\n',
     'sigma and offset': 'sigma,a,alpha,d,theta,offset\n0,0,-90,0.412,,0\n0,0,90,0.154,θ,10\n'
     '1,0.02,0,0,-90,0\n',
@@ -318,6 +318,7 @@ HEAD = 'a,alpha,d,theta\n'
         (f'{HEAD}0,4,0,0,2,q1\n', 'dh.txt:2: row 1: 6 cells, and the heads are 4'),
         (f'{HEAD}1,,0,q1\n', 'dh.txt:2: row 1, column alpha: the cell is empty: write 0'),
         (f'{HEAD}1,0,0,q1\n1,0,0,\n', 'dh.txt:3: row 2, column theta: the cell is empty'),
+        (f'{HEAD}1,0,0,q1\n1,0,,0\n', 'dh.txt:3: row 2, column d: the cell is empty: write'),
         (f'{HEAD}1,0,,q1\n', 'dh.txt:2: row 1, column d: the cell is empty: write 0'),
         (f'\n{HEAD}1,0,L1,q1\n', "dh.txt:3: row 1, column d: unknown name 'L1'"),
         (f'{HEAD}1,0,d1,q1\n', "dh.txt:2: row 1, column d: unknown name 'd1', did you mean"),

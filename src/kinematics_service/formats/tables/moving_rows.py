@@ -48,12 +48,13 @@ def moving_rows(
     joints = [row for row in rows if not NOT_A_JOINT.fullmatch(row.cells.get('joint', ''))]
     taken = {name for row in rows for place in OWN for name in _moving(row, place, constants)}
     filled = all(row.cells.get('theta') and row.cells['d'] for row in joints)
-    alone = filled and not taken and 'type' not in rows[0].cells
+    alone, named = filled and not taken and 'type' not in rows[0].cells, bool(taken - {MARK})
     if alone:
         report.note('theta holds numbers alone: every joint turns, and they are its offsets')
     arm: list[MovingRow] = []
     for row in rows:
-        place = _place(row, constants, '' if row not in joints else 'theta' if alone else None)
+        usual = '' if row not in joints else 'theta' if alone else None
+        place = _place(row, constants, usual, named)
         if place is None:
             where = f'row {row.number}, column type'
             report.fault(f'{row.cells["type"]!r} is none of R, P, fixed', row.line, where)
@@ -68,7 +69,7 @@ def moving_rows(
         arm.append(moved)
         if place and not variable and row.cells[place] in known:
             report.note(f'row {row.number} is moved by {row.cells[place]}, as a row above is')
-        for column, message in _faults(moved, new, MARK in own, bool(taken - {MARK})):
+        for column, message in _faults(moved, new, MARK in own, named):
             report.fault(message, row.line, f'row {row.number}, column {column}')
     return arm
 
@@ -100,7 +101,9 @@ def _bare(name: str) -> str:
     return name.replace('_', '')
 
 
-def _place(row: NumberedRow, constants: Collection[str], usual: str | None) -> str | None:
+def _place(
+    row: NumberedRow, constants: Collection[str], usual: str | None, named: bool
+) -> str | None:
     # Where the variable stands; empty for a fixed row, None where the type is not understood.
     if 'type' in row.cells:
         return TYPES.get(row.cells['type'].lower())
@@ -108,7 +111,8 @@ def _place(row: NumberedRow, constants: Collection[str], usual: str | None) -> s
         return usual
     if _moving(row, 'theta', constants):
         return 'theta'
-    if _moving(row, 'd', constants) or not row.cells['d']:
+    # Beside names an empty cell is a number that is missing.
+    if _moving(row, 'd', constants) or not (row.cells['d'] or named):
         return 'd'
     return '' if row.cells.get('theta') else 'theta'
 
