@@ -270,6 +270,14 @@ def test_what_is_assumed_is_said():
     )
 
 
+def test_a_row_without_a_variable_beside_others_is_said_to_be_fixed():
+    robot, notes = read(f'{HEAD}1,0,0,q1\n1,0,0,2\n1,0,0,q3\n')
+    assert robot.dof == 2
+    assert 'row 2 is fixed: no variable stands in it' in notes
+    # Bars at the ends of some lines alone move no column.
+    same(read(FORMS['markdown'].replace('| joint', 'joint', 1))[0])
+
+
 def test_titles_units_and_a_row_for_the_tool():
     table = lines(
         'Table 3.1,,,,\n,,,,\nlink,a_i,alpha_i,d_i,theta_i\n,(m),(deg),(m),(deg)',
@@ -340,11 +348,17 @@ HEAD = 'a,alpha,d,theta\n'
          'dh.txt:3: row 2, column a: the cell is empty: write 0 where it is 0 (merged'),
         ("Link([0 1 0 0]); Link([0 1 0 0], 'modified')", 'dh.txt: some links are standard, some'),
         ("L1=Link('d',1); L2.offset = pi/2;", 'dh.txt: L2.offset is set, and L2 is no link of'),
-        ("L1=Link('d',1); L2=Link('d',2); R=SerialLink([L2 L1])", 'dh.txt: the robot takes its'),
-        ("L(2)=Link('d',1); L(1)=Link('d',2);", 'dh.txt: the robot takes its links in another'),
+        ("L1=Link('d',1); L2=Link('d',2); R=SerialLink([L2 L1])", 'dh.txt: the links of the'),
+        ("L(2)=Link('d',1); L(1)=Link('d',2);", 'dh.txt: the links of the robot are others'),
         ("for i=1:3 L(i)=Link('d',0,'a',1); end", 'dh.txt: links are made in a loop'),
         ('DHRobot([RevoluteDH(a=1) for _ in range(3)])', 'dh.txt: links are made in a loop'),
-        ('RevoluteDH(0, 0.4)', 'dh.txt:1: the numbers have no names: write a=..., alpha=...'),
+        ("L(1)=Link('d',1); L(3)=Link('d',2);", 'dh.txt: the links of the robot are others'),
+        ('Link([0 1 0])', 'dh.txt:1: 3 numbers, and theta d a alpha are expected'),
+        ('Link([0 1 0 0 0 0 7])', 'dh.txt:1: 7 numbers, and theta d a alpha are expected'),
+        ('RevoluteDH(d=1, alhpa=2)', "dh.txt:1: 'alhpa' is not understood"),
+        ('RevoluteDH(d=1), RevoluteDH(a=2', 'dh.txt: not every link is understood'),
+        ('RevoluteDH(d=1), RevolutDH(d=2, alpha=2)', 'dh.txt: not every link is understood'),
+        ('RevoluteDH(0, 0.4)', "dh.txt:1: '0, 0.4' is not understood: write a=..., alpha=..."),
         ("A=SerialLink(Link('d',1)); B=SerialLink(Link('d',2))", 'dh.txt: there are several'),
         ("Link('d', d(1), 'a', L9)", "dh.txt:1: row 1, column a: unknown name 'L9'"),
         (f'{HEAD}1,0,0,"q1\n1,0,0,q2\n', 'dh.txt:3: row 1'),

@@ -67,6 +67,8 @@ def moving_rows(
         variable = free if place and (MARK in own or not own) else new[0] if new else ''
         moved = _moved(row, place, variable, constants)
         arm.append(moved)
+        if not place and usual is None and 'type' not in row.cells:
+            report.note(f'row {row.number} is fixed: no variable stands in it')
         if place and not variable and row.cells[place] in known:
             report.note(f'row {row.number} is moved by {row.cells[place]}, as a row above is')
         for column, message in _faults(moved, new, MARK in own, named):

@@ -26,7 +26,7 @@ PLAIN = tuple(
         (r'\\(?:text|math)\w*\{([^{}]*)\}', r'\1'),
         (r'\\(?:cdot|times)\b', '*'),
         (r'\\(?:left|right|quad|[,;:! ])', ' '),
-        (r'\\(?=[A-Za-z])|[${}`"\']', ''),
+        (r'\\(?=[A-Za-z])|[${}]', ''),
         (r'(?<=\d)\s*(?=pi\b)', '*'),
     )
 )
@@ -43,7 +43,7 @@ def plain_cell(text: str) -> str:
     """Return a cell without marks of LaTeX and Markdown; `q1*`, a variable, is `q1`."""
     for pattern, plain in PLAIN:
         text = pattern.sub(plain, text)
-    return text.strip().strip('*').strip()
+    return text.strip(' \t\n*`"\'')
 
 
 def rows_of(text: str) -> list[PastedRow]:
@@ -78,7 +78,9 @@ def _lines(text: str) -> Iterator[PastedRow]:
     lines = {n: line for n, line in enumerate(text.splitlines(), 1) if not RULE.fullmatch(line)}
     delimiter = delimiter_of(list(lines.values()))
     if delimiter != ' ':
-        reader = csv.reader(lines.values(), delimiter=delimiter, skipinitialspace=True)
+        bare = (line.strip().removeprefix('|').removesuffix('|') for line in lines.values())
+        cells_of = bare if delimiter == '|' else lines.values()
+        reader = csv.reader(cells_of, delimiter=delimiter, skipinitialspace=True)
         numbers = list(lines)
         yield from (PastedRow(numbers[reader.line_num - 1], tuple(cells)) for cells in reader)
         return

@@ -7,8 +7,10 @@ from typing import NamedTuple
 from .pasted import PastedRow
 from .report import TableReport
 
+LINKS = r'\b(DHLink|Link|(?:Revolute|Prismatic)(?:M?DH)?)\s*\('
+CALL = re.compile(LINKS)
 LINK = re.compile(
-    r'(?:(\w+(?:[\[(]\w+[\])])?)\s*=\s*)?\b(DHLink|Link|(?:Revolute|Prismatic)(?:M?DH)?)\s*\('
+    rf'(?:(\w+(?:[\[(]\w+[\])])?)\s*=\s*)?{LINKS}'
     r'((?:[^()]|\((?:[^()]|\([^()]*\))*\))*)\)'
 )
 ROBOT = re.compile(r'\b(?:SerialLink|DHRobot)\s*\(\s*(?:\[([^\]]*)\])?')
@@ -27,6 +29,9 @@ PLAIN = (
     (re.compile(r'\b(?:deg2rad|radians)\(\s*(-?[\d.]+)\s*\)'), r'\1°'),
     (re.compile('"'), "'"),
 )
+# What a link has besides, of its dynamics and its looks, is not of the table.
+KNOWN = {*VECTOR, 'mdh', 'flip', 'qlim', 'name', 'mesh', 'm', 'r', 'I', 'Jm', 'G', 'B', 'Tc'}
+LEFT = re.compile(r"\([^()]*\balpha\b'?\s*[=,]")  # numbers of a link that is none
 HEADS = ('a', 'alpha', 'd', 'theta', 'offset', 'type', 'limits')
 FALSE = (None, '', '0', '0.0', 'False', 'false')
 
@@ -60,12 +65,11 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
     """
     for pattern, plain in PLAIN:
         text = pattern.sub(plain, text)
-    links = [
-        _LinkCall(
-            text.count('\n', 0, found.start(2)) + 1, found[1] or '', found[2], _values(found[3])
-        )
-        for found in LINK.finditer(text)
-    ]
+    links = []
+    for found in LINK.finditer(text):
+        line = text.count('\n', 0, found.start(2)) + 1
+        values = _values(found[3], line, report)
+        links.append(_LinkCall(line, found[1] or '', found[2], values))
     if not links:
         return None
     _refuse_other_orders(text, [link.target for link in links if link.target], report)
@@ -90,26 +94,36 @@ def _refuse_other_orders(text: str, targets: list[str], report: TableReport) -> 
     if len(robots) > 1 or len(set(targets)) < len(targets):
         report.refuse('there are several robots: leave the links of one in the text')
     listed = [word for word in NAME.findall(robots[0]) if word in targets] if robots else []
-    places = [int(index) for index in re.findall(r'[\[(](\d+)', ' '.join(targets))]
-    if (listed or targets) != targets or places != sorted(places):
-        report.refuse('the robot takes its links in another order: write them in that order')
+    places = [int(found[1]) for one in targets if (found := re.search(r'(\d+)\W?$', one))]
+    following = list(range(places[0], places[0] + len(places))) if places else []
+    if (listed or targets) != targets or places != following:
+        report.refuse('the links of the robot are others, or in another order: write those alone')
+    if len(CALL.findall(text)) != len(LINK.findall(text)) or LEFT.search(LINK.sub('', text)):
+        report.refuse('not every link is understood: a bracket is open, or its name is another')
     if REPEATED.search(text):
         report.refuse('links are made in a loop, which is not run: write each of them')
 
 
-def _values(text: str) -> dict[str, str]:
+def _values(text: str, line: int, report: TableReport) -> dict[str, str]:
     values = dict.fromkeys(OPTION.findall(text), '1')
-    if vector := re.match(r'\s*\[([^\]]*)\]', text):
+    rest = OPTION.sub('', text)
+    if vector := re.match(r'\s*\[([^\]]*)\]', rest):
         packed = re.sub(r'\s*([*/])\s*|(?<=\S)\s+([-+])\s+', r'\1\2', vector[1].strip())
-        return values | dict(zip(VECTOR, re.split(r'\s*,\s*|\s+', packed)))
-    found = VALUE.findall(OPTION.sub('', text))
-    return values | {matlab or python: value.strip() for matlab, python, value in found}
+        elements = re.split(r'\s*,\s*|\s+', packed)
+        if not 4 <= len(elements) <= len(VECTOR):
+            message = 'numbers, and theta d a alpha are expected, then sigma and offset'
+            report.fault(f'{len(elements)} {message}', line)
+        values |= zip(VECTOR, elements)
+        rest = rest[vector.end() :]
+    given = {matlab or python: value for matlab, python, value in VALUE.findall(rest)}
+    strange = ', '.join(given.keys() - KNOWN) or VALUE.sub('', rest).strip(' ,.\t\n')
+    if strange:
+        report.fault(f'{strange!r} is not understood: write a=..., alpha=...', line)
+    return values | {key: value.strip() for key, value in given.items()}
 
 
 def _row(link: _LinkCall, report: TableReport) -> PastedRow:
     values = link.values
-    if not values:
-        report.fault('the numbers have no names: write a=..., alpha=...', link.line)
     # Of theta and d it is the constant that a link of MATLAB names.
     names_theta = link.function == 'Link' and 'theta' in values and 'd' not in values
     slides = link.says('sigma', 'prismatic', 'p') or link.function.startswith('Prismatic')
