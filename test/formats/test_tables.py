@@ -1,5 +1,6 @@
 """Tables as people have them, read as robots: each form of the Puma, and what is refused."""
 
+import io
 import math
 import re
 
@@ -387,12 +388,19 @@ def test_the_command_writes_and_checks(tmp_path, monkeypatch, capsys):
     (tmp_path / 'dh.txt').write_bytes(FORMS['csv'].encode('utf-16'))
     assert main(['new', 'puma', '--table', 'dh.txt', '--out', '-', '--units', 'deg,m']) == 0
     same(ks.robot_from_text(capsys.readouterr().out))
+    pasted = FORMS['matlab vectors'].encode()
+    monkeypatch.setattr('sys.stdin', io.TextIOWrapper(io.BytesIO(pasted)))
+    assert main(['new', 'puma', '--table', '-', '--out', '-']) == 0
+    out, err = capsys.readouterr()
+    same(ks.robot_from_text(out))
+    assert err == '<stdin>: lengths are taken to be in m (--units says otherwise)\n'
 
 
 @pytest.mark.parametrize(
     ('argv', 'told', 'code'),
     [
         (['--table', 'none.csv'], 'Error: cannot read none.csv: No such file or directory', 2),
+        (['--table', 'a.csv', '--columns', ''], 'a.csv: no column is a: say what', 1),
         (['--table', 'a.csv', '--dof', '3'], 'Error: --table takes all from the table', 2),
         (['--columns', 'a,d'], 'Error: --columns says what those of --table hold', 2),
         (['--table', 'a.csv', '--convention', 'shape'], 'Error: --convention: a table is', 2),

@@ -115,7 +115,7 @@ def _headed(
     at = find_heads(rows)
     if at is None and columns is None:
         report.refuse(f'no row says what the columns hold: say it, {HOW}')
-    words = plain_names(columns).split(',') if columns else rows[at or 0].cells
+    words = rows[at or 0].cells if columns is None else plain_names(columns).split(',')
     heads: Sequence[Head] = [head_of(word) for word in words]
     body = rows if at is None else rows[at + 1 :]
     if body and (known := with_unit_row(heads, body[0])):
