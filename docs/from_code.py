@@ -223,6 +223,7 @@ def _value(entry: Any, key: str) -> str:
 
     kinds = {
         entries.Word: 'text',
+        entries.Formula: 'text',
         entries.Citation: 'text',
         entries.Number: 'number',
         entries.Whole: 'whole number',

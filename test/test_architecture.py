@@ -49,6 +49,7 @@ ROOMS = (
     'symbolic/formulas',
     'formats/urdf',
     'formats/recordings',
+    'formats/tables',
     'diagnosis/frame_check',
     'diagnosis/audit',
     'diagnosis/audit/report',

@@ -497,8 +497,8 @@ def test_the_labelled_jacobian_and_twist_are_the_librarys(capsys):
     [
         (['fk', '--robot', 'craig_3r', '--q', '1,2'],
          'Error: --q: craig_3r has 3 joints (q1, q2, q3), not 2\n'),
-        (['fk', '--robot', 'craig_3r', '--q', '1,2,pi'],
-         "Error: --q: 'pi' is not a number; write 3 numbers, such as --q=0.1,0.1,0.1\n"),
+        (['fk', '--robot', 'craig_3r', '--q', '1,2,q3'],
+         "Error: --q: 'q3' is not a number; write 3 numbers, such as --q=0.1,0.1,0.1\n"),
         (['jacobian', '--robot', 'craig_3r', '--q', '1,2,3', '--qdot', 'nan,0,0'],
          "Error: --qdot: 'nan' is not a number; write 3 numbers, such as --qdot=0.1,0.1,0.1\n"),
         (['fk', '--robot', 'craig', '--q', '1'],

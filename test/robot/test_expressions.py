@@ -109,7 +109,7 @@ def test_trigonometry_follows_the_angle_unit() -> None:
         ('2(3)', "an operator is missing between '2' and '('"),
         ('(1', "'(' is never closed"),
         ('1)', "')' without '('"),
-        ('1 +', "ends after '+'"),
+        ('1 +', "ends after '+': write 1"),
         ('*1', "'*' where a number or a name is expected"),
         ('(1, 2)', "',' is accepted only between the arguments of a function"),
         ('1/0', 'division by zero'),

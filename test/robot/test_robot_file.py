@@ -515,7 +515,7 @@ def test_links_and_poses_are_judged_beside_broken_joints() -> None:
         'robot.yaml:6: joints[0].limits: the lower limit must be below the upper one, '
         'not [pi, -pi]',
         "robot.yaml:7: joints[1].type: unknown 'ball' (accepted: revolute, prismatic, helical)",
-        "robot.yaml:10: links[0].theta: ends after '+'",
+        "robot.yaml:10: links[0].theta: ends after '+': write q1",
         "robot.yaml:11: links[1].theta: '2q2' is not a number: write 2*q2 for a product",
         "robot.yaml:13: links[3].a: unknown name 'L4' (known: pi, L1, L2, L3)",
         "robot.yaml:16: known_poses[0].q[2]: unknown name 'O' (known: pi, L1, L2, L3)",
@@ -544,11 +544,12 @@ def test_a_forgotten_row_is_told_beside_other_faults() -> None:
     text = CRAIG.replace('theta: q3}', 'theta: 0}').replace('a: L1, ', 'a: L1*, ')
     assert faults(text) == [
         "robot.yaml:8: joints[2]: 'q3' moves no row of links: add its row, or say 'unused: true'",
-        "robot.yaml:11: links[1].a: ends after '*'",
+        "robot.yaml:11: links[1].a: ends after '*': write L1",
     ]
-    misspelt = CRAIG.replace('theta: q3}', 'theta: q_3}')
+    misspelt = CRAIG.replace('theta: q3}', 'theta: q33}')
     assert faults(misspelt) == [
-        "robot.yaml:12: links[2].theta: unknown name 'q_3' (known: pi, L1, L2, L3, q1, q2, q3)"
+        "robot.yaml:12: links[2].theta: unknown name 'q33', did you mean 'q3'? "
+        '(known: pi, L1, L2, L3, q1, q2, q3)'
     ]
 
 

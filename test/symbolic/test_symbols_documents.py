@@ -481,6 +481,12 @@ def test_a_path_that_cannot_be_meant_is_refused(text, message):
         parse_path(text, derived('rrp_elementary'))
 
 
+def test_a_path_is_read_as_it_is_pasted():
+    derivation = derived('rrp_elementary')
+    pasted = parse_path('θ₁=−sin(2·t), θ2=t⁄2, d3 = 1\u00a0–\u00a0t', derivation)
+    assert pasted == parse_path('theta1=-sin(2*t), theta2=t/2, d3=1-t', derivation)
+
+
 # Their square roots of summed minors take seconds to write; the benchmark derives them whole.
 REDUNDANT = {'panda': 'q5=0', 'kinova_gen3': 'q3=0', 'kuka_iiwa14': 'A3=0'}
 

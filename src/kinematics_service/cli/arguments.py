@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 from ..robot.bundled import TOPIC
 from ..robot.file.translation import translator_of
+from ..typography import plain_names
 
-NUMBERS = re.compile(r'[-+]?[\d.,][\d.,eE+-]*')
+NUMBERS = re.compile(r'[-+]?(?:[\d.,]|pi)[\d.,eE+*/°pi-]*')
 DESCRIPTION = '/robot_description'
 TAKES_NUMBERS = ('--q', '--qdot', '--near', '--xyz', '--rpy', '--quaternion')
 
@@ -50,7 +51,7 @@ def join_numbers(argv: Sequence[str]) -> list[str]:
     joined: list[str] = []
     numbers_may_follow = False
     for argument in argv:
-        if NUMBERS.fullmatch(argument) and numbers_may_follow:
+        if numbers_may_follow and NUMBERS.fullmatch(plain_names(argument)):
             if joined[-1] in TAKES_NUMBERS:
                 joined.append(argument)
             else:

@@ -1,15 +1,12 @@
 """The command `compare`: a person's own formulas against the right ones."""
 
 import sys
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from ..printing import Output, json_text, plain
-from .options import JsonOption, RobotArgument, WrongUsage, flag, given_robot
-
-LARGEST = 256 * 1024
+from .options import JsonOption, RobotArgument, flag, given_robot, given_text
 
 HELP = """
 Compare formulas you derived by hand, or with other software, with the right ones: which entries
@@ -82,7 +79,7 @@ def compare(
     verbose: bool = flag('--verbose', 'Say which causes were tested if none explains everything.'),
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
-    text = _text_of(file)
+    text = given_text(file)
     arm = given_robot(robot)
     # sympy takes half a second to load, so it is imported here.
     from ..symbolic.formulas.comparison import compare as compare_text
@@ -103,21 +100,3 @@ def compare(
             out.print(plain(line))
     if not comparison.agrees:
         raise typer.Exit(1)
-
-
-def _text_of(file: str) -> str:
-    try:
-        if file == '-':
-            data = sys.stdin.buffer.read(LARGEST + 1)
-        else:
-            with Path(file).open('rb') as stream:
-                data = stream.read(LARGEST + 1)
-    except OSError as error:
-        raise WrongUsage(f'cannot read {file}: {error.strerror}') from None
-    if len(data) > LARGEST:
-        raise WrongUsage(f'{file} is larger than {LARGEST // 1024} KiB')
-    try:
-        return data.decode('utf-8-sig')
-    except UnicodeDecodeError as error:
-        line = data[: error.start].count(b'\n') + 1
-        raise WrongUsage(f'{file}:{line}: not UTF-8 text') from None

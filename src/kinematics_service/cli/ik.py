@@ -169,8 +169,7 @@ def target_from(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool
     """
     position = given_numbers('--xyz', xyz, 3)
     if rpy is not None:
-        angles = given_numbers('--rpy', rpy, 3)
-        R = rotation_of_roll_pitch_yaw(np.radians(angles) if degrees else angles)
+        R = rotation_of_roll_pitch_yaw(given_numbers('--rpy', rpy, 3, True, degrees))
     elif quaternion is not None:
         given = given_numbers('--quaternion', quaternion, 4)
         if abs(float(np.linalg.norm(given)) - 1.0) > 1e-3:

@@ -1,6 +1,8 @@
 """The command `new`: a robot file to begin with."""
 
 import re
+import sys
+from collections.abc import Collection
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Optional, get_args
@@ -8,12 +10,14 @@ from typing import Annotated, Optional, get_args
 import typer
 
 from ..errors import RobotNotFoundError
+from ..formats.tables.robot_table import read_table
 from ..robot.bundled import bundled_robots, find_robot_file
 from ..robot.file.parts.description import AngleUnit, LengthUnit
 from ..robot.file.parts.quantities import Units
 from ..robot.file.writing.new_robot import MOST_JOINTS, NEW_CONVENTIONS, new_robot_text
+from .check import check
 from .export import write_document
-from .options import WrongUsage, flag, option, refuse_unwritable
+from .options import WrongUsage, flag, given_text, option, refuse_unwritable
 
 HELP = """
 Write a robot file to begin with: an example arm whose comments say what each part means.
@@ -23,10 +27,18 @@ Examples:
   kinematics_service new my_arm --dof 4 --units deg,mm
   kinematics_service new my_arm --convention modified
   kinematics_service new my_ur5e --from ur5e
+  kinematics_service new my_arm --table dh.csv
+  kinematics_service new my_arm --table - --columns a,alpha,d,theta --units deg,mm
 
 The file is NAME.yaml in this folder, or that of --out; an existing file is kept unless
 --force is given. With --from it is a copy of the file of a bundled robot, comments included,
 for you to change.
+
+With --table it is the robot of a table: rows of a spreadsheet (commas, semicolons or tabs), of a
+text, of Markdown or LaTeX, a matrix, or the links of Corke's toolbox for MATLAB or Python. The
+heads of the columns say what they hold, in any order; without heads --columns does. Of theta and
+d the one with the variable, or the empty one, moves. What is assumed is said, and the result
+checked.
 """
 
 DEFAULT_DOF = 6
@@ -50,6 +62,14 @@ def new(
     source: Optional[str] = option(
         "A bundled robot to begin with (see 'robots').", 'ROBOT', name='--from'
     ),
+    table: Optional[str] = option(
+        "A file with a Denavit-Hartenberg table; '-': standard input.", 'FILE'
+    ),
+    columns: Optional[str] = option(
+        'What the columns of the table hold: a, alpha, d, theta, offset, type, joint, limits, '
+        'min, max; - for none.',
+        'NAME,NAME,...',
+    ),
     out: str = option(
         "Where to write it; '-': the screen.", 'FILE', default='', shown='NAME.yaml'
     ),
@@ -58,7 +78,14 @@ def new(
     """Run the command; `HELP` is what its user reads."""
     if not re.fullmatch(r'[A-Za-z0-9_]+', name):
         raise WrongUsage(f'NAME: {name!r} is not a name of letters, digits and underscores')
-    if source is not None:
+    if table is None and columns is not None:
+        raise WrongUsage('--columns says what those of --table hold')
+    if table is not None:
+        if dof is not None or source is not None:
+            raise WrongUsage('--table takes all from the table, without --dof, --from')
+        convention_given = convention.value if convention else None
+        text = _from_table(name, table, _unit_words(units or ''), convention_given, columns)
+    elif source is not None:
         if dof is not None or convention is not None or units is not None:
             raise WrongUsage('--from takes a robot as it is, without --dof, --convention, --units')
         text = _copy(name, source)
@@ -73,8 +100,13 @@ def new(
     if file != '-':
         _refuse_path(Path(file), force)
     write_document(file, text)
-    if file != '-':
-        print(f'wrote {file}; next: python -m kinematics_service check {file}')
+    if file == '-':
+        return
+    if table is not None:
+        print(f'wrote {file}')
+        check([file], strict=False)
+        return
+    print(f'wrote {file}; next: python -m kinematics_service check {file}')
 
 
 def _copy(name: str, source: str) -> str:
@@ -88,7 +120,19 @@ def _copy(name: str, source: str) -> str:
     return ROBOT_LINE.sub(f'robot: {name}', text, count=1)
 
 
-def _units(text: str) -> Units:
+def _from_table(
+    name: str, table: str, units: Collection[str], convention: str | None, columns: str | None
+) -> str:
+    if convention not in (None, 'standard', 'modified'):
+        raise WrongUsage(f'--convention: a table is standard or modified, not {convention}')
+    file = '<stdin>' if table == '-' else table
+    found = read_table(given_text(table), file, name, units, convention, columns)
+    for note in found.doubts:
+        print(note, file=sys.stderr)
+    return found.text
+
+
+def _unit_words(text: str) -> list[str]:
     found = re.findall(r'[^\s,]+', text)
     for word in found:
         if word not in (*get_args(AngleUnit), *get_args(LengthUnit)):
@@ -96,7 +140,11 @@ def _units(text: str) -> Units:
     for accepted in get_args(AngleUnit), get_args(LengthUnit):
         if all(unit in found for unit in accepted):
             raise WrongUsage(f'--units: {" and ".join(accepted)} exclude each other; write one')
-    default = Units()
+    return found
+
+
+def _units(text: str) -> Units:
+    found, default = _unit_words(text), Units()
     return Units(
         next((unit for unit in get_args(AngleUnit) if unit in found), default.angle),
         next((unit for unit in get_args(LengthUnit) if unit in found), default.length),

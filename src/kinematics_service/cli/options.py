@@ -1,5 +1,6 @@
 """The options several commands share, and what their values mean."""
 
+import math
 import re
 import sys
 from dataclasses import replace
@@ -9,16 +10,22 @@ from typing import Annotated, Any, Optional
 import numpy as np
 import typer
 
-from ..errors import Fault, PointError, RobotNotFoundError
+from ..errors import ExpressionError, Fault, PointError, RobotNotFoundError
 from ..kernel import Floats
 from ..output_file import unwritable
 from ..robot.bundled import bundled_robots, find_robot_file
+from ..robot.file.text.expressions import Scope, parse_affine
+from ..robot.file.text.plain_expression import plain_expression
 from ..robot.file.translation import translator_of
 from ..robot.points import TOOL
 from ..robot.robot import Robot, load_robot
+from ..typography import plain_names
 
+WITH_PI = re.compile(r'[-+*/0-9.]*(pi|°)[-+*/0-9.pi]*')  # or with a degree sign
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 
+LARGEST = 256 * 1024  # bytes of a text that is given
+UTF_16 = (b'\xff\xfe', b'\xfe\xff')  # as spreadsheets begin their Unicode text
 ROBOT, ROBOT_WORDS = 'FILE|NAME', 'A robot file, a URDF, or a bundled robot.'
 
 
@@ -184,17 +191,54 @@ def ending_at(robot: Robot, of: str | None, at: str | None = None) -> Robot:
         raise WrongUsage(f'--{error.argument}: {error}') from None
 
 
-def given_numbers(option: str, text: str, count: int) -> Floats:
-    """Return the numbers of an option that takes so many, shape (count,)."""
+def given_text(file: str) -> str:
+    """Return the text of a file, or of standard input for `-`."""
+    try:
+        if file == '-':
+            data = sys.stdin.buffer.read(LARGEST + 1)
+        else:
+            with Path(file).open('rb') as stream:
+                data = stream.read(LARGEST + 1)
+    except OSError as error:
+        raise WrongUsage(f'cannot read {file}: {error.strerror}') from None
+    if len(data) > LARGEST:
+        raise WrongUsage(f'{file} is larger than {LARGEST // 1024} KiB')
+    try:
+        return data.decode('utf-16' if data[:2] in UTF_16 else 'utf-8-sig')
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b'\n') + 1
+        raise WrongUsage(f'{file}:{line}: not UTF-8 text') from None
+
+
+def given_numbers(
+    option: str, text: str, count: int, angles: bool = False, degrees: bool = False
+) -> Floats:
+    """Return the numbers of an option that takes so many, shape (count,), angles in rad."""
     words = _words(text)
-    if len(words) != count or not all(map(NUMBER.fullmatch, words)):
+    values = [_value(option, word, angles, degrees) for word in words]
+    if len(words) != count or None in values:
         example = ','.join(['0.1'] * count)
         raise WrongUsage(f'{option}: {text!r} is not {count} numbers, such as {option}={example}')
-    return np.array([float(word) for word in words])
+    return np.array(values, dtype=np.float64)
 
 
 def _words(text: str) -> list[str]:
-    return re.split(r'\s*,\s*|\s+', text.strip().strip('[]()').strip().rstrip(','))
+    text = re.sub(r'\s+°', '°', plain_names(text)).strip().strip('[]()').strip()
+    return re.split(r'\s*,\s*|\s+', text.rstrip(','))
+
+
+def _value(option: str, word: str, angle: bool, degrees: bool) -> float | None:
+    # A number in SI units; 90° and pi/2 are understood too. None for another word.
+    if NUMBER.fullmatch(word):
+        return math.radians(float(word)) if angle and degrees else float(word)
+    if not WITH_PI.fullmatch(word):
+        return None
+    if degrees and 'pi' in word:
+        raise WrongUsage(f'{option}: {word} beside --deg: write degrees, or leave out --deg')
+    try:
+        return parse_affine(plain_expression(word, (), 'rad', int(angle)), Scope()).constant
+    except ExpressionError as error:
+        raise WrongUsage(f'{option}: {error}') from None
 
 
 def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
@@ -223,19 +267,20 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
     Accepted are commas, spaces, and brackets around them all.
     """
     words = _words(text)
-    for word in words:
-        if not NUMBER.fullmatch(word):
+    turning = [*~robot.prismatic, *(True for _ in words)]  # and where there are too many
+    values = []
+    for word, turns in zip(words, turning):
+        value = _value(option, word, turns, degrees)
+        if value is None:
             raise WrongUsage(
                 f'{option}: {word!r} is not a number; write {robot.dof} numbers, such as '
                 f'{option}={",".join(["0.1"] * robot.dof)}'
             )
+        values.append(value)
     if len(words) != robot.dof:
         joints = f'{robot.dof} joint' if robot.dof == 1 else f'{robot.dof} joints'
         raise WrongUsage(
             f'{option}: {robot.name} has {joints} ({", ".join(robot.joint_names)}), '
             f'not {len(words)}'
         )
-    values = np.array([float(word) for word in words])
-    if degrees:
-        return np.where(robot.prismatic, values, np.radians(values))
-    return values
+    return np.array(values)

@@ -11,6 +11,7 @@ import sympy
 from ..errors import DerivationError
 from ..kernel import Floats
 from ..robot.file.text.expression_syntax import names_in
+from ..typography import plain_names
 from .algebra.expression import exact
 from .derivation import Derivation
 
@@ -172,7 +173,7 @@ def parse_path(text: str, derivation: Derivation) -> dict[Any, Any]:
     variables = {symbol.name: symbol for symbol in derivation.variables}
     known = ', '.join(variables)
     found: dict[Any, Any] = {}
-    for part in re.split(r',(?![^()]*\))', text):
+    for part in re.split(r',(?![^()]*\))', plain_names(text)):
         name, equals, expression = part.partition('=')
         name = name.strip()
         if not equals or name not in variables:

@@ -14,7 +14,7 @@ from ...errors import RecordingError
 from .block import Block
 from .pose_format import ACCEPTED_POSES, PoseFormat, pose_columns
 from .source import MOST_POSES, PoseTrack, RecordingSource, Selection
-from .table_rows import NO_TEXT, RowReader, TableFile, lines_of
+from .table_rows import NO_TEXT, RowReader, TableFile, delimiter_of, lines_of
 from .tool_poses import PoseRows
 
 # Most columns in an error message, and most letters of each.
@@ -209,7 +209,7 @@ def _opened(file: Path, accepted: str) -> TableFile:
                 opened = partial(io.StringIO, ''.join(lines_of(stream)))
         with opened() as stream:
             first = next((line for line in lines_of(stream) if line.strip()), '')
-        delimiter = next((c for c in ',;\t' if c in first), ' ')
+        delimiter = delimiter_of([first])
         cells = next(csv.reader([first], delimiter=delimiter))
     except UnicodeDecodeError:
         raise RecordingError(f'{file}: {NO_TEXT}') from None

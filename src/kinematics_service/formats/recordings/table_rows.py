@@ -14,6 +14,7 @@ import numpy as np
 from ...errors import RecordingError
 from ...kernel import Floats
 from ...robot.measures import Level
+from ...typography import plain_signs
 from .block import LARGEST_BLOCK, Times
 from .source import Remark
 
@@ -220,11 +221,20 @@ def lines_of(stream: TextIO) -> Iterator[str]:
         yield line
 
 
+def delimiter_of(lines: Sequence[str]) -> str:
+    """Return what separates the cells of most lines; a space stands for any white space."""
+    # Where commas and semicolons stand, the commas are those of decimals.
+    held = {c: sum(c in line for line in lines) for c in '|\t;,'}
+    likely = max(held, key=lambda c: held[c])
+    return likely if held[likely] > len(lines) / 2 else ' '
+
+
 def number_of(text: str) -> float:
     """Return the number in a cell; ValueError if it holds none."""
-    if not NUMBER.fullmatch(text.strip()):
+    plain = plain_signs(text).strip()
+    if not NUMBER.fullmatch(plain):
         raise ValueError(text)
-    return float(text)
+    return float(plain)
 
 
 def nanoseconds_of(text: str) -> int:

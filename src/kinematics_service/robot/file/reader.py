@@ -38,8 +38,8 @@ from .parts.singularity import read_singularity
 from .parts.tolerances import read_tolerances
 from .parts.uncertainty import read_uncertainty
 from .text.entries import checked
-from .text.expression_syntax import names_in
 from .text.fault_report import FaultReport, quoted, shown
+from .text.plain_expression import known_names_in
 from .text.robot_document import MAX_BYTES, read_document
 from .text.yaml_document import texts_in
 from .translation import MAX_BYTES as MOST_TRANSLATED
@@ -336,7 +336,7 @@ def _check_movement(
     if not rows:
         return
     moving = frozenset().union(*rows)
-    in_loops = moving_loops(data.get('loops'))
+    in_loops = moving_loops(data.get('loops'), quantities.joint_types.keys())
     for index, (entry, variable) in enumerate(zip(entries, variables, strict=True)):
         if variable is None or joint_type_of(entry) is None:
             continue
@@ -362,7 +362,8 @@ def _names_in_rows(
         return [variables_of(row) for row in links]
     if quantities.strange or not quantities.all_names_known or not isinstance(data, list):
         return []
-    return [names_in(text) for text in texts_in(data)]
+    known = quantities.joint_types.keys()
+    return [known_names_in(text, known) for text in texts_in(data)]
 
 
 def _remark(

@@ -18,6 +18,8 @@ from ...robot.file.parts.description import (
     ShapeRow,
 )
 from ...robot.file.text.expression_syntax import names_in
+from ...robot.file.text.plain_expression import plain_expression
+from ...typography import plain_names
 from .expression import exact
 
 
@@ -88,8 +90,12 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
     locked
         Joint variables that do not move, with the expression that stands in their place.
     """
-    locked = dict(locked or {})
     known = [joint.variable for joint in description.joints]
+    unit = description.angle_unit
+    locked = {
+        plain_names(name): plain_expression(plain_names(text), known, unit, None)
+        for name, text in (locked or {}).items()
+    }
     for name in locked:
         if name not in known:
             raise DerivationError(

@@ -8,6 +8,7 @@ from ..text.entries import checked_number
 from ..text.expression_syntax import names_in, why_no_name
 from ..text.expressions import Scope, parse_affine
 from ..text.fault_report import FaultReport, quoted, shown
+from ..text.plain_expression import plain_expression
 from ..text.yaml_document import Path
 from .description import Constant
 from .quantities import Units, why_not_finite
@@ -54,6 +55,7 @@ def read_constants(
             report.fault(path, f'the name {quoted(name)} {reason}')
             continue
         text = checked_number(value, path, report)
+        text = text and plain_expression(text, {*data, *moving}, units.angle, None)
         names = names_in(text or '')
         used |= names
         later = {

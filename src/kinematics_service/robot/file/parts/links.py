@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, get_args
 
-from ..text.entries import checked, checked_list, checked_word
+from ..text.entries import checked, checked_formula, checked_list
 from ..text.expressions import Expression
 from ..text.fault_report import number, quoted
 from ..text.yaml_document import Path, ScalarNode
@@ -135,7 +135,7 @@ def _elementary_row(
         message = f'expected an elementary motion such as Rz(q1), not {what}'
         quantities.report.fault(path, message)
         return None
-    text = checked_word(data, path, quantities.report)
+    text = checked_formula(data, path, quantities.report)
     return None if text is None else _elementary_motion(text, path, quantities)
 
 

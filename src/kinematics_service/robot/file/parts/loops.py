@@ -1,11 +1,12 @@
 """The closed loops of a robot file: second chains that part from the table and meet it again."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from ..text.entries import checked, checked_list, checked_word, did_you_mean, meant_by
-from ..text.expression_syntax import names_in, why_no_name
+from ..text.expression_syntax import why_no_name
 from ..text.fault_report import FaultReport, quoted
+from ..text.plain_expression import known_names_in
 from ..text.yaml_document import Path, ScalarNode, texts_in
 from .convention_table import Convention
 from .description import (
@@ -93,11 +94,11 @@ def _passive_joint(item: Any, path: Path, report: FaultReport) -> PassiveJoint |
     return PassiveJoint(entry.name, 'prismatic' if entry.type == 'prismatic' else 'revolute')
 
 
-def moving_loops(data: Any) -> frozenset[str]:
-    """Return the names in the rows of the loops' own chains."""
+def moving_loops(data: Any, known: Collection[str]) -> frozenset[str]:
+    """Return the names in the rows of the loops' own chains, as they are known."""
     loops = data if isinstance(data, list) else ()
     rows = [loop['links'] for loop in loops if isinstance(loop, dict) and 'links' in loop]
-    return frozenset(name for row in rows for text in texts_in(row) for name in names_in(text))
+    return frozenset().union(*(known_names_in(text, known) for text in texts_in(rows)))
 
 
 def read_loops(

@@ -10,6 +10,7 @@ from ....errors import ExpressionError
 from ..text.expression_syntax import names_in
 from ..text.expressions import Affine, Expression, Scope, check_function, parse_affine
 from ..text.fault_report import FaultReport, number
+from ..text.plain_expression import plain_expression
 from ..text.yaml_document import Path
 from .description import AngleUnit, JointType, LengthUnit
 
@@ -162,6 +163,7 @@ class Quantities:
         Return the text of an expression that may be nonlinear, or None with its fault reported.
         """
         scope = self._scope(tuple(self.joint_types), {})
+        text = self._plain(text, scope, path)
         if text is None or not self._judged(text, scope, path):
             return None
         return text if self._right(text, scope, path) else None
@@ -180,6 +182,14 @@ class Quantities:
         return Scope(
             self.units.angle, self.constants, variables, {**words, **refused}, angles, wanted
         )
+
+    def _plain(self, text: str | None, scope: Scope, path: Path) -> str | None:
+        known = {*self.constants, *self.joint_types, *self.unreadable}
+        try:
+            return text and plain_expression(text, known, self.units.angle, scope.wanted)
+        except ExpressionError as error:
+            self.report.fault(path, str(error))
+            return None
 
     def _judged(self, text: str, scope: Scope, path: Path) -> bool:
         # Whether every name of a text has a meaning; otherwise its syntax is judged here.
@@ -214,7 +224,8 @@ class Quantities:
         if reason := why_not_finite(text):
             self.report.fault(path, reason)
             return None
-        if not self._judged(text, scope, path):
+        text = self._plain(text, scope, path)
+        if text is None or not self._judged(text, scope, path):
             return None
         try:
             affine = self._in_si(parse_affine(text, scope), kind)

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from ..text.entries import (
     Citation,
     Entry,
+    Formula,
     Number,
     Numbers,
     Pair,
@@ -133,7 +134,7 @@ class ShapeRowEntry(Entry):
     also = {'input': 'in', 'output': 'out'}
 
     in_: Any = None
-    joint: Word = None
+    joint: Formula = None
     out: Any = None
 
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from keyword import iskeyword
 from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar, get_origin, get_type_hints
 
+from ....typography import plain_names
 from .fault_report import MAX_FAULTS, FaultReport, quoted, shown
 from .yaml_document import Path, ScalarNode
 
@@ -59,12 +60,17 @@ def _word(value: Any) -> str:
     return _text(value, LONGEST_NAME)
 
 
+def _formula(value: Any) -> str:
+    node = _scalar(value, 'a text')
+    return _word(node._replace(text=plain_names(node.text)))
+
+
 def _citation(value: Any) -> str:
     return _text(value, LONGEST_CITATION)
 
 
 def _number(value: Any) -> str:
-    return _scalar(value, 'a number or an expression').text.strip()
+    return plain_names(_scalar(value, 'a number or an expression').text).strip()
 
 
 def _whole(value: Any) -> int:
@@ -85,7 +91,8 @@ def _listed(length: int | None, wanted: str) -> Check:
         if not isinstance(value, list):
             raise WrongValue(f'expected {wanted}, not {shown(value)}')
         if length is not None and len(value) != length:
-            raise WrongValue(f'expected {wanted}, not {len(value)}')
+            comma = ' (a decimal is written with a point: 0.4)' if len(value) > length else ''
+            raise WrongValue(f'expected {wanted}, not {len(value)}{comma}')
         return value
 
     return check
@@ -144,6 +151,7 @@ def choice(accepted: tuple[str, ...]) -> str:
 
 # What a value must be, and for a list what each of its items must be.
 Word = Annotated[str | None, _word]
+Formula = Annotated[str | None, _formula]
 Citation = Annotated[str | None, _citation]
 Number = Annotated[str | None, _number]
 Whole = Annotated[int | None, _whole]
@@ -230,7 +238,9 @@ def checked(kind: type[EntryType], data: Any, path: Path, report: FaultReport) -
     checks, keys = _checks(kind), kind.keys()
     if not isinstance(data, dict):
         wanted = f'{{{", ".join(keys)}}}'
-        report.fault(path, f'expected {kind.noun} as a mapping {wanted}, not {shown(data)}')
+        advice = _named(keys, data) if isinstance(data, list) else ''
+        message = f'expected {kind.noun} as a mapping {wanted}, not {shown(data)}{advice}'
+        report.fault(path, message)
         return kind({})
     # Of a file with thousands of unknown keys only the listed ones are worth a guess.
     unknown = [key for key in data if key not in checks]
@@ -248,6 +258,14 @@ def checked(kind: type[EntryType], data: Any, path: Path, report: FaultReport) -
             meant[word] = data[key]
     values = {key: _read(checks[key], value) for key, value in {**intact, **meant}.items()}
     return kind({f'{key}_' if iskeyword(key) else key: value for key, value in values.items()})
+
+
+def _named(keys: tuple[str, ...], values: list[Any]) -> str:
+    # A row without its names, as it is copied from a table.
+    if len(keys) != len(values) or not all(isinstance(value, ScalarNode) for value in values):
+        return ''
+    pairs = ', '.join(f'{key}: {value.text}' for key, value in zip(keys, values, strict=True))
+    return f': write {{{pairs}}}, if they stand in this order'
 
 
 def _judged(
@@ -275,6 +293,12 @@ def checked_number(data: Any, path: Path, report: FaultReport) -> str | None:
 def checked_word(data: Any, path: Path, report: FaultReport) -> str | None:
     """Return a printable text, or None with its fault reported."""
     text: str | None = _reported(_word, data, path, report)
+    return text
+
+
+def checked_formula(data: Any, path: Path, report: FaultReport) -> str | None:
+    """Return a printable text in plain signs, or None with its fault reported."""
+    text: str | None = _reported(_formula, data, path, report)
     return text
 
 

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from ....errors import ExpressionError
+from ....typography import DEGREE, plain_names
 
 ARGUMENTS_OF = {'sqrt': 1, 'sin': 1, 'cos': 1, 'atan2': 2}
 MAX_CHARACTERS = 400  # the longest formula of a datasheet is far below
@@ -25,6 +26,10 @@ TOKEN = re.compile(
 )
 IDENTIFIER = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')
 SEXAGESIMAL = re.compile(r'[-+]?\d+(:\d+)+(\.\d*)?')
+
+DECIMAL_COMMA = re.compile('[0-9]+,[0-9]+')
+POWERS = {'²': 'x*x for a square', '³': 'x*x*x for a cube'}
+UNITS = ('deg', 'degrees', 'rad', 'mm', 'cm', 'm')
 
 WhyNot = Callable[[str], str | None]
 
@@ -45,7 +50,9 @@ class Token(NamedTuple):
 def why_no_name(name: str) -> str | None:
     """Return why a text cannot name a constant or a joint variable, or None."""
     if not IDENTIFIER.fullmatch(name):
-        return 'is not an identifier (letters a-z, digits, underscore; no digit first)'
+        plain = plain_names(name)
+        advice = f': write {plain}' if IDENTIFIER.fullmatch(plain) else ''
+        return f'is not an identifier (letters a-z, digits, underscore; no digit first){advice}'
     if name == 'pi' or name in ARGUMENTS_OF:
         return 'already has a meaning (reserved: pi, ' + ', '.join(ARGUMENTS_OF) + ')'
     if name in ('inf', 'nan') or keyword.iskeyword(name):
@@ -55,7 +62,7 @@ def why_no_name(name: str) -> str | None:
 
 def names_in(text: str) -> frozenset[str]:
     """Return the names in a text, functions aside, whether or not it is a right expression."""
-    return frozenset(IDENTIFIER.findall(text)).difference(ARGUMENTS_OF)
+    return frozenset(IDENTIFIER.findall(plain_names(text))).difference(ARGUMENTS_OF)
 
 
 def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
@@ -80,7 +87,7 @@ def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
     """
     tokens = _tokens(text, why_not)
     _check_names(tokens, why_not)
-    _check_order(tokens)
+    _check_order(tokens, text)
     # Numbers pass as Python prints them, so that 017 is 17 and no integer is ever too long.
     words = [repr(float(t.text)) if t.kind == 'number' else t.text for t in tokens]
     source = ' '.join(words)
@@ -166,6 +173,10 @@ def _tokens(text: str, why_not: WhyNot) -> list[Token]:
 
 
 def _strange(character: str) -> str:
+    if character in POWERS:
+        return f"'{character}' is not accepted: write {POWERS[character]}"
+    if character == DEGREE:
+        return f"'{DEGREE}' is accepted only behind a number: write 90{DEGREE}"
     if not character.isascii():
         return f'character {character!r} is not ASCII: write names in the letters a to z'
     return f'unexpected character {character!r} (accepted: numbers, names, + - * / ( ) ,)'
@@ -173,7 +184,7 @@ def _strange(character: str) -> str:
 
 def _check_token(token: Token) -> None:
     if token.text == '**':
-        raise ExpressionError("'**' is not accepted: write x*x for a square")
+        raise ExpressionError(f"'**' is not accepted: write {POWERS['²']}")
     if token.text == '//':
         raise ExpressionError("'//' is not accepted: write / to divide")
     if token.kind == 'number' and float(token.text) == float('inf'):
@@ -184,6 +195,7 @@ def _check_touching(before: Token, token: Token, text: str, why_not: WhyNot) -> 
     # 2q1, but also 0x10, 1_0, 1j and 1.2.3, which begin with a number.
     if before.kind != 'number' or token.kind == 'operator':
         return
+    _check_unit(before, token, why_not)
     word = text[before.start :].split()[0]
     advice = 'write decimal digits'
     if token.kind == 'name' and why_not(token.text) is None:
@@ -191,14 +203,29 @@ def _check_touching(before: Token, token: Token, text: str, why_not: WhyNot) -> 
     raise ExpressionError(f"'{_short(word)}' is not a number: {advice}")
 
 
+def _check_unit(before: Token, token: Token, why_not: WhyNot) -> None:
+    if before.kind != 'number' or token.text not in UNITS or why_not(token.text) is None:
+        return
+    advice = f'{before.text} alone, in the unit that the file says under units'
+    if token.text.startswith('deg'):
+        advice = f'{before.text}{DEGREE}'
+    raise ExpressionError(f"'{before.text} {token.text}' holds a unit: write {advice}")
+
+
 def _check_names(tokens: list[Token], why_not: WhyNot) -> None:
-    for token, following in zip(tokens, [*tokens[1:], None], strict=True):
+    around = zip([None, *tokens], tokens, [*tokens[1:], None], strict=False)
+    for before, token, following in around:
         if token.kind != 'name':
             continue
+        if before is not None:
+            _check_unit(before, token, why_not)
         called = following is not None and following.text == '('
         if token.text in ARGUMENTS_OF:
             if not called:
-                raise ExpressionError(f"'{token.text}' is a function: write {token.text}(...)")
+                inside = following.text if following and following.kind != 'operator' else '...'
+                raise ExpressionError(
+                    f"'{token.text}' is a function: write {token.text}({inside})"
+                )
             continue
         reason = why_not(token.text)
         if called:
@@ -212,7 +239,7 @@ def _check_names(tokens: list[Token], why_not: WhyNot) -> None:
             raise ExpressionError(reason)
 
 
-def _check_order(tokens: list[Token]) -> None:
+def _check_order(tokens: list[Token], text: str) -> None:
     # Operands and operators take turns; `open_calls` remembers which parentheses may hold commas.
     open_calls: list[bool] = []
     before: Token | None = None
@@ -235,13 +262,22 @@ def _check_order(tokens: list[Token]) -> None:
                 raise ExpressionError("')' without '('")
             open_calls.pop()
         elif token.text == ',' and not (open_calls and open_calls[-1]):
-            raise ExpressionError("',' is accepted only between the arguments of a function")
+            raise ExpressionError(_comma(text, token.start))
         before = token
     assert before is not None  # an empty text has been refused
     if before.text in '+-*/(,':
-        raise ExpressionError(f"ends after '{before.text}'")
+        whole = text[: before.start].strip('+-*/ ')
+        advice = f': write {whole}' if 0 < len(whole) <= 40 and before.text != '(' else ''
+        raise ExpressionError(f"ends after '{before.text}'{advice}")
     if open_calls:
         raise ExpressionError("'(' is never closed")
+
+
+def _comma(text: str, at: int) -> str:
+    for found in DECIMAL_COMMA.finditer(text):
+        if found.start() < at < found.end():
+            return f"'{found[0]}' is no number: write {found[0].replace(',', '.')}"
+    return "',' is accepted only between the arguments of a function"
 
 
 def _missing_operator(before: Token | None, token: Token) -> str:

@@ -7,12 +7,19 @@ tree is worth.
 
 import ast
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ....errors import ExpressionError
-from .expression_syntax import names_in, operands_of, postorder, syntax_tree
+from .entries import did_you_mean, meant_by
+from .expression_syntax import ARGUMENTS_OF, names_in, operands_of, postorder, syntax_tree
 from .pi_in_degrees import advice_on_pi
+
+# What books call the variable of a joint, and the number of one; pi2 is meant as pi/2.
+JOINT = re.compile('(?:theta|th|t|phi|q|d|s|joint|j)_?([0-9]+)', re.IGNORECASE)
+END = re.compile('[0-9]+$')
+PART_OF_PI = re.compile('pi([1-9])')
 
 MOST_LISTED = 20  # names in a message
 
@@ -84,8 +91,23 @@ class Scope:
         if name in self.known or name == 'pi':
             return None  # where pi is not accepted, the whole expression tells what to write
         return self.refused.get(name) or (
-            f'unknown name {_short(name)!r} (known: {_listed(self.known)})'
+            f'unknown name {_short(name)!r}{did_you_mean(self._meant(name))} '
+            f'(known: {_listed(self.known)})'
         )
+
+    def _meant(self, name: str) -> str | None:
+        # What another book calls a joint, a function without its parentheses, another case.
+        if (part := PART_OF_PI.fullmatch(name)) and self.angle_unit == 'rad':
+            return f'pi/{part[1]}'
+        for function in ARGUMENTS_OF:
+            if name.removeprefix(function) in self.known and name.startswith(function):
+                return f'{function}({name.removeprefix(function)})'
+        if joint := JOINT.fullmatch(name):
+            same = [one for one in self.variables if END.sub('', one) + joint[1] == one]
+            if len(same) == 1:
+                return same[0]
+        cases = {one.lower().replace('_', ''): one for one in self.known}
+        return cases.get(name.lower().replace('_', '')) or meant_by(name, self.known)
 
 
 def _short(name: str) -> str:

@@ -6,6 +6,7 @@ pieces. They are joined so that the rest of the file can still be read; the join
 (`ScalarNode.rejoined`), and the file is refused with the advice to quote it.
 """
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,6 +15,7 @@ from .fault_report import quoted
 from .yaml_document import Document, ListNode, MappingNode, Node, ScalarNode
 from .yaml_reader import YamlError, YamlReader, node_of
 
+WHOLE_AT_END = re.compile(r'(?<![\w.])[0-9]+$')
 MAX_BYTES = 256 * 1024
 MAX_DEPTH = 16
 MAX_NODES = 20_000  # a file of 128 joints and 512 rows has half as many
@@ -87,9 +89,20 @@ def _rejoined_values(entries: Sequence[tuple[ScalarNode, Node]]) -> list[tuple[S
                 break
             pieces.append(piece)
         joined, used = _joined_from(pieces)
+        if used == 1 and (number := _with_decimal_comma(pieces)):
+            joined, used = number, 2
         result.append((key, joined))
         position += used
     return result
+
+
+def _with_decimal_comma(pieces: Sequence[Node]) -> ScalarNode | None:
+    # What was written as 0,4, for its reader to refuse; None for anything else.
+    match pieces:
+        case [ScalarNode(text, line, False), ScalarNode(decimals), *_]:
+            if WHOLE_AT_END.search(text) and WHOLE_AT_END.fullmatch(decimals):
+                return ScalarNode(f'{text},{decimals}', line, False)
+    return None
 
 
 def _open_parentheses(node: Node) -> int:

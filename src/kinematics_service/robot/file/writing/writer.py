@@ -122,7 +122,7 @@ def _factor_lines(
 
 def scalar(text: str) -> str:
     """Return a text as it may stand between braces, where a comma would end the entry."""
-    plain = re.fullmatch(r'[\w .*/()+-]+', text) and not text.startswith(('-', '*', ' '))
+    plain = re.fullmatch(r'-?[\w./()+][\w .*/()+-]*', text)
     return text if plain else '"' + text.replace('\\', '\\\\').replace('"', '\\"') + '"'
 
 

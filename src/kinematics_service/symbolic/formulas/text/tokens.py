@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ....errors import FormulaError
+from ....typography import GREEK, SUBSCRIPTS, plain_signs
 
 NUMBER = re.compile(r'(?:\d+(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][-+]?\d+)?')
 WORD = re.compile(r'[A-Za-z][A-Za-z0-9]*')
@@ -19,13 +20,8 @@ DEGREES = re.compile(r'\^\s*(?:\{\s*\\circ\s*\}|\\circ(?![A-Za-z]))|°|\\degree(
 OPERATORS = ('**', '.*', './', '.^', ':=', '+', '-', '*', '/', '^', '(', ')', '[', ']', '{', '}',
              ',', ';', '=', "'", '&')  # fmt: skip
 SAME = {'**': '^', '.^': '^', '.*': '*', './': '/', ':=': '='}
-UNICODE = {
-    '−': '-', '·': '*', '⋅': '*', '×': '\\times ', '²': '^2', '³': '^3', '′': "'", 'ᵀ': "'",
-}  # fmt: skip
-GREEK = {
-    'θ': 'theta', 'φ': 'phi', 'ϕ': 'phi', 'α': 'alpha', 'β': 'beta', 'σ': 'sigma', 'π': 'pi',
-    'Φ': 'Phi',
-}  # fmt: skip
+# What has a meaning of its own in a formula: a cross product, powers, a transpose.
+UNICODE = {'×': '\\times ', '²': '^2', '³': '^3', '′': "'", 'ᵀ': "'"}
 GREEK_LETTER = re.compile(f'([{"".join(GREEK)}])([A-Za-z0-9]?)')
 # `{}^{0}T_{2}`, `{}^0_2T`: frame 2 in frame 0.
 FRAME_BEFORE = re.compile(
@@ -33,7 +29,6 @@ FRAME_BEFORE = re.compile(
     r'(?:_\s*\{?\s*(\d)\s*\}?\s*[TA](?!\w)|[TA]\s*_\s*\{?\s*(\d)\s*\}?)'
 )
 SUBSCRIPT = re.compile('[₀₁₂₃₄₅₆₇₈₉]+')
-SUBSCRIPTS = str.maketrans('₀₁₂₃₄₅₆₇₈₉', '0123456789')
 NO_MEANING = frozenset((
     'left', 'right', 'big', 'Big', 'bigg', 'Bigg', 'displaystyle', 'quad', 'qquad', 'limits',
     'nonumber', 'hfill',
@@ -89,6 +84,7 @@ def plain_letters(text: str) -> str:
         return text
     for sign, plain in UNICODE.items():
         text = text.replace(sign, plain)
+    text = plain_signs(text)
     text = SUBSCRIPT.sub(lambda found: '_' + found[0].translate(SUBSCRIPTS), text)
     # `θ1` is one name, `θa` a product.
     return GREEK_LETTER.sub(

@@ -1,0 +1,1 @@
+"""Denavit-Hartenberg tables as people have them, turned into robot files."""

@@ -1,0 +1,152 @@
+"""Which joint moves which row of a table, and whether it turns or slides."""
+
+import re
+from collections.abc import Collection, Iterator, Sequence
+from typing import NamedTuple
+
+from ...robot.file.text.expression_syntax import names_in
+from .report import TableReport
+
+MARK = '@'  # of the row's own variable, until it has a name
+# A variable whose name has no number is that of its row: `theta`, `q_i`.
+OWN = {
+    'theta': re.compile(r'\b(?:theta|th|q|var|variable)(?:_?[ijn])?\b'),
+    'd': re.compile(r'\b(?:d|q|s|var|variable)(?:_?[ijn])?\b'),
+}
+SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)  # other symbols in d are lengths without a value
+TYPES = {
+    **dict.fromkeys(('r', 'rot', 'rotary', 'revolute', 'rotational', '0'), 'theta'),
+    **dict.fromkeys(('p', 'prismatic', 'linear', 'sliding', 'translational', '1'), 'd'),
+    **dict.fromkeys(('f', 'fixed'), ''),
+}
+NOT_A_JOINT = re.compile('tool|tcp|ee|end[-_ ]?effector|flange|hand|gripper', re.IGNORECASE)
+ZERO = ('', '0', '0.0')
+
+
+class NumberedRow(NamedTuple):
+    """A row's line in the text, its number from 1, and its cells by what they hold."""
+
+    line: int
+    number: int
+    cells: dict[str, str]
+
+
+class MovingRow(NamedTuple):
+    """A row, its d and theta, and the joint that begins in it: where it stands, or ''."""
+
+    row: NumberedRow
+    d: str
+    theta: str
+    variable: str
+    place: str
+
+
+def moving_rows(
+    rows: Sequence[NumberedRow], constants: Collection[str], report: TableReport
+) -> list[MovingRow]:
+    """Return the rows with their variables; what is wrong or was assumed is reported."""
+    joints = [row for row in rows if not NOT_A_JOINT.fullmatch(row.cells.get('joint', ''))]
+    taken = {name for row in rows for place in OWN for name in _moving(row, place, constants)}
+    filled = all(row.cells.get('theta') and row.cells['d'] for row in joints)
+    alone, named = filled and not taken and 'type' not in rows[0].cells, bool(taken - {MARK})
+    if alone:
+        report.note('theta holds numbers alone: every joint turns, and they are its offsets')
+    arm: list[MovingRow] = []
+    for row in rows:
+        usual = '' if row not in joints else 'theta' if alone else None
+        place = _place(row, constants, usual, named)
+        if place is None:
+            where = f'row {row.number}, column type'
+            report.fault(f'{row.cells["type"]!r} is none of R, P, fixed', row.line, where)
+            continue
+        known = [before.variable for before in arm if before.variable]
+        free = f'q{len(known) + 1}'
+        own = _moving(row, place, constants) if place else frozenset()
+        new = sorted(name for name in own - {MARK} if _bare(name) not in map(_bare, known))
+        free = f'joint_{free}' if free in taken else free
+        variable = free if place and (MARK in own or not own) else new[0] if new else ''
+        moved = _moved(row, place, variable, constants)
+        arm.append(moved)
+        if not place and usual is None and 'type' not in row.cells:
+            report.note(f'row {row.number} is fixed: no variable stands in it')
+        if place and not variable and row.cells[place] in known:
+            report.note(f'row {row.number} is moved by {row.cells[place]}, as a row above is')
+        for column, message in _faults(moved, new, MARK in own, named):
+            report.fault(message, row.line, f'row {row.number}, column {column}')
+    return arm
+
+
+def sum_of(variable: str, constant: str) -> str:
+    """Return the sum of a variable and a constant expression."""
+    term = constant.removeprefix('-')
+    if constant in ZERO:
+        return variable
+    if re.search('[-+]', re.sub(r'\([^()]*\)', '', term)):
+        return f'{variable} + ({constant})'
+    return f'{variable} {"-" if constant.startswith("-") else "+"} {term}'
+
+
+def _marked(row: NumberedRow, place: str, constants: Collection[str]) -> str:
+    cell = row.cells.get(place, '')
+    return OWN[place].sub(lambda found: found[0] if found[0] in constants else MARK, cell)
+
+
+def _moving(row: NumberedRow, place: str, constants: Collection[str]) -> frozenset[str]:
+    # The names of variables in a cell, MARK for the row's own.
+    text = _marked(row, place, constants)
+    names = names_in(text).difference(constants, ('pi',))
+    sliding = frozenset(filter(SLIDING.fullmatch, names)) if place == 'd' else names
+    return sliding | {MARK} if MARK in text else sliding
+
+
+def _bare(name: str) -> str:
+    return name.replace('_', '')
+
+
+def _place(
+    row: NumberedRow, constants: Collection[str], usual: str | None, named: bool
+) -> str | None:
+    # Where the variable stands; empty for a fixed row, None where the type is not understood.
+    if 'type' in row.cells:
+        return TYPES.get(row.cells['type'].lower())
+    if usual is not None:
+        return usual
+    if _moving(row, 'theta', constants):
+        return 'theta'
+    # Beside names an empty cell is a number that is missing.
+    if _moving(row, 'd', constants) or not (row.cells['d'] or named):
+        return 'd'
+    return '' if row.cells.get('theta') else 'theta'
+
+
+def _moved(row: NumberedRow, place: str, variable: str, constants: Collection[str]) -> MovingRow:
+    texts = {'d': row.cells['d'], 'theta': row.cells.get('theta', '')}
+    if place:
+        text = _marked(row, place, constants).replace(MARK, variable)
+        if not _moving(row, place, constants):
+            text = sum_of(variable, text)
+        texts[place] = sum_of(text, row.cells.get('offset', ''))
+        if place == 'd':
+            texts['theta'] = texts['theta'] or '0'
+    return MovingRow(row, texts['d'], texts['theta'], variable, place)
+
+
+def _faults(
+    moved: MovingRow, new: Sequence[str], own: bool, named: bool
+) -> Iterator[tuple[str, str]]:
+    cells = moved.row.cells
+    unnamed = named and moved.place == 'theta' and not cells.get('theta') and 'type' not in cells
+    for column, text in (
+        ('a', cells['a']),
+        ('alpha', cells['alpha']),
+        ('d', moved.d),
+        ('theta', '' if unnamed else moved.theta),
+    ):
+        if not text:
+            yield column, 'the cell is empty: write 0 where it is 0 (merged cells hold one number)'
+    if len(new) + own > 1:
+        yield moved.place, f'{" and ".join(new)}: which moves this row? The others need a number'
+    if cells.get('offset', '') not in ZERO and moved.place:
+        alone = cells.get(moved.place, '') in (*ZERO, moved.variable) or own
+        if not alone:
+            yield 'offset', f'{moved.place} holds a number too: write one of the two'

@@ -1,0 +1,39 @@
+"""What is said of a table while it is read: faults, and what had to be assumed."""
+
+from dataclasses import dataclass, field
+from typing import NoReturn
+
+from ...errors import Fault, RobotFileError
+
+
+@dataclass(frozen=True)
+class TableReport:
+    """
+    Faults and notes of one table.
+
+    Parameters
+    ----------
+    file
+        For messages.
+    """
+
+    file: str
+    faults: list[Fault] = field(default_factory=list)
+    notes: list[Fault] = field(default_factory=list)
+
+    def fault(self, message: str, line: int = 0, where: str = '') -> None:
+        """Add what is wrong; `where` is a row and a column."""
+        self.faults.append(Fault(self.file, line, where, message))
+
+    def note(self, message: str) -> None:
+        """Add what the user should know of how the table was read."""
+        self.notes.append(Fault(self.file, 0, '', message))
+
+    def raise_faults(self) -> None:
+        """Raise the faults, if there are any."""
+        if self.faults:
+            raise RobotFileError(self.faults)
+
+    def refuse(self, message: str, line: int = 0) -> NoReturn:
+        """Raise a fault of the whole table, or of a line."""
+        raise RobotFileError([Fault(self.file, line, '', message)])

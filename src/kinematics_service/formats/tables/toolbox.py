@@ -1,0 +1,137 @@
+"""Links written as calls of Corke's Robotics Toolbox, for MATLAB or for Python."""
+
+import re
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from .pasted import PastedRow
+from .report import TableReport
+
+LINKS = r'\b(DHLink|Link|(?:Revolute|Prismatic)(?:M?DH)?)\s*\('
+CALL = re.compile(LINKS)
+LINK = re.compile(
+    rf'(?:(\w+(?:[\[(]\w+[\])])?)\s*=\s*)?{LINKS}'
+    r'((?:[^()]|\((?:[^()]|\([^()]*\))*\))*)\)'
+)
+ROBOT = re.compile(r'\b(?:SerialLink|DHRobot)\s*\(\s*(?:\[([^\]]*)\])?')
+NAME = re.compile(r'\w+(?:[\[(]\w+[\])])?')
+REPEATED = re.compile(r'\)\s*for\b|[\[(][A-Za-z]\w*[\])]\s*=\s*\w*Link\(|append\(')
+OPTION = re.compile(r"'(modified|standard|revolute|prismatic|[rp])'\s*,?")
+VALUE = re.compile(r"(?:'(\w+)'\s*,|(\w+)\s*=)\s*((?:[^,\[(]|\[[^\]]*\]|\([^()]*\))+)")
+VECTOR = ('theta', 'd', 'a', 'alpha', 'sigma', 'offset')  # Link([...]) of MATLAB
+LATER = re.compile(
+    r'(\w+(?:[\[(]\w+[\])])?)\.(theta|d|a|alpha|offset|sigma|mdh|flip|qlim)\s*=\s*([^;\n]+)'
+)
+CONSTANT = re.compile(r"(?:^|;)[ \t]*([A-Za-z]\w*)[ \t]*=\s*([^=;\n\[\]']+?)\s*(?=;|$)", re.M)
+PLAIN = (
+    (re.compile('[%#].*'), ''),
+    (re.compile(r'\b(?:np|numpy|math|sp|sympy|rtb)\.'), ''),
+    (re.compile(r'\b(?:deg2rad|radians)\(\s*(-?[\d.]+)\s*\)'), r'\1°'),
+    (re.compile('"'), "'"),
+)
+# What a link has besides, of its dynamics and its looks, is not of the table.
+KNOWN = {*VECTOR, 'mdh', 'flip', 'qlim', 'name', 'mesh', 'm', 'r', 'I', 'Jm', 'G', 'B', 'Tc'}
+LEFT = re.compile(r"\([^()]*\balpha\b'?\s*[=,]")  # numbers of a link that is none
+HEADS = ('a', 'alpha', 'd', 'theta', 'offset', 'type', 'limits')
+FALSE = (None, '', '0', '0.0', 'False', 'false')
+
+
+class ToolboxLinks(NamedTuple):
+    """Rows under their heads, the convention, and the expressions of the script's variables."""
+
+    rows: list[PastedRow]
+    convention: str
+    constants: Mapping[str, str]
+
+
+class _LinkCall(NamedTuple):
+    line: int
+    target: str  # what it is assigned to
+    function: str
+    values: dict[str, str]
+
+    def says(self, *keys: str) -> bool:
+        return any(self.values.get(key) not in FALSE for key in keys)
+
+
+def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
+    """
+    Return the links of a script, or None where there are none.
+
+    Raises
+    ------
+    RobotFileError
+        There is more than one robot, or its links are not written one after another.
+    """
+    for pattern, plain in PLAIN:
+        text = pattern.sub(plain, text)
+    links = []
+    for found in LINK.finditer(text):
+        line = text.count('\n', 0, found.start(2)) + 1
+        values = _values(found[3], line, report)
+        links.append(_LinkCall(line, found[1] or '', found[2], values))
+    if not links:
+        return None
+    _refuse_other_orders(text, [link.target for link in links if link.target], report)
+    named = {link.target: link.values for link in links}
+    for target, key, value in LATER.findall(text):
+        if target not in named:
+            report.refuse(f'{target}.{key} is set, and {target} is no link of this text')
+        named[target][key] = value
+    always = re.search(r"SerialLink\([^;\n]*'modified'", text) is not None
+    modified = {
+        always or link.function.endswith('MDH') or link.says('mdh', 'modified') for link in links
+    }
+    if len(modified) > 1:
+        report.refuse('some links are standard, some modified: a table has one convention')
+    rows = [PastedRow(links[0].line, HEADS), *(_row(link, report) for link in links)]
+    convention = 'modified' if modified.pop() else 'standard'
+    return ToolboxLinks(rows, convention, dict(CONSTANT.findall(text)))
+
+
+def _refuse_other_orders(text: str, targets: list[str], report: TableReport) -> None:
+    robots = ROBOT.findall(text)
+    if len(robots) > 1 or len(set(targets)) < len(targets):
+        report.refuse('there are several robots: leave the links of one in the text')
+    listed = [word for word in NAME.findall(robots[0]) if word in targets] if robots else []
+    places = [int(found[1]) for one in targets if (found := re.search(r'(\d+)\W?$', one))]
+    following = list(range(places[0], places[0] + len(places))) if places else []
+    if (listed or targets) != targets or places != following:
+        report.refuse('the links of the robot are others, or in another order: write those alone')
+    if len(CALL.findall(text)) != len(LINK.findall(text)) or LEFT.search(LINK.sub('', text)):
+        report.refuse('not every link is understood: a bracket is open, or its name is another')
+    if REPEATED.search(text):
+        report.refuse('links are made in a loop, which is not run: write each of them')
+
+
+def _values(text: str, line: int, report: TableReport) -> dict[str, str]:
+    values = dict.fromkeys(OPTION.findall(text), '1')
+    rest = OPTION.sub('', text)
+    if vector := re.match(r'\s*\[([^\]]*)\]', rest):
+        packed = re.sub(r'\s*([*/])\s*|(?<=\S)\s+([-+])\s+', r'\1\2', vector[1].strip())
+        elements = re.split(r'\s*,\s*|\s+', packed)
+        if not 4 <= len(elements) <= len(VECTOR):
+            message = 'numbers, and theta d a alpha are expected, then sigma and offset'
+            report.fault(f'{len(elements)} {message}', line)
+        values |= zip(VECTOR, elements)
+        rest = rest[vector.end() :]
+    given = {matlab or python: value for matlab, python, value in VALUE.findall(rest)}
+    strange = ', '.join(given.keys() - KNOWN) or VALUE.sub('', rest).strip(' ,.\t\n')
+    if strange:
+        report.fault(f'{strange!r} is not understood: write a=..., alpha=...', line)
+    return values | {key: value.strip() for key, value in given.items()}
+
+
+def _row(link: _LinkCall, report: TableReport) -> PastedRow:
+    values = link.values
+    # Of theta and d it is the constant that a link of MATLAB names.
+    names_theta = link.function == 'Link' and 'theta' in values and 'd' not in values
+    slides = link.says('sigma', 'prismatic', 'p') or link.function.startswith('Prismatic')
+    moving = 'd' if slides or names_theta else 'theta'
+    if not re.fullmatch(r'0?|[A-Za-z]\w*', values.get(moving, '')):
+        message = f'line {link.line}: {moving} moves there, and the toolbox takes no number of it'
+        report.note(message)
+    cells = {'a': '0', 'alpha': '0', 'd': '0', 'theta': '0', 'offset': '0', **values}
+    cells[moving] = '-variable' if link.says('flip') else ''
+    cells |= {'type': 'P' if moving == 'd' else 'R', 'limits': values.get('qlim', '')}
+    return PastedRow(link.line, tuple(cells[head] for head in HEADS))

@@ -1,0 +1,86 @@
+"""
+An expression in its plain form: names as the file has them, degree signs in the unit of the file.
+
+What reads an expression afterwards, such as the derivation, sees the plain form alone.
+"""
+
+import re
+from collections.abc import Collection
+from fractions import Fraction
+
+from ....errors import ExpressionError
+from ....typography import DEGREE, plain_names
+from .expression_syntax import ARGUMENTS_OF, names_in
+
+NAME = re.compile(r'(?<![\w.])[A-Za-z_]\w*', re.ASCII)
+IN_DEGREES = re.compile(rf'(?<![\w.])(\d{{1,15}}\.?\d{{0,15}}|\.\d{{1,15}})\s*{DEGREE}', re.ASCII)
+OPENED_OR_CLOSED = re.compile(r'(\w*)\s*\(|\)', re.ASCII)
+
+
+def plain_expression(
+    text: str, known: Collection[str], angle_unit: str, wanted: int | None
+) -> str:
+    """
+    Return an expression that means the same, without underscores too many and degree signs.
+
+    Parameters
+    ----------
+    text
+        With ASCII letters and signs, degree signs aside.
+    known
+        Names: `theta_1` is `theta1` where that is the only one that differs by underscores alone.
+    angle_unit
+        'rad' or 'deg': of the file. 90° is the number 90 or pi/2.
+    wanted
+        1 where an angle is expected, 0 for a length or a ratio, None where either may stand.
+
+    Raises
+    ------
+    ExpressionError
+        Degrees where no angle may stand.
+    """
+    text = _with_known_names(text, known)
+    for found in IN_DEGREES.finditer(text) if wanted == 0 else ():
+        if not _in_a_function(text[: found.start()]):
+            raise ExpressionError(f"'{found[0]}' is an angle, and no angle is expected here")
+    return IN_DEGREES.sub(lambda found: _without_sign(found, angle_unit), text)
+
+
+def known_names_in(text: str, known: Collection[str]) -> frozenset[str]:
+    """Return the names in a text as a file has it, those that are known as they are known."""
+    return names_in(_with_known_names(plain_names(text), known))
+
+
+def _with_known_names(text: str, known: Collection[str]) -> str:
+    def name(found: re.Match[str]) -> str:
+        bare = found[0].replace('_', '')
+        same = [one for one in known if one.replace('_', '') == bare]
+        return same[0] if len(same) == 1 and found[0] not in ARGUMENTS_OF else found[0]
+
+    return NAME.sub(name, text) if '_' in text or any('_' in one for one in known) else text
+
+
+def _in_a_function(before: str) -> bool:
+    # Whether what follows stands in the argument of a sine or cosine.
+    closed = 0
+    for found in reversed(list(OPENED_OR_CLOSED.finditer(before))):
+        if found[0] == ')':
+            closed += 1
+        elif closed:
+            closed -= 1
+        elif found[1] in ('sin', 'cos'):
+            return True
+    return False
+
+
+def _without_sign(found: re.Match[str], angle_unit: str) -> str:
+    if angle_unit == 'deg':
+        return found[1]
+    share = Fraction(found[1]) / 180  # of pi: exact, as the derivation needs it
+    over = '' if share.denominator == 1 else f'/{share.denominator}'
+    times = '' if share.numerator == 1 else f'{share.numerator}*'
+    if not share:
+        return '0'
+    # As a divisor it needs its parentheses.
+    divides = found.string[: found.start()].rstrip('+- \t\n').endswith('/')
+    return f'({times}pi{over})' if divides else f'{times}pi{over}'

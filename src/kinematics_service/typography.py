@@ -1,0 +1,49 @@
+"""
+Signs and letters as PDF files and word processors have them, and the plain ones they stand for.
+"""
+
+import re
+import unicodedata
+
+DEGREE = '°'
+_MINUS = '−‐‑‒–﹣－'
+_TIMES = '×·⋅∙∗\u2062'  # the last one is invisible: formulas of web pages hold it
+_DIVIDED = '⁄∕÷'
+_SPACES = ('\u00a0', '\u202f', '\u205f', '\u3000', *map(chr, range(0x2000, 0x200B)))
+_NO_WIDTH = '\u200b\u200c\u200d\u2060\ufeff'
+SIGNS = str.maketrans({
+    **dict.fromkeys(_MINUS, '-'),
+    **dict.fromkeys(_TIMES, '*'),
+    **dict.fromkeys(_DIVIDED, '/'),
+    **dict.fromkeys(_SPACES, ' '),
+    **dict.fromkeys(_NO_WIDTH, ''),
+    **dict.fromkeys('º˚', DEGREE),  # an ordinal and an accent that look like it
+})  # fmt: skip
+SUBSCRIPTS = str.maketrans('₀₁₂₃₄₅₆₇₈₉₋ᵢⱼ', '0123456789-ij')
+_NAMES = (
+    'alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho '
+    'sigma tau upsilon phi chi psi omega'
+)
+GREEK = {
+    **dict(zip('αβγδεζηθικλμνξοπρστυφχψω', _NAMES.split(), strict=True)),
+    **dict(zip('ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ', _NAMES.title().split(), strict=True)),
+    'ϑ': 'theta', 'ϕ': 'phi', 'ϖ': 'pi', 'ϵ': 'epsilon', 'µ': 'mu',
+    '⍺': 'alpha',  # of APL: tables of programs hold it
+}  # fmt: skip
+_LETTERS = str.maketrans(GREEK)
+_STYLED = re.compile('[\U0001d400-\U0001d7ff]')  # letters of formulas, such as an italic theta
+
+
+def plain_signs(text: str) -> str:
+    """Return a text with ASCII signs and spaces; the degree sign, Greek and indices stay."""
+    if text.isascii():
+        return text
+    text = _STYLED.sub(lambda found: unicodedata.normalize('NFKC', found[0]), text)
+    return text.translate(SIGNS)
+
+
+def plain_names(text: str) -> str:
+    """Return a text with ASCII signs and Greek letters by name, its indices on the line."""
+    if text.isascii():
+        return text
+    return plain_signs(text).translate(_LETTERS).translate(SUBSCRIPTS)
