@@ -127,7 +127,8 @@ def test_an_unknown_robot_is_refused_with_the_names():
         ks.load_robot('puma650')
     listed = ', '.join(ks.bundled_robots())
     assert str(refusal.value) == (
-        f"no robot 'puma650': did you mean 'puma560'? give a YAML file or one of: {listed}"
+        "no robot 'puma650': did you mean 'puma560'? give a robot file, a URDF or one of: "
+        f'{listed}'
     )
     with pytest.raises(ks.RobotFileError, match=r'^nowhere/arm\.yaml: no such file$'):
         ks.load_robot('nowhere/arm.yaml')
