@@ -177,23 +177,14 @@ def _write_quaternion(T: Numbers, quaternion: Flat, lanes: int) -> None:
         xx, xy, xz = T[lane], T[lane + lanes], T[lane + 2 * lanes]
         yx, yy, yz = T[lane + 4 * lanes], T[lane + 5 * lanes], T[lane + 6 * lanes]
         zx, zy, zz = T[lane + 8 * lanes], T[lane + 9 * lanes], T[lane + 10 * lanes]
-        # Selections, not branches, for several lanes at once: z largest, or y, or x, or w.
-        x, y, z, w = xz + zx, yz + zy, 1.0 - xx - yy + zz, yx - xy
-        larger = yy >= zz
-        x = xy + yx if larger else x
-        y = 1.0 - xx + yy - zz if larger else y
-        z = yz + zy if larger else z
-        w = xz - zx if larger else w
-        larger = xx >= (yy if yy > zz else zz)
-        x = 1.0 + xx - yy - zz if larger else x
-        y = xy + yx if larger else y
-        z = xz + zx if larger else z
-        w = zy - yz if larger else w
-        larger = xx + yy + zz > 0.0
-        x = zy - yz if larger else x
-        y = xz - zx if larger else y
-        z = yx - xy if larger else z
-        w = 1.0 + xx + yy + zz if larger else w
+        if xx + yy + zz > 0.0:
+            x, y, z, w = zy - yz, xz - zx, yx - xy, 1.0 + xx + yy + zz
+        elif xx >= yy and xx >= zz:
+            x, y, z, w = 1.0 + xx - yy - zz, xy + yx, xz + zx, zy - yz
+        elif yy >= zz:
+            x, y, z, w = xy + yx, 1.0 - xx + yy - zz, yz + zy, xz - zx
+        else:
+            x, y, z, w = xz + zx, yz + zy, 1.0 - xx - yy + zz, yx - xy
         scale = 1.0 / math.sqrt(x * x + y * y + z * z + w * w)
         scale = -scale if w < 0.0 else scale
         quaternion[lane] = x * scale
@@ -328,18 +319,20 @@ def _evaluate(
         else:
             _times(T, following, lanes)
     _write_motion(T, rows, lanes)
-    _write_quaternion(rows, arrays.after(rows, places.QUATERNION_AT * lanes), lanes)
-    return _finish(chain, qdot, depth, rows, twist, lanes)
+    _write_quaternion(T, arrays.after(rows, places.QUATERNION_AT * lanes), lanes)
+    return _finish(chain, qdot, depth, rows, T, twist, lanes)
 
 
-def _finish(chain: Chain, qdot: Flat, depth: int, rows: Flat, twist: Numbers, lanes: int) -> float:
-    # Completes rows whose tool poses are known, with points and axes in place of the screws.
+def _finish(
+    chain: Chain, qdot: Flat, depth: int, rows: Flat, T: Numbers, twist: Numbers, lanes: int
+) -> float:
+    # Completes rows whose tool poses T are known, with points and axes in place of the screws.
     sizes = [0.0] * 16
     for lane in range(lanes):
-        x, y, z = rows[3 * lanes + lane], rows[7 * lanes + lane], rows[11 * lanes + lane]
+        x, y, z = T[3 * lanes + lane], T[7 * lanes + lane], T[11 * lanes + lane]
         sizes[lane] = abs(x) + abs(y) + abs(z)
     if depth >= places.JACOBIAN:
-        _write_screws(chain, qdot, rows, sizes, twist, lanes)
+        _write_screws(chain, qdot, rows, sizes, T, twist, lanes)
         if chain.form == places.MIXED:
             _add_up_screws(chain, arrays.after(rows, chain.screws_at * lanes), rows, lanes)
     total = 0.0
@@ -349,18 +342,19 @@ def _finish(chain: Chain, qdot: Flat, depth: int, rows: Flat, twist: Numbers, la
 
 
 def _write_screws(
-    chain: Chain, qdot: Flat, rows: Flat, sizes: Numbers, twist: Numbers, lanes: int
+    chain: Chain,
+    qdot: Flat,
+    rows: Flat,
+    sizes: Numbers,
+    T: Numbers,
+    twist: Numbers,
+    lanes: int,
 ) -> None:
     # From points and axes: how each entry moves the tool's origin, and turns the tool; and the
     # twist. `sizes` becomes as large as any of them; behind the twist is room for a screw.
     step = chain.entries * lanes
     screws = arrays.after(rows, chain.screws_at * lanes)
     twists = arrays.after(rows, (places.JACOBIAN_AT + 6 * chain.dof) * lanes)
-    tool = [0.0] * 48  # three numbers of LANES poses
-    for lane in range(lanes):
-        tool[lane] = rows[3 * lanes + lane]
-        tool[lanes + lane] = rows[7 * lanes + lane]
-        tool[2 * lanes + lane] = rows[11 * lanes + lane]
     for k in range(6 * lanes):
         twist[k] = 0.0
     for e in range(chain.entries):
@@ -368,9 +362,9 @@ def _write_screws(
         at = arrays.after(screws, e * lanes)
         rate = arrays.after(qdot, chain.joint[e] * lanes)
         for lane in range(lanes):
-            x = tool[lane] - at[lane]
-            y = tool[lanes + lane] - at[step + lane]
-            z = tool[2 * lanes + lane] - at[2 * step + lane]
+            x = T[3 * lanes + lane] - at[lane]
+            y = T[7 * lanes + lane] - at[step + lane]
+            z = T[11 * lanes + lane] - at[2 * step + lane]
             zx, zy, zz = at[3 * step + lane], at[4 * step + lane], at[5 * step + lane]
             vx = by_theta * (zy * z - zz * y) + by_d * zx
             vy = by_theta * (zz * x - zx * z) + by_d * zy
