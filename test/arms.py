@@ -97,6 +97,11 @@ def poses(robot, count=20, seed=0):
     return np.concatenate([uniform, zero, straight, near, turns, [low, high]])
 
 
+def searched_poses(robot):
+    """Return `poses`, of few uniform ones where a search among many redundant joints is long."""
+    return poses(robot, 20 if robot.dof < 8 else 4)
+
+
 def random_poses(robot, count, seed=0):
     """Return joint positions (count, n) inside the limits, of full turns where there are none."""
     low, high = np.clip(robot.limits, -math.pi, math.pi).T

@@ -93,8 +93,36 @@ def test_each_command_explains_itself_by_an_example_that_fits(capsys, narrow, co
 def test_the_help_without_a_command_names_every_command(capsys, narrow):
     text = answer(capsys, '--help')
     assert all(re.search(rf'^  {command} ', text, re.MULTILINE) for command in COMMANDS)
-    assert 'completion' not in text
+    assert '--install-completion' in text
     assert max(map(len, text.splitlines())) <= NARROW
+
+
+@pytest.mark.parametrize(
+    ('words', 'offered'),
+    [
+        ('d', ['demo', 'derive']),
+        ('fk --ro', ['--robot']),
+        ('fk --robot ur5', ['ur5e']),
+        ('demo --robot pum', ['puma560']),
+        ('check pum', ['puma560']),
+        ('derive pum', ['puma560']),
+        ('plot no_such', []),
+    ],
+)
+def test_a_shell_completes_commands_options_and_robots(capsys, monkeypatch, words, offered):
+    monkeypatch.setenv('_KINEMATICS_SERVICE_COMPLETE', 'complete_bash')
+    monkeypatch.setenv('COMP_WORDS', f'kinematics_service {words}')
+    monkeypatch.setenv('COMP_CWORD', str(len(words.split())))
+    assert main([]) == 0
+    assert sorted(capsys.readouterr().out.split()) == offered
+
+
+@pytest.mark.parametrize('shell', ['bash', 'zsh', 'fish'])
+def test_the_completion_shown_is_that_of_the_installed_program(capsys, monkeypatch, shell):
+    monkeypatch.setattr('typer.completion._get_shell_name', lambda: shell)
+    text = answer(capsys, '--show-completion')
+    assert 'COMPLETE=complete_' in text
+    assert 'python -m' not in text
 
 
 def test_the_version_is_that_of_the_package(capsys):
@@ -127,6 +155,34 @@ def test_robots_stand_in_groups_below_their_titles(capsys, monkeypatch):
     last = answer(capsys, 'robots').split('\n\n')[-1].splitlines()
     assert last[0] == 'Others'
     assert [row.split()[0] for row in last[1:]] == sorted(names[0] for names in GROUPS.values())
+
+
+def test_a_terminal_shows_the_machines_and_says_how_many_more_there_are(
+    capsys, monkeypatch, narrow
+):
+    monkeypatch.setattr('sys.stdout.isatty', lambda: True)
+    monkeypatch.setenv('NO_COLOR', '1')
+    monkeypatch.setenv('TERM', 'dumb')
+    *machines, more = answer(capsys, 'robots').splitlines()
+    assert 'Textbook and course arms' not in machines
+    assert {'Industrial and research arms', 'Machines with closed loops'} <= set(machines)
+    assert more == '16 more with --all: arms of textbooks and courses'
+    assert max(map(len, machines)) <= NARROW
+    everything = answer(capsys, 'robots', '--all')
+    assert sorted(set(ROBOTS) & set(everything.split())) == list(ROBOTS)
+    assert '--all' not in everything
+    # A group that somebody adds is shown.
+    monkeypatch.setattr('kinematics_service.robot.bundled.GROUPS', {})
+    assert 'planar_2r' in answer(capsys, 'robots')
+
+
+def test_robots_for_a_program(capsys):
+    found = {one['name']: one for one in json.loads(answer(capsys, 'robots', '--json'))['robots']}
+    assert sorted(found) == list(ROBOTS)
+    rrp = found['rrp_elementary']
+    assert (rrp['dof'], rrp['joints'], rrp['convention']) == (3, 'RRP', 'elementary')
+    assert (rrp['group'], rrp['source'].split()[0]) == ('Textbook and course arms', 'RRP')
+    assert ks.load_robot(rrp['file']).name == 'rrp_elementary'
 
 
 @pytest.mark.slow

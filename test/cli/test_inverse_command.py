@@ -49,6 +49,38 @@ def test_a_table_for_people(capsys):
     assert 'shoulder right, elbow up' in streams.out
 
 
+@pytest.mark.parametrize(
+    ('deg', 'unit', 'scale'), [((), 'rad', 1.0), (('--deg',), 'deg', 57.29578)]
+)
+@pytest.mark.parametrize('near', [(), ('--near', '0.3,-1,1,0.2,0.7,1')])
+def test_a_table_fits_80_columns_in_one_unit_nearest_first(
+    capsys, monkeypatch, deg, unit, scale, near
+):
+    robot = ks.load_robot('puma560')
+    place = ('--xyz', '0.3,0.4,0.9', '--quaternion', '1,0,0,0')
+    if near and deg:
+        near = ('--near', ','.join(f'{57.29578 * x:.6f}' for x in Q))
+    given = ('--robot', 'puma560', *place, *near, *deg, '--all')
+    found = json.loads(answer(capsys, *given, '--json')[1].out)['solutions']
+    monkeypatch.setenv('COLUMNS', '80')
+    narrow = answer(capsys, *given)[1].out
+    monkeypatch.setenv('COLUMNS', '200')
+    wide = answer(capsys, *given)[1].out
+    assert max(map(len, narrow.splitlines())) <= 80
+    assert narrow.split() == wide.split()
+    start = '--near' if near else 'the middle of the limits'
+    heading, *lines = wide.partition('\n\n')[2].splitlines()
+    assert heading.strip() == f'joints [{unit}], nearest to {start} first'
+    shown = [[float(word) for word in line.split()[1:7]] for line in lines]
+    np.testing.assert_allclose(shown, [scale * np.array(one['q']) for one in found], atol=6e-3)
+    middle = np.array(Q) if near else robot.limits.mean(axis=1)
+    away = [np.linalg.norm(np.array(one['q']) - middle) for one in found]
+    assert away == sorted(away)
+    assert sum('beyond the limits of' in line for line in lines) == sum(
+        not one['feasible'] for one in found
+    )
+
+
 def test_roll_pitch_yaw_may_be_degrees(capsys):
     robot = ks.load_robot('puma560')
     code, streams = answer(

@@ -83,7 +83,7 @@ def in_one_piece(name, first, last):
     ('name', 'size', 'first', 'last'),
     # Each piece takes its time: of the small ones those around a repeated message, a jump, a lag.
     [
-        *(('ur5e', 1, 0, 60), ('ur5e', 31, 0, 2500), ('ur5e', 512, 0, 2500)),
+        *(('ur5e', 1, 0, 60), ('ur5e', 31, 0, 1250), ('ur5e', 512, 0, 2500)),
         *(('kinova_gen3', 1, 680, 720), ('kinova_gen3', 7, 640, 960)),
         ('kinova_gen3', 512, 0, 2500),
     ],

@@ -19,6 +19,7 @@ from arms import (
     first_order_distances,
     poses,
     robot_of,
+    searched_poses,
     sliding,
     without_factors,
 )
@@ -295,7 +296,7 @@ def test_a_helical_joint_turns_and_slides():
 @pytest.mark.parametrize('name', EVERY_ARM)
 def test_a_batch_is_its_single_poses_bit_for_bit(name):
     robot = robot_of(name)
-    q = poses(robot)
+    q = searched_poses(robot)
     qdot = np.random.default_rng(3).uniform(-1, 1, q.shape)
     batch = ks.evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
     measures = arrays_of(ks.singularity(robot, q, qdot))

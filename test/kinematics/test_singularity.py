@@ -18,6 +18,7 @@ from arms import (
     random_poses,
     robot_of,
     scaled,
+    searched_poses,
     sliding,
     task_jacobian,
     without_factors,
@@ -408,7 +409,7 @@ def test_motion_within_the_singular_set_is_no_trouble(name, q, measure):
 @pytest.mark.parametrize('name', EVERY_ARM)
 def test_every_pose_has_numbers(name):
     robot = robot_of(name)
-    q = poses(robot)
+    q = searched_poses(robot)
     found = ks.singularity(robot, q, np.ones_like(q))
     for field in dataclasses.fields(found):
         numbers = getattr(found, field.name)

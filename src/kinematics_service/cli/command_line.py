@@ -7,13 +7,19 @@ import traceback
 from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 
-from ..errors import KinematicsError
+from ..errors import ArmsError, KinematicsError, RobotConflictError
 from ..stop_signals import interruptible
-from .arguments import join_numbers, split_ros_arguments
+from .arguments import WrongArguments, join_numbers, name_robots, split_ros_arguments
 from .missing_ros import RosMissingError
 from .node import plain_options, start_node
 from .ros_variables import RosVariableError
 from .standard_output import checked_output
+
+# A shell completes the installed program, however completion is asked for: by these options, or
+# by a shell, which sets this variable and gives no arguments.
+PROGRAM = 'kinematics_service'
+OF_COMPLETION = ('--install-completion', '--show-completion')
+COMPLETES = f'_{PROGRAM.upper()}_COMPLETE'
 
 
 def run(argv: Sequence[str] | None = None) -> int:
@@ -45,22 +51,29 @@ def run(argv: Sequence[str] | None = None) -> int:
 def _code_of(argv: Sequence[str] | None) -> int:
     ours, ros = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     try:
-        options = plain_options(ours)
+        if ours[:1] != ['import']:  # where base and tip are options of their own
+            ours = name_robots(ours)
+        completion = COMPLETES in os.environ or any(
+            word.startswith(OF_COMPLETION) for word in ours
+        )
+        options = None if completion else plain_options(ours)
         if options is not None:
             return start_node(options, ros)  # which has its own way with signals
         # Imported here: the node does without, and while it loads Ctrl-C has its default action.
         from .commands import app
 
         with nullcontext() if argv is not None else interruptible():
-            app(join_numbers(ours), obj=ros)
+            app(join_numbers(ours), obj=ros, prog_name=PROGRAM if completion else None)
         return 0
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0
+    except (RobotConflictError, ArmsError) as error:
+        return _failed(str(error), 2)
     except KinematicsError as error:
         return _failed(str(error))
     except RosMissingError as error:
         return _failed(f'kinematics_service: {error}')
-    except RosVariableError as error:
+    except (RosVariableError, WrongArguments) as error:
         return _failed(f'kinematics_service: {error}', 2)
     except Exception as error:
         text = ' '.join(f'{type(error).__name__}: {error}'.split())

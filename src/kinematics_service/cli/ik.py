@@ -1,5 +1,6 @@
 """The command `ik`: which joint positions bring the tool to a pose or a position."""
 
+import math
 import re
 from typing import Annotated, Any, Optional
 
@@ -11,7 +12,7 @@ from ..kernel import Floats
 from ..kinematics.inverse.result import IkFamily, IkResult, IkSolution
 from ..kinematics.inverse.solve import TOLERANCE, inverse_kinematics
 from ..kinematics.inverse.target import TOOL_AXES
-from ..printing import Output, attributes, facts, heading, json_text, number, numbers, plain, table
+from ..printing import Output, attributes, facts, heading, json_text, number, plain
 from ..rigid_motion import rotation_of_quaternion, rotation_of_roll_pitch_yaw
 from ..robot.robot import Robot
 from ..robot.task import ROW_NAMES
@@ -20,9 +21,11 @@ from .options import (
     JsonOption,
     RobotOption,
     WrongUsage,
+    flag,
     given_numbers,
     given_robot,
     joint_values,
+    option,
 )
 from .singularity_report import DEGREES, arm_json
 
@@ -44,9 +47,9 @@ kinematics. Where the arm can move on without moving the tool, the solution is a
 printed at one of its positions. The exit code is 1 if nothing is inside the limits;
 then the nearest pose is printed.
 
---axis: only the direction of that axis of the tool counts of its orientation, as arms
-of five joints are asked. A target counts as reached within --tolerance where it is not
-met exactly (numbers that were typed are rounded); the residual says how well.
+--axis: of the orientation only the direction of that axis of the tool counts, which suits arms
+of five joints. A target that is not met exactly counts as reached within --tolerance (numbers
+that were typed are rounded); the residual says how well.
 
 --one: the first solution found inside the limits, the nearest one where there is a
 closed form. An arm without one is searched from there: --seed gives other starts.
@@ -72,10 +75,6 @@ The keys of --json, in m and rad; null: infinite or undefined:
 # How the solutions were found.
 HOW = {'closed form': 'in closed form', 'algebraic': 'by elimination', 'search': 'by search'}
 
-XyzOption = Annotated[
-    str,
-    typer.Option('--xyz', metavar='NUMBERS', help='Position of the tool in the base frame, m.'),
-]
 RpyOption = Annotated[
     Optional[str],
     typer.Option(
@@ -103,47 +102,30 @@ NearOption = Annotated[
         show_default='the middle of the limits',
     ),
 ]
-RowsOption = Annotated[
-    Optional[str],
-    typer.Option(
-        '--rows',
-        metavar='NAMES',
-        help='Which of x y z rx ry rz of the target count, in the axes of frame 0.',
-        show_default='all of a pose, x y z of a position',
-    ),
-]
-AxisOption = Annotated[
-    Optional[str],
-    typer.Option(
-        '--axis',
-        metavar='AXIS',
-        help='The axis of the tool, x, y or z, of whose orientation alone the direction counts.',
-        show_default='the whole orientation',
-    ),
-]
-ToleranceOption = Annotated[
-    float,
-    typer.Option('--tolerance', min=0.0, help='How far off counts as reached, m and rad.'),
-]
-SeedOption = Annotated[
-    int, typer.Option('--seed', min=0, help='Seed of the random starts of a search.')
-]
-OneOption = Annotated[bool, typer.Option('--one', help='Stop at the first solution found.')]
-AllOption = Annotated[bool, typer.Option('--all', help='Print solutions outside the limits too.')]
 
 
 def ik(
     robot: RobotOption,
-    xyz: XyzOption,
+    xyz: str = option('Position of the tool in the base frame, m.', 'NUMBERS', default=...),
     rpy: RpyOption = None,
     quaternion: QuaternionOption = None,
     near: NearOption = None,
-    rows: RowsOption = None,
-    axis: AxisOption = None,
-    tolerance: ToleranceOption = TOLERANCE,
-    seed: SeedOption = 0,
-    one: OneOption = False,
-    everything: AllOption = False,
+    rows: Optional[str] = option(
+        'Which of x y z rx ry rz of the target count, in the axes of frame 0.',
+        'NAMES',
+        shown='all of a pose, x y z of a position',
+    ),
+    axis: Optional[str] = option(
+        'The axis of the tool, x, y or z, of whose orientation alone the direction counts.',
+        'AXIS',
+        shown='the whole orientation',
+    ),
+    tolerance: float = option(
+        'How far off counts as reached, m and rad.', default=TOLERANCE, least=0.0
+    ),
+    seed: int = option('Seed of the random starts of a search.', default=0, least=0),
+    one: bool = flag('--one', 'Stop at the first solution found.'),
+    everything: bool = flag('--all', 'Print solutions outside the limits too.'),
     deg: DegreesOption = False,
     json: JsonOption = False,
 ) -> None:
@@ -171,7 +153,7 @@ def ik(
     if json:
         print(_document(arm, result, target, start, {'axis': axis, 'tolerance': tolerance}))
     else:
-        _print_result(Output(), arm, result)
+        _print_result(Output(), arm, result, start, deg)
     if result.status in ('outside_limits', 'unreachable'):
         raise typer.Exit(1)
 
@@ -244,24 +226,39 @@ def _entry(one: IkSolution | IkFamily) -> dict[str, Any]:
     }
 
 
-def _print_result(out: Output, robot: Robot, result: IkResult) -> None:
+def _print_result(
+    out: Output, robot: Robot, result: IkResult, near: Floats | None, degrees: bool
+) -> None:
     how = HOW[result.method]
     out.print(
         heading(f'{robot.name}: {robot.tool_frame} to the target in {robot.base_frame}, {how}'),
         f'  {plain(result.reason)}{_completeness(result)}',
     )
     if result.solutions:
-        out.print('', _joint_table(robot, result.solutions))
+        order = f'nearest to {"the middle of the limits" if near is None else "--near"} first'
+        worst = max(solution.residual for solution in result.solutions)
+        out.print(
+            f'  residuals up to {worst:.1e}',
+            '',
+            heading(f'     joints [{_units(robot, degrees)}], {order}'),
+            _solution_rows(out, robot, result.solutions, degrees),
+        )
     for family in result.families:
-        _print_family(out, robot, family)
+        _print_family(out, robot, family, degrees)
     nearest = result.nearest
     if nearest is None or result.status == 'family':
         return
     errors = facts()
     errors.add_row('  nearest pose', f'{nearest.position_error:.4g} m off in position')
-    errors.add_row('', f'{nearest.rotation_error * DEGREES:.4g} deg off in orientation')
-    errors.add_row('  at', plain(_positions(robot, nearest.q)))
+    turned = nearest.rotation_error * (DEGREES if degrees else 1.0)
+    errors.add_row('', f'{turned:.4g} {"deg" if degrees else "rad"} off in orientation')
+    errors.add_row('  at', plain(_positions(robot, nearest.q, degrees)))
     out.print('', errors)
+
+
+def _units(robot: Robot, degrees: bool) -> str:
+    angle = 'deg' if degrees else 'rad'
+    return f'{angle}, m' if 'prismatic' in robot.joint_types else angle
 
 
 def _completeness(result: IkResult) -> str:
@@ -278,43 +275,61 @@ def _completeness(result: IkResult) -> str:
 def _times(multiplicity: int) -> str:
     if multiplicity == 1:
         return ''
-    return f', {multiplicity} in one' if multiplicity else ', singular'
+    return f'{multiplicity} in one' if multiplicity else 'singular'
 
 
-def _joint_table(robot: Robot, solutions: tuple[IkSolution, ...]) -> Table:
-    rows = table('  ', 'joints [rad, m]', 'joints [deg, m]', 'posture', 'to limits', 'residual')
-    for k, solution in enumerate(solutions):
-        turned = np.where(_turning(robot), solution.q * DEGREES, solution.q)
-        beyond = f'beyond the limits of {", ".join(solution.beyond)}' if solution.beyond else ''
-        rows.add_row(
-            f'  {k + 1}',
-            numbers(solution.q, 4),
-            '  '.join(number(x, 2 if turns else 4) for x, turns in zip(turned, _turning(robot))),
-            str(solution.posture),
-            plain(beyond) or f'{solution.margin:.3g}',
-            f'{solution.residual:.1e}{_times(solution.multiplicity)}',
-        )
-    return rows
+def _solution_rows(
+    out: Output, robot: Robot, solutions: tuple[IkSolution, ...], degrees: bool
+) -> Table:
+    # A solution is a line, or two where the terminal is too narrow for one.
+    rows = [_joint_texts(robot, solution.q, degrees) for solution in solutions]
+    width = max(len(text) for row in rows for text in row)
+    lines = facts()
+    for k, (row, solution) in enumerate(zip(rows, solutions), 1):
+        joints = '  '.join(text.rjust(width) for text in row)
+        residual = '' if solution.exact else f'residual {solution.residual:.1e}'
+        margin, times = _margin(robot, solution, degrees), _times(solution.multiplicity)
+        words = '; '.join(filter(None, (str(solution.posture), margin, residual, times)))
+        fits = len(f'  {len(rows)}  {joints}  {words}') <= out.width
+        lines.add_row(f'  {k}', f'{joints}{"  " if fits else chr(10)}{plain(words)}')
+    return lines
 
 
-def _print_family(out: Output, robot: Robot, family: IkFamily) -> None:
+def _joint_texts(robot: Robot, q: Floats, degrees: bool) -> list[str]:
+    return [
+        number(x * DEGREES, 2) if turns and degrees else number(x, 4)
+        for x, turns in zip(q.tolist(), ~robot.prismatic)
+    ]
+
+
+def _margin(robot: Robot, solution: IkSolution, degrees: bool) -> str:
+    if solution.beyond:
+        return f'beyond the limits of {", ".join(solution.beyond)}'
+    lower, upper = robot.limits.T
+    nearest = int(np.argmin(np.minimum(solution.q - lower, upper - solution.q)))
+    if math.isinf(solution.margin):
+        return ''
+    if robot.prismatic[nearest]:
+        return f'{solution.margin:.3g} m to a limit'
+    margin = solution.margin * (DEGREES if degrees else 1.0)
+    return f'{margin:.3g} {"deg" if degrees else "rad"} to a limit'
+
+
+def _print_family(out: Output, robot: Robot, family: IkFamily, degrees: bool) -> None:
     about = facts()
     kind = 'a straight line' if family.straight else 'a curve'
     if len(family.motions) > 1:
         kind = f'{len(family.motions)} dimensions'
     verb = 'moves' if len(family.joints) == 1 else 'move together'
     about.add_row('  family', plain(f'{kind}; {", ".join(family.joints)} {verb}'))
-    about.add_row('  at', plain(_positions(robot, family.q)))
+    about.add_row('  at', plain(_positions(robot, family.q, degrees)))
     for motion in family.motions:
-        about.add_row('  along', plain(_positions(robot, motion)))
+        about.add_row('  along', plain(_positions(robot, motion, False)))
     if family.beyond:
         about.add_row('', plain(f'beyond the limits of {", ".join(family.beyond)}'))
     out.print('', about)
 
 
-def _positions(robot: Robot, q: Floats) -> str:
-    return '  '.join(f'{name} {number(x, 4)}' for name, x in zip(robot.joint_names, q))
-
-
-def _turning(robot: Robot) -> list[bool]:
-    return [kind != 'prismatic' for kind in robot.joint_types]
+def _positions(robot: Robot, q: Floats, degrees: bool) -> str:
+    texts = _joint_texts(robot, q, degrees)
+    return '  '.join(f'{name} {text}' for name, text in zip(robot.joint_names, texts))

@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from .. import kernel
 from ..kernel import Chain, ChainTable, Closure, Floats, Integers
 from ..rigid_motion import screw_z
 from .conventions import Row
@@ -112,6 +113,17 @@ def fold(
         ),
         closure,
     )
+
+
+def poses_and_jacobians(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
+    """
+    Return the poses of a chain's end (N, 4, 4) and J in base axes (N, 6, n) at variables (N, n).
+    """
+    rows = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
+    q, at_rest = np.ascontiguousarray(q), chain.at_rest.reshape(1, -1)
+    kernel.evaluate(chain, q, at_rest, kernel.JACOBIAN, rows)
+    J = rows[:, kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * chain.dof]
+    return rows[:, :16].reshape(-1, 4, 4), J.reshape(-1, 6, chain.dof)
 
 
 def first_entries(chain: Chain) -> Integers:

@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import kernel
 from ..kernel import Chain, Floats
+from .chain import poses_and_jacobians
 from .clearance_bounds import moving_joints
 from .task import Task
 
@@ -45,9 +46,7 @@ def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
 def _period(chain: Chain, j: int) -> float:
     poses = np.full((1 + len(TURNS), chain.dof), SOMEWHERE)
     poses[1:, j] += np.array(TURNS) * math.tau
-    rows = np.empty((len(poses), chain.widths[kernel.JACOBIAN]))
-    kernel.evaluate(chain, poses, chain.at_rest.reshape(1, -1), kernel.JACOBIAN, rows)
-    J = rows[:, kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * chain.dof]
+    _, J = poses_and_jacobians(chain, poses)
     # Linear rows apart from angular ones: they are as small as the arm is.
     parts = np.abs(J).reshape(len(poses), 2, -1), np.abs(J - J[0]).reshape(len(poses), 2, -1)
     largest, changes = (np.max(part, axis=2) for part in parts)

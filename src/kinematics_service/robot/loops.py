@@ -15,7 +15,7 @@ from .. import kernel
 from ..errors import Fault, KinematicsError, RobotFileError
 from ..kernel import Chain, Closure, Floats, Loop, LoopGroup
 from ..rigid_motion import inverse
-from .chain import fold
+from .chain import fold, poses_and_jacobians
 from .conventions import row_of, table_rows
 from .file.parts.description import (
     JointDescription,
@@ -225,12 +225,8 @@ def _turns(
 def _gap(pair: tuple[Chain, Chain], x: Floats) -> Floats:
     # The end of the second chain seen from that of the first, in the axes where both begin: the
     # way, and the rotation as axis times sine.
-    poses = []
-    for chain in pair:
-        row = np.empty((1, chain.widths[kernel.POSE]))
-        kernel.evaluate(chain, x[None].copy(), chain.at_rest[None].copy(), kernel.POSE, row)
-        poses.append(row[0, :16].reshape(4, 4))
-    return np.asarray(_apart(*poses))
+    (there,), (back,) = (poses_and_jacobians(chain, x[None])[0] for chain in pair)
+    return _apart(there, back)
 
 
 def _apart(there: Floats, back: Floats) -> Floats:
@@ -392,13 +388,8 @@ def _residuals(group: LoopGroup, x: Floats) -> tuple[Floats, Floats]:
     # Of a group at many variables (N, v), and its slopes (N, p, v) by all of them.
     gaps, slopes = [], []
     for loop in group.members():
-        ends = []
-        for chain in (loop.there, loop.back):
-            rows = np.empty((len(x), chain.widths[kernel.JACOBIAN]))
-            kernel.evaluate(chain, x.copy(), np.zeros_like(x), kernel.JACOBIAN, rows)
-            J = rows[:, kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * chain.dof]
-            ends.append((rows[:, :16].reshape(-1, 4, 4), J.reshape(-1, 6, chain.dof)))
-        (there, J_there), (back, J_back) = ends
+        there, J_there = poses_and_jacobians(loop.there, x)
+        back, J_back = poses_and_jacobians(loop.back, x)
         gaps.append(_apart(there, back)[:, loop.axes()])
         slopes.append((J_back - J_there)[:, loop.axes()])
     return np.concatenate(gaps, axis=1), np.concatenate(slopes, axis=1)

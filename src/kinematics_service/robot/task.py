@@ -1,7 +1,7 @@
 """The task: which rows of the Jacobian singularities are judged by, and how the arm moves them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,7 +10,7 @@ import numpy as np
 from .. import kernel
 from ..errors import KinematicsError
 from ..kernel import Chain, Floats, Integers, TaskRows
-from .chain import FrozenArrays
+from .chain import FrozenArrays, poses_and_jacobians
 from .closed_poses import closed_poses
 
 ROW_NAMES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
@@ -89,7 +89,7 @@ class Task(FrozenArrays):
         return self.generic_rank < min(len(self.rows), len(self.column_scales))
 
 
-def seeded_poses(limits: Floats, prismatic: Sequence[bool]) -> Floats:
+def seeded_poses(limits: Floats, prismatic: Iterable[bool]) -> Floats:
     """
     Return the same random joint positions inside the limits each time.
 
@@ -166,7 +166,7 @@ def find_task(
     chain: Chain,
     joint_names: Sequence[str],
     limits: Floats,
-    prismatic: Sequence[bool],
+    prismatic: Iterable[bool],
     rows: tuple[str, ...] | None = None,
     length: float | None = None,
 ) -> Task:
@@ -191,15 +191,11 @@ def find_task(
         No joint moves the tool, or none moves the rows asked for.
     """
     q = closed_poses(chain, seeded_poses(limits, prismatic))
-    results = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
-    kernel.evaluate(chain, q, chain.at_rest.reshape(1, -1), kernel.JACOBIAN, results)
+    T, J = poses_and_jacobians(chain, q)
     frame_0 = chain.table.frame_offset[0]
     rotation = frame_0[:, :3].copy()
-    n = chain.dof
-    J = results[:, kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * n].reshape(-1, 6, n)
     J = np.concatenate([rotation.T @ J[:, :3], rotation.T @ J[:, 3:]], axis=1)
-    tool = results[:, [3, 7, 11]] - frame_0[:, 3]
-    distances = np.linalg.norm(tool, axis=1)
+    distances = np.linalg.norm(T[:, :3, 3] - frame_0[:, 3], axis=1)
     least = least_motion(chain)
     if length is None:
         length = float(np.sqrt(np.mean(distances**2)))

@@ -307,10 +307,7 @@ def calibrate(
             list(joint_hypotheses_of(robot, touched.q)),
             score_of_touches(robot, touched),
             lambda change: again(
-                robot,
-                touched.q if change.q is None else change.q,
-                same_point=same_point,
-                check=False,
+                robot, change.joints(touched.q), same_point=same_point, check=False
             ),
         )
     if poses is None or apart:
@@ -333,11 +330,9 @@ def calibrate(
     progress('explanations')
 
     def undone(change: Hypothesis) -> Calibration:
-        T = given.poses if change.poses is None else change.poses
+        T = change.seen(given.poses)
         B = T[:, :3, 3] if given.positions else T
-        return again(
-            robot, given.q if change.q is None else change.q, B, sets=given.sets, check=False
-        )
+        return again(robot, change.joints(given.q), B, sets=given.sets, check=False)
 
     used = ~np.isin(np.arange(found.count), found.outliers)
     changes = mistakes_of(robot, given, read)
@@ -378,18 +373,6 @@ def _fitted(
 ) -> Calibration:
     found = identify(problem, instrument, lambda k: progress(f'round {k + 1}'))
     progress('cross-validation')
-    return _result(robot, given, names, problem, found, frames, instrument)
-
-
-def _result(
-    robot: Robot,
-    given: Measured,
-    names: ChosenParameters,
-    problem: FitProblem,
-    found: Identified,
-    frames: FrameDiagnosis | None,
-    instrument: Noise | None,
-) -> Calibration:
     used = found.used
     ends = problem.only(names.placed_groups)
     begin = refined(ends, np.zeros(len(ends.parameters)), found.noise, used)

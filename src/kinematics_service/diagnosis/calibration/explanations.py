@@ -140,8 +140,8 @@ def score_of_poses(robot: Robot, given: Measured, used: Flags) -> Callable[[Hypo
     near = used[rows]
 
     def score(change: Hypothesis) -> float:
-        q = (given.q if change.q is None else change.q)[rows]
-        B = (given.poses if change.poses is None else change.poses)[rows]
+        q = change.joints(given.q)[rows]
+        B = change.seen(given.poses)[rows]
         A = forward_kinematics(robot, q)
         if given.positions:
             found = offsets_of(A[near], B[near], True, Free())

@@ -11,9 +11,11 @@ import numpy as np
 from ...errors import RecordingError
 from ...kernel import Floats
 from ...robot.file.text.entries import choice, did_you_mean, meant_by
+from ...robot.file.text.yaml_reader import YamlError
 from ...robot.measures import Level
 from .between_points import FINEST, PlannedTrajectory, sampled
 from .block import LARGEST_BLOCK, Block, Times
+from .plan_yaml import read_documents
 from .source import RecordingSource, Remark, Selection
 
 SECOND = 1_000_000_000
@@ -85,9 +87,6 @@ def _documents(file: Path, text: str) -> list[Any]:
         except (ValueError, RecursionError) as error:
             reason = str(error) or 'nested too deeply'
             raise RecordingError(f'{file}: is not valid JSON: {reason}') from None
-    from ...robot.file.text.yaml_reader import YamlError
-    from .plan_yaml import read_documents
-
     try:
         return read_documents(text)
     except YamlError as error:

@@ -127,6 +127,7 @@ class NearestSearch:
         self.arm, self.atlas = arm, arm.atlas()
         self.here: SingularEquations = SingularEquations(arm.chain, arm.task)
         self.equations: SingularEquations = SingularEquations(arm.chain, arm.task)
+        self.around: SingularQuadric = SingularQuadric(arm.chain.dof)
         self.quadric: SingularQuadric = SingularQuadric(arm.chain.dof)
         self.budget: Public[int] = ENOUGH
         self.n, self.count = arm.chain.dof, self.equations.count
@@ -343,8 +344,8 @@ class NearestSearch:
         self.second = sigma[k - 2] if k > 1 else places.INFINITY
         for j in range(self.n):
             self.d[j] = 0.0
-        self.quadric.stand_at(self.here, self.d)
-        self.by_quadric = self.quadric.write_nearest(False, self.along)
+        self.around.stand_at(self.here, self.d)
+        self.by_quadric = self.around.write_nearest(False, self.along)
         self.estimate = min(self.by_product, min(self.by_least, self.by_quadric))
         # Nearer than this neither they nor the second order see a singular pose: the least
         # singular value falls by slope r + reach r^2 / 2 at most, or so.
@@ -565,6 +566,9 @@ class NearestSearch:
         if not CURVED * straight < length * self.arm.reach or not length < LOCAL:
             return False
         self.equations.decompose()
+        straight = min(straight, self.equations.sigma[self.equations.rank - 2])
+        if not CURVED * straight < length * self.arm.reach:
+            return False
         self.quadric.stand_at(self.equations, self.d)
         return self.quadric.write_nearest(False, self.along) < places.INFINITY
 
@@ -588,20 +592,14 @@ class NearestSearch:
         # From the point of the quadric that is nearest, or from the one on its other side.
         if not (self.by_quadric < 1.2 * self.distance and self.by_quadric < 2.0 * self.horizon):
             return
-        for j in range(self.n):
-            self.d[j] = 0.0
-        self.quadric.stand_at(self.here, self.d)
-        length = self.quadric.write_nearest(other, self.along)
+        length = self.around.write_nearest(other, self.along)
         if self.distance == places.INFINITY or self._apart(self.along) > SAME * self.distance:
             self._run_from(self.along, length, 1.0, max(0.4 * length, 1e-4))
 
     def _run_along_axes(self) -> None:
         # Of a redundant arm the quadric is one of several: to it along its axes.
-        for j in range(self.n):
-            self.d[j] = 0.0
-        self.quadric.stand_at(self.here, self.d)
         for i in range(self.n):
-            length = self.quadric.write_along_axis(i, self.along)
+            length = self.around.write_along_axis(i, self.along)
             if length < 1.2 * self.distance and length < 2.0 * self.horizon:
                 self._run_from(self.along, length, 1.0, max(0.4 * length, 1e-4))
 

@@ -60,7 +60,11 @@ class SingularEquations:
         self.size: int = self.length + 1
         self.smallest, self.largest, self.corrected = 0.0, 0.0, False
         room = 2 * n + chain.frames_at + self.length * self.width + self.turns + 6 * n
-        room += self.count * (2 * n + self.count + 3) + self.size * (self.size + self.count + 2)
+        room += (
+            self.count * (2 * n + self.count + 3)
+            + self.size * (self.size + self.count + 2)
+            + self.turns
+        )
         self.room: Flat = arrays.scratch(room)
         self.q: Flat = self.room
         self.still: Flat = arrays.after(self.q, n)
@@ -76,7 +80,9 @@ class SingularEquations:
         self.B: Flat = arrays.after(self.c, self.count)
         self.y: Flat = arrays.after(self.B, self.size * self.size)
         self.X: Flat = arrays.after(self.y, self.size)
-        self.order: FlatIntegers = arrays.as_whole(arrays.after(self.X, self.count * self.size))
+        orders = arrays.after(self.X, self.count * self.size)
+        self.order: FlatIntegers = arrays.as_whole(orders)
+        self.rows: FlatIntegers = arrays.as_whole(arrays.after(orders, self.size))
         for j in range(n):
             self.still[j] = 0.0
 
@@ -93,7 +99,7 @@ class SingularEquations:
         for j in range(self.n):
             self.q[j] = origin[j] + self.task.column_scale[j] * d[j]
         chain_pass.evaluate_row(self.chain, self.q, self.still, places.JACOBIAN, self.row)
-        self.corrected = close and self.rank == self.turns and self._correct()
+        self.corrected = self.rank == self.turns and (close or self._guess()) and self._correct()
         if not self.corrected:
             singularity.write_directions(self.n, self.task, self.row, self.W, self.sigma)
             self.complete()
@@ -104,6 +110,81 @@ class SingularEquations:
             singularity.write_directions(self.n, self.task, self.row, self.W, self.sigma)
             self.complete()
             self.corrected = False
+
+    def _guess(self) -> bool:
+        # Directions by elimination, right where J_t is singular: of its turns the last one is what
+        # the others make of it, and of its lines as many more as there are. False without a pivot.
+        first = self.rank - 1
+        if not self._eliminate():
+            return False
+        self._guess_lost(arrays.after(self.W, first * self.width + self.length))
+        for i in range(self.count):
+            x = arrays.after(self.X, i * self.size)
+            self._guess_idle(i, x)
+            if not self._is_another(i):
+                return False
+            line = arrays.after(self.W, (first + i) * self.width)
+            for k in range(self.length):
+                line[k] = x[k]
+        return True
+
+    def _eliminate(self) -> bool:
+        # All turns but one, each by the largest pivot that is left; B holds the factors, rows
+        # and order say where each stands. False without a pivot.
+        turns, size, M, order, rows = self.turns, self.size, self.B, self.order, self.rows
+        singularity.write_scaled_rows(self.n, self.task, self.row, M, size)
+        for i in range(self.length):
+            order[i] = i
+        for r in range(turns):
+            rows[r] = r
+        for step in range(self.rank - 1):
+            pivot, row, column = 0.0, step, step
+            for r in range(step, turns):
+                for i in range(step, self.length):
+                    if abs(M[rows[r] * size + order[i]]) > pivot:
+                        pivot, row, column = abs(M[rows[r] * size + order[i]]), r, i
+            if not pivot > 0.0:
+                return False
+            rows[step], rows[row] = rows[row], rows[step]
+            order[step], order[column] = order[column], order[step]
+            inverse = 1.0 / M[rows[step] * size + order[step]]
+            self.sigma[step] = pivot
+            for r in range(step + 1, turns):
+                factor = M[rows[r] * size + order[step]] * inverse
+                M[rows[r] * size + order[step]] = factor
+                for i in range(step + 1, self.length):
+                    M[rows[r] * size + order[i]] -= factor * M[rows[step] * size + order[i]]
+        return True
+
+    def _guess_lost(self, lost: Flat) -> None:
+        # The turn that the eliminated ones leave nothing of.
+        turns, size, M, order, rows = self.turns, self.size, self.B, self.order, self.rows
+        first = self.rank - 1
+        for r in range(first, -1, -1):
+            share = 1.0 if r == first else 0.0
+            for s in range(r + 1, turns):
+                share -= M[rows[s] * size + order[r]] * lost[rows[s]]
+            lost[rows[r]] = share
+        norm = length_of(lost, turns)
+        for r in range(turns):
+            lost[r] /= norm
+
+    def _guess_idle(self, i: int, x: Flat) -> None:
+        # The line that moves the eliminated turns in none, with the i-th of the others at 1.
+        size, M, order, rows = self.size, self.B, self.order, self.rows
+        first = self.rank - 1
+        for k in range(self.length - 1, -1, -1):
+            if k > first - 1:
+                x[order[k]] = 1.0 if k == first + i else 0.0
+                continue
+            value = 0.0
+            for m in range(k + 1, self.length):
+                value -= M[rows[k] * size + order[m]] * x[order[m]]
+            x[order[k]] = value / M[rows[k] * size + order[k]]
+        x[self.length] = 0.0
+        norm = length_of(x, self.length)
+        for k in range(self.length):
+            x[k] /= norm
 
     def _correct(self) -> bool:
         # The directions that were lost and idle at the last pose become what the bordered J_t of

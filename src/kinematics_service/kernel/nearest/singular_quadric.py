@@ -10,6 +10,8 @@ from .singular_equations import SingularEquations
 
 # Halvings of a multiplier, and how near to its bound it comes as a share of the largest curvature.
 HALVINGS, BOUND = 40, 1e-9
+# Steps of the secant method, and what it may leave of f, as a share.
+SECANTS, MET = 8, 1e-6
 
 
 class SingularQuadric:
@@ -29,10 +31,11 @@ class SingularQuadric:
 
     n: int
     steep: int
+    diagonal: bool
     f: float
 
     def __init__(self, n: int) -> None:
-        self.n, self.f, self.steep = n, 0.0, 0
+        self.n, self.f, self.steep, self.diagonal = n, 0.0, 0, False
         self.room: Flat = arrays.scratch(5 * n + 2 * n * n)
         self.g: Flat = self.room
         self.along: Flat = arrays.after(self.g, n)
@@ -68,6 +71,14 @@ class SingularQuadric:
             self.g[i] *= sign
             for j in range(n):
                 self.K[i * n + j] *= sign
+        self.diagonal = False
+
+    def _diagonalise(self) -> None:
+        # Brings K to its axes, once.
+        n = self.n
+        if self.diagonal:
+            return
+        self.diagonal = True
         symmetric.diagonalise(self.K, self.Z, n)
         self.steep = 0
         for i in range(n):
@@ -118,7 +129,11 @@ class SingularQuadric:
 
         `other`: the one that is nearest on the other side of it.
         """
-        n, e = self.n, self.steep
+        n = self.n
+        if not other and not self.diagonal and self._meets(x):
+            return singular_equations.length_of(x, n)
+        self._diagonalise()
+        e = self.steep
         largest: float = 0.0
         for i in range(n):
             largest = max(largest, abs(self.K[i * n + i]))
@@ -153,6 +168,7 @@ class SingularQuadric:
 
     def write_along_axis(self, i: int, x: Flat) -> float:
         """Fill the motion x (n,) along an axis of the quadric to it, and return its length."""
+        self._diagonalise()
         curved, along = self.K[i * self.n + i], self.along[i]
         inside = along * along - 4.0 * curved * self.f
         if not inside >= 0.0:
@@ -164,6 +180,31 @@ class SingularQuadric:
         for j in range(self.n):
             x[j] = root * self.Z[i * self.n + j]
         return abs(root)
+
+    def _meets(self, x: Flat) -> bool:
+        # Fills the least motion where no direction is needed in which nothing slopes: the secant
+        # method for the inverse of the multiplier, in which what is left of f is nearly linear.
+        n = self.n
+        slope = singular_equations.length_of(self.g, n)
+        before, left_before = 0.0, self.f
+        inverse: float = 2.0 * self.f / (slope * slope) if slope > 0.0 else 0.0
+        for _ in range(SECANTS):
+            if not 0.0 < inverse < places.INFINITY:
+                return False
+            if not symmetric.damped_step(n, self.K, self.g, 1.0 / inverse, self.Z, x):
+                return False
+            left, squares = self.f, 0.0
+            for j in range(n):
+                x[j] *= -0.5
+                left += 0.5 * self.g[j] * x[j]
+                squares += x[j] * x[j]
+            left -= squares / inverse
+            if abs(left) < MET * self.f:
+                return True
+            change = (inverse - before) / (left - left_before)
+            before, left_before = inverse, left
+            inverse -= change * left
+        return False
 
     def _left(self, multiplier: float) -> float:
         # Fills x for a multiplier, and returns what is left of f there.

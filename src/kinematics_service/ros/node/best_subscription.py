@@ -8,6 +8,7 @@ known then: messages of one that comes later and offers less would never be rece
 
 import contextlib
 import copy
+import ctypes
 import inspect
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -334,7 +335,5 @@ class _Numbered:
 
 def _give_back_memory() -> None:
     # What messages took is free, but not given back by itself: 200 MiB after large ones.
-    import ctypes
-
     with contextlib.suppress(OSError, AttributeError):  # it is glibc's
         ctypes.CDLL(None).malloc_trim(0)

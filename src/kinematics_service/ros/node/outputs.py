@@ -296,7 +296,5 @@ class Outputs:
         self.ask_who_listens()
 
     def _publish_tf(self, report: StateReport) -> None:
-        from tf2_msgs.msg import TFMessage
-
         assert self._tf is not None
-        self._tf.publish(TFMessage(transforms=[transform_message(report)]))
+        self._tf.publish(self._tf.msg_type(transforms=[transform_message(report)]))

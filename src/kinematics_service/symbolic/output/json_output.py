@@ -5,6 +5,7 @@ from typing import Any
 
 import sympy
 
+from ...printing import attributes
 from ..derivation import Derivation
 from ..path import Path
 
@@ -52,15 +53,12 @@ def json_of(
                 'name': factor.name,
                 'expression': str(factor.expression),
                 'in_angles': str(derivation.in_angles(factor.expression)),
-                'power': factor.power,
-                'irreducible': factor.irreducible,
+                **attributes(factor, 'power', 'irreducible'),
                 'joint': None if factor.family.variable is None else str(factor.family.variable),
                 'solutions': [str(s) for s in factor.family.solutions],
                 'condition': _strings(factor.family.condition),
                 'free_where_zero': [str(e) for e in factor.family.free],
-                'rank': factor.rank,
-                'lost': factor.lost,
-                'idle': factor.idle,
+                **attributes(factor, 'rank', 'lost', 'idle'),
                 'sampled': list(factor.sampled),
                 'within_limits': factor.within_limits,
                 'pose_within_limits': factor.pose,
@@ -70,9 +68,7 @@ def json_of(
         'crossings': [
             {
                 'factors': list(c.names),
-                'rank': c.rank,
-                'sampled': c.sampled,
-                'within_limits': c.within_limits,
+                **attributes(c, 'rank', 'sampled', 'within_limits'),
                 'pose_within_limits': c.pose,
             }
             for c in found.crossings
