@@ -29,8 +29,9 @@ OPTIONS = [
 INLINE = '-DCYTHON_INLINE=inline __attribute__((always_inline))'
 # What is made once an arm.
 MADE_ONCE = ('forward/chain', 'nearest/arm', 'measures/task_rows')
-# A loop over a few joints takes a tenth longer where several of its steps are computed at once;
-# those over LANES poses need it.
+# A loop over a few joints takes a tenth longer where several of its steps are computed at once,
+# but here those over LANES poses need it.
+AT_ONCE = (*AVX2, 'measures/factors')
 STEP_BY_STEP = ['-fno-tree-vectorize', '-ftree-slp-vectorize']
 # Where it is set, to anything, every access beyond an array, on the heap or the stack, ends the
 # process with its place: see CONTRIBUTING.md.
@@ -88,9 +89,9 @@ def options_of(file: Path) -> list[str]:
     name = name_of(file.with_suffix(''))
     if name in MADE_ONCE:
         return [*OPTIONS, '-O1']
-    if name in AVX2 or 'lanes: int' in file.read_text(encoding='utf-8'):
-        return [*OPTIONS, INLINE]
-    return [*OPTIONS, *STEP_BY_STEP]
+    # The same text for one pose and for many, whose number of lanes the compiler has to know.
+    inline = [INLINE] if 'lanes: int' in file.read_text(encoding='utf-8') else []
+    return [*OPTIONS, *inline, *([] if name in AT_ONCE else STEP_BY_STEP)]
 
 
 def compilers_at_once() -> int:

@@ -185,9 +185,11 @@ def _fill_slopes(
     m = task.count
     wide = n > m
     length, width = max(m, n), m + n
-    weights = [0.0] * 16  # one number of LANES poses
+    weights, along = [0.0] * 16, [0.0] * 16  # one number of LANES poses
     for k in range(6 * n * lanes):
         Y[k] = 0.0
+    for k in range(6 * lanes):
+        left[k] = 0.0
     for r in range(first, last + 1):
         direction = arrays.after(W, r * width * lanes)
         for lane in range(lanes):
@@ -196,14 +198,18 @@ def _fill_slopes(
             component = arrays.after(direction, (length + i if wide else i) * lanes)
             scale = task.row_scale[i]
             for lane in range(lanes):
-                left[i * lanes + lane] = component[lane] * weights[lane] * scale
+                left[task.axis[i] * lanes + lane] = component[lane] * weights[lane] * scale
         for j in range(n):
             right = arrays.after(direction, (j if wide else length + j) * lanes)
             scale = task.column_scale[j]
-            for i in range(m):
-                y = arrays.after(Y, (6 * j + task.axis[i]) * lanes)
+            y = arrays.after(Y, 6 * j * lanes)
+            for lane in range(lanes):
+                along[lane] = right[lane] * scale
+            # All components of one pose: 2 % of its measures less than to look up which.
+            for i in range(6 if lanes == 1 else m):
+                axis = i if lanes == 1 else task.axis[i]
                 for lane in range(lanes):
-                    y[lane] += right[lane] * scale * left[i * lanes + lane]
+                    y[axis * lanes + lane] += along[lane] * left[axis * lanes + lane]
     for j in range(n):
         _to_base_axes(task, arrays.after(Y, 6 * j * lanes), lanes)
 
