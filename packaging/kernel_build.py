@@ -26,10 +26,13 @@ OPTIONS = [
     *('-O3', '-g0', '-ffp-contract=off', '-fno-math-errno', '-fno-trapping-math'),
     '-finline-limit=300',
 ]
+# Functions whose number of lanes is known where they are called become part of their callers.
+INLINE = '-DCYTHON_INLINE=inline __attribute__((always_inline))'
 # What is made once an arm.
 MADE_ONCE = ('forward/chain', 'nearest/arm', 'measures/task_rows')
-# A loop over a few joints takes a tenth longer where several of its steps are computed at once;
-# loops over lanes are in modules of that name and in those with functions for AVX2.
+# A loop over a few joints takes a tenth longer where several of its steps are computed at once,
+# but here those over LANES poses need it.
+AT_ONCE = (*AVX2, 'measures/factors')
 STEP_BY_STEP = ['-fno-tree-vectorize', '-ftree-slp-vectorize']
 # Where it is set, to anything, every access beyond an array, on the heap or the stack, ends the
 # process with its place: see CONTRIBUTING.md.
@@ -87,7 +90,9 @@ def options_of(file: Path) -> list[str]:
     name = name_of(file.with_suffix(''))
     if name in MADE_ONCE:
         return [*OPTIONS, '-O1']
-    return OPTIONS if name in AVX2 or name.endswith('_lanes') else [*OPTIONS, *STEP_BY_STEP]
+    # The same text for one pose and for many, whose number of lanes the compiler has to know.
+    inline = [INLINE] if 'lanes: int' in file.read_text(encoding='utf-8') else []
+    return [*OPTIONS, *inline, *([] if name in AT_ONCE else STEP_BY_STEP)]
 
 
 def compilers_at_once() -> int:

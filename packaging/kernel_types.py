@@ -38,17 +38,10 @@ ONLY_PYTHON = (ast.GeneratorExp, ast.ListComp, ast.SetComp, ast.DictComp)
 AVX2 = {
     'forward/chain_pass': ['sines_and_cosines'],
     'measures/singular_values': ['orthogonalise'],
-    'measures/jacobi_lanes': ['orthogonalise'],
 }
 INLINE = {
     'forward/chain_pass': ['_sincos_reduced'],
-    'forward/chain_lanes': [
-        *('_start', '_times', '_times_twist', '_times_screw', '_write_point_and_axis'),
-        '_put_motion',
-    ],
     'nearest/curvature': ['_third_change'],
-    'measures/jacobi_lanes': ['_turn_pairs'],
-    'measures/singular_values': ['_turn_pair'],
 }
 # Classes that classes of Python derive from; calls of the others' methods are direct.
 OPEN = ('JointMemory',)
@@ -226,6 +219,8 @@ class KernelTypes:
             lines = CLONES.format(
                 guard=guard, result=result, symbol=name, kinds=', '.join(kinds)
             ).splitlines()
+        # Compiled once for one lane and once for LANES, by those that call it.
+        inline = inline or node.name[0] == '_' and names[-1:] == ['lanes']
         if own := ', '.join(f"{name}='{kind}'" for name, kind in self._own(node).items()):
             lines.append(f'@cython.locals({own})')
         typed = [name for name in names if name == 'self']

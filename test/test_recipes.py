@@ -139,13 +139,8 @@ def add_isotropy(package):
     )
     package.insert(
         'kernel/measures/singularity.py',
-        '    measures[places.ISOTROPY] = sigma[last] / sigma[0]\n',
-        before='    measures[places.CONDITION_NUMBER] = (',
-    )
-    package.insert(
-        'kernel/measures/measure_lanes.py',
-        '        measures[places.ISOTROPY * places.LANES + lane] = smallest[lane] / sigma[lane]\n',
-        after='= sigma[lane] / smallest[lane]\n',
+        '        measures[places.ISOTROPY * lanes + lane] = smallest[lane] / sigma[lane]\n',
+        before='        measures[places.SMALLEST_SINGULAR_VALUE * lanes + lane]',
     )
     package.insert(
         'robot/file/parts/measure_table.py',

@@ -2,7 +2,7 @@
 
 import math
 
-from .forward import chain_lanes, chain_pass
+from .forward import chain_pass
 from .forward.chain import Chain
 from .layout import arrays, places
 from .layout.arrays import Flat, Floats
@@ -43,7 +43,7 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
     each = 0 if arrays.extent(qdot, 0) == 1 else n
     positions, rates = arrays.numbers(q, 0), arrays.numbers(qdot, count * each)
     results, width = arrays.results(rows, 0), arrays.extent(rows, 1)
-    work = arrays.scratch(chain_lanes.room(chain))
+    work = arrays.scratch(chain_pass.room(chain))
     lock = arrays.let_go()
     stopped = _evaluate_rows(chain, count, positions, rates, each, depth, results, width, work)
     arrays.take_back(lock)
@@ -75,7 +75,7 @@ def _evaluate_rows(
         row = arrays.after(rows, k * width)
         side_by_side = depth < places.ALL_FRAMES and count - k >= places.LANES
         side_by_side = side_by_side and chain.loops == 0
-        if side_by_side and chain_lanes.evaluate_rows(
+        if side_by_side and chain_pass.evaluate_rows(
             chain, q_k, qdot_k, each, depth, row, width, work
         ):
             k += places.LANES

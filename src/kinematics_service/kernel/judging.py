@@ -3,29 +3,12 @@
 import math
 
 from . import evaluation
-from .layout import arrays, lanes, places
+from .layout import arrays, blocks, places
 from .layout.arrays import Flat, Floats
-from .measures import factor_lanes, factors, gradient, measure_lanes, singularity
+from .measures import factors, gradient, singularity
 from .nearest import nearest_closed
 from .nearest.arm import Arm
 from .nearest.nearest_singular import NearestSearch
-
-
-def _judge_factors(arm: Arm, q: Flat, judged: Flat, steps: Flat) -> None:
-    # Fills distances, values and gradients of the factors.
-    n, count = arm.chain.dof, _factors(arm)
-    distances = arrays.after(judged, places.JUDGED)
-    factors.run_tape(arm.tape, n, q, steps)
-    for f in range(arm.tape.factors):
-        step = arrays.after(steps, arm.tape.ends[f] * (n + 1))
-        result = arrays.after(distances, count + f * (1 + n))
-        result[0] = step[n]
-        squares = 0.0
-        for j in range(n):
-            result[1 + j] = step[j]
-            slope = step[j] * arm.task.column_scale[j]
-            squares += slope * slope
-        distances[f] = factors.distance_to_zero(step[n], math.sqrt(squares))
 
 
 def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
@@ -162,7 +145,8 @@ def _judge_one(arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat) -> None
     singularity.measure_row(arm.chain, arm.task, row, measures, work)
     if arm.tape.factors > 0:
         steps = arrays.after(work, _directions(arm))
-        _judge_factors(arm, q, arrays.after(measures, _judged_at(arm)), steps)
+        distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
+        factors.judge_factors(arm.tape, arm.task, _factors(arm), q, distances, steps, 1)
     if arm.chain.loops > 0:
         _judge_loops(arm, row, measures, arrays.after(work, _directions(arm)))
     _judge_first_order(arm, measures)
@@ -181,15 +165,17 @@ def _judge_rows(
     measured = work
     evaluated = arrays.after(measured, columns * places.LANES)
     free = arrays.after(evaluated, length * places.LANES)
-    lanes.put_side_by_side(rows, row_width, length, evaluated)
-    left = measure_lanes.measure_rows(arm.chain, arm.task, evaluated, measured, free)
+    blocks.put_side_by_side(rows, row_width, length, evaluated)
+    left = singularity.measure_rows(arm.chain, arm.task, evaluated, measured, free)
     if arm.tape.factors > 0:
         positions = arrays.after(free, arm.tape.steps * (n + 1) * places.LANES)
-        lanes.put_side_by_side(q, n, n, positions)
-        judged = arrays.after(measured, (_judged_at(arm) + places.JUDGED) * places.LANES)
-        if not factor_lanes.judge_factors(arm.tape, arm.task, positions, judged, free):
-            return measure_lanes.ALL_LANES
-    lanes.put_one_by_one(measured, columns, measures, columns)
+        blocks.put_side_by_side(q, n, n, positions)
+        distances = arrays.after(measured, (_judged_at(arm) + places.JUDGED) * places.LANES)
+        if not factors.judge_factors(
+            arm.tape, arm.task, _factors(arm), positions, distances, free, places.LANES
+        ):
+            return singularity.ALL_LANES
+    blocks.put_one_by_one(measured, columns, measures, columns)
     for lane in range(places.LANES):
         if (left >> lane) & 1:
             continue

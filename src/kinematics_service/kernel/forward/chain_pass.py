@@ -1,6 +1,9 @@
 """
 One pass over the chain: pose, quaternion, Jacobian, twist and frames of joint positions.
 
+Of one pose, or of LANES side by side: number k of the pose in a lane stands at k * lanes + lane.
+Every number comes from the same operations in the same order: it is the same to the last bit.
+
 An element k is one moving screw of the chain, its axis the z axis (unit vector z) through the
 point o, its motion Rz(theta) Tz(d) with theta = theta_0 + sum(c_theta q_j) and
 d = d_0 + sum(c_d q_j). Each pair (c_theta, c_d) of one joint in one element is an entry. Motions
@@ -9,7 +12,7 @@ are twelve numbers, row by row.
 
 import math
 
-from ..layout import arrays, places
+from ..layout import arrays, blocks, places
 from ..layout.arrays import Flat, Int32, Numbers
 from .chain import Chain
 
@@ -91,47 +94,73 @@ def sines_and_cosines(angles: Numbers, sines: Numbers, cosines: Numbers) -> None
 
 def start(T: Numbers, motion: Flat) -> None:
     """T becomes a constant motion."""
+    _start(T, motion, 1)
+
+
+def _start(T: Numbers, motion: Flat, lanes: int) -> None:
     for k in range(12):
-        T[k] = motion[k]
+        for lane in range(lanes):
+            T[k * lanes + lane] = motion[k]
 
 
 def times(T: Numbers, motion: Flat) -> None:
     """T becomes T times a constant motion."""
-    for i in range(0, 12, 4):
-        x, y, z = T[i], T[i + 1], T[i + 2]
-        T[i] = x * motion[0] + y * motion[4] + z * motion[8]
-        T[i + 1] = x * motion[1] + y * motion[5] + z * motion[9]
-        T[i + 2] = x * motion[2] + y * motion[6] + z * motion[10]
-        T[i + 3] = x * motion[3] + y * motion[7] + z * motion[11] + T[i + 3]
+    _times(T, motion, 1)
 
 
-def _times_twist(T: Numbers, motion: Flat) -> None:
-    # Like `times`, for a constant motion that is a turn about x and a step along it.
+def _times(T: Numbers, motion: Flat, lanes: int) -> None:
+    # Constants first: to the compiler what is written might change them.
+    xx, xy, xz, xp = motion[0], motion[1], motion[2], motion[3]
+    yx, yy, yz, yp = motion[4], motion[5], motion[6], motion[7]
+    zx, zy, zz, zp = motion[8], motion[9], motion[10], motion[11]
+    for row in range(3):
+        i = 4 * row * lanes
+        for lane in range(i, i + lanes):
+            x, y, z = T[lane], T[lane + lanes], T[lane + 2 * lanes]
+            T[lane] = x * xx + y * yx + z * zx
+            T[lane + lanes] = x * xy + y * yy + z * zy
+            T[lane + 2 * lanes] = x * xz + y * yz + z * zz
+            T[lane + 3 * lanes] = x * xp + y * yp + z * zp + T[lane + 3 * lanes]
+
+
+def _times_twist(T: Numbers, motion: Flat, lanes: int) -> None:
+    # Like `_times`, for a constant motion that is a turn about x and a step along it.
     a, c, s = motion[3], motion[5], motion[9]
-    for i in range(0, 12, 4):
-        x, y, z = T[i], T[i + 1], T[i + 2]
-        T[i + 1] = y * c + z * s
-        T[i + 2] = z * c - y * s
-        T[i + 3] = T[i + 3] + x * a
+    for row in range(3):
+        i = 4 * row * lanes
+        for lane in range(i, i + lanes):
+            x, y, z = T[lane], T[lane + lanes], T[lane + 2 * lanes]
+            T[lane + lanes] = y * c + z * s
+            T[lane + 2 * lanes] = z * c - y * s
+            T[lane + 3 * lanes] = T[lane + 3 * lanes] + x * a
 
 
 def times_screw(T: Numbers, theta: float, d: float) -> None:
     """T becomes T Rz(theta) Tz(d)."""
-    s, c = sincos(theta)
-    for i in range(0, 12, 4):
-        x, y = T[i], T[i + 1]
-        T[i] = x * c + y * s
-        T[i + 1] = y * c - x * s
-        T[i + 3] = T[i + 3] + T[i + 2] * d
+    sine, cosine, along = [0.0], [0.0], [0.0]
+    pair = sincos(theta)
+    sine[0], cosine[0], along[0] = pair[0], pair[1], d
+    _times_screw(T, sine, cosine, along, 1)
 
 
-def _write_motion(T: Numbers, row: Flat, at: int) -> None:
-    for k in range(12):
-        row[at + k] = T[k]
-    row[at + 12] = 0.0
-    row[at + 13] = 0.0
-    row[at + 14] = 0.0
-    row[at + 15] = 1.0
+def _times_screw(T: Numbers, sines: Numbers, cosines: Numbers, d: Numbers, lanes: int) -> None:
+    for row in range(3):
+        i = 4 * row * lanes
+        for lane in range(lanes):
+            s, c = sines[lane], cosines[lane]
+            x, y = T[i + lane], T[i + lane + lanes]
+            T[i + lane] = x * c + y * s
+            T[i + lane + lanes] = y * c - x * s
+            T[i + lane + 3 * lanes] = T[i + lane + 3 * lanes] + T[i + lane + 2 * lanes] * d[lane]
+
+
+def _write_motion(T: Numbers, row: Flat, lanes: int) -> None:
+    for k in range(12 * lanes):
+        row[k] = T[k]
+    for k in range(12 * lanes, 15 * lanes):
+        row[k] = 0.0
+    for k in range(15 * lanes, 16 * lanes):
+        row[k] = 1.0
 
 
 def write_quaternion(T: Numbers, row: Flat, at: int) -> None:
@@ -140,54 +169,45 @@ def write_quaternion(T: Numbers, row: Flat, at: int) -> None:
 
     From its largest component (Shepperd, 1978): no cancellation anywhere.
     """
-    xx, xy, xz = T[0], T[1], T[2]
-    yx, yy, yz = T[4], T[5], T[6]
-    zx, zy, zz = T[8], T[9], T[10]
-    if xx + yy + zz > 0.0:
-        x, y, z, w = zy - yz, xz - zx, yx - xy, 1.0 + xx + yy + zz
-    elif xx >= yy and xx >= zz:
-        x, y, z, w = 1.0 + xx - yy - zz, xy + yx, xz + zx, zy - yz
-    elif yy >= zz:
-        x, y, z, w = xy + yx, 1.0 - xx + yy - zz, yz + zy, xz - zx
-    else:
-        x, y, z, w = xz + zx, yz + zy, 1.0 - xx - yy + zz, yx - xy
-    scale = 1.0 / math.sqrt(x * x + y * y + z * z + w * w)
-    if w < 0.0:
-        scale = -scale
-    row[at] = x * scale
-    row[at + 1] = y * scale
-    row[at + 2] = z * scale
-    row[at + 3] = w * scale
+    _write_quaternion(T, arrays.after(row, at), 1)
 
 
-def _write_point_and_axis(T: Numbers, entries: int, screw: Flat) -> None:
+def _write_quaternion(T: Numbers, quaternion: Flat, lanes: int) -> None:
+    for lane in range(lanes):
+        xx, xy, xz = T[lane], T[lane + lanes], T[lane + 2 * lanes]
+        yx, yy, yz = T[lane + 4 * lanes], T[lane + 5 * lanes], T[lane + 6 * lanes]
+        zx, zy, zz = T[lane + 8 * lanes], T[lane + 9 * lanes], T[lane + 10 * lanes]
+        if xx + yy + zz > 0.0:
+            x, y, z, w = zy - yz, xz - zx, yx - xy, 1.0 + xx + yy + zz
+        elif xx >= yy and xx >= zz:
+            x, y, z, w = 1.0 + xx - yy - zz, xy + yx, xz + zx, zy - yz
+        elif yy >= zz:
+            x, y, z, w = xy + yx, 1.0 - xx + yy - zz, yz + zy, xz - zx
+        else:
+            x, y, z, w = xz + zx, yz + zy, 1.0 - xx - yy + zz, yx - xy
+        scale = 1.0 / math.sqrt(x * x + y * y + z * z + w * w)
+        scale = -scale if w < 0.0 else scale
+        quaternion[lane] = x * scale
+        quaternion[lane + lanes] = y * scale
+        quaternion[lane + 2 * lanes] = z * scale
+        quaternion[lane + 3 * lanes] = w * scale
+
+
+def _write_point_and_axis(T: Numbers, step: int, screw: Flat, lanes: int) -> None:
     # Of an element, for one entry; they become the screw, once the tool is known.
     for i in range(3):
-        screw[i * entries] = T[4 * i + 3]
-        screw[(3 + i) * entries] = T[4 * i + 2]
-
-
-def _write_screw(by_theta: float, by_d: float, entries: int, row: Flat, screw: Flat) -> None:
-    # Of one entry, from its point and axis: how it moves the tool's origin, and turns the tool.
-    x = row[3] - screw[0]
-    y = row[7] - screw[entries]
-    z = row[11] - screw[2 * entries]
-    zx, zy, zz = screw[3 * entries], screw[4 * entries], screw[5 * entries]
-    screw[0] = by_theta * (zy * z - zz * y) + by_d * zx
-    screw[entries] = by_theta * (zz * x - zx * z) + by_d * zy
-    screw[2 * entries] = by_theta * (zx * y - zy * x) + by_d * zz
-    screw[3 * entries] = by_theta * zx
-    screw[4 * entries] = by_theta * zy
-    screw[5 * entries] = by_theta * zz
+        for lane in range(lanes):
+            screw[i * step + lane] = T[(4 * i + 3) * lanes + lane]
+        for lane in range(lanes):
+            screw[(3 + i) * step + lane] = T[(4 * i + 2) * lanes + lane]
 
 
 def _write_fixed_frames(chain: Chain, row: Flat) -> int:
     # Writes the frames before every element; returns their number.
     frame = 0
     while frame < chain.frames and chain.frame_parent[frame] < 0:
-        _write_motion(
-            arrays.after(chain.frame_offset, 12 * frame), row, chain.frames_at + 16 * frame
-        )
+        offset = arrays.after(chain.frame_offset, 12 * frame)
+        _write_motion(offset, arrays.after(row, chain.frames_at + 16 * frame), 1)
         frame += 1
     return frame
 
@@ -199,82 +219,193 @@ def _write_frames(chain: Chain, element: int, frame: int, T: Numbers, row: Flat)
     while frame < chain.frames and chain.frame_parent[frame] == element:
         for i in range(12):
             pose[i] = T[i]
-        times(pose, arrays.after(chain.frame_offset, 12 * frame))
-        _write_motion(pose, row, chain.frames_at + 16 * frame)
+        _times(pose, arrays.after(chain.frame_offset, 12 * frame), 1)
+        _write_motion(pose, arrays.after(row, chain.frames_at + 16 * frame), 1)
         frame += 1
     return frame
 
 
 def evaluate_row(chain: Chain, q: Flat, qdot: Flat, depth: int, row: Flat) -> float:
     """Fill a row as `evaluation.evaluate` does; the result is finite if all of the row is."""
-    elements, entries = chain.elements, chain.entries
+    T, twist = [0.0] * 12, [0.0] * 12
+    return _evaluate(chain, q, qdot, depth, row, T, twist, 1)
+
+
+def room(chain: Chain) -> int:
+    """Return the number of scratch numbers of `evaluate_rows`."""
+    return places.LANES * (chain.frames_at + 2 * chain.dof)
+
+
+def evaluate_rows(
+    chain: Chain,
+    q: Flat,
+    qdot: Flat,
+    each: int,
+    depth: int,
+    rows: Flat,
+    width: int,
+    work: Flat,
+) -> bool:
+    """
+    Fill LANES rows, of depth POSE or JACOBIAN, as `evaluate_row` fills each.
+
+    Returns False if they have to be filled one by one: a number is not finite or too large.
+    """
+    n = chain.dof
+    positions = arrays.after(work, chain.frames_at * places.LANES)
+    rates = arrays.after(positions, n * places.LANES)
+    blocks.put_side_by_side(q, n, n, positions)
+    blocks.put_side_by_side(qdot, each, n, rates)
+    if not blocks.all_within(positions, 2 * n, places.LARGEST):  # of the rates, too
+        return False
+    # As literals because C arrays are made of them. The compiler knows that arrays of this module
+    # alone overlap with no others.
+    T, twist = [0.0] * 192, [0.0] * 192
+    size = _evaluate(chain, positions, rates, depth, work, T, twist, places.LANES)
+    if not size <= places.LARGEST:
+        return False
+    count = chain.frames_at if depth >= places.JACOBIAN else places.JACOBIAN_AT
+    blocks.put_one_by_one(work, count, rows, width)
+    return True
+
+
+def _evaluate(
+    chain: Chain,
+    q: Flat,
+    qdot: Flat,
+    depth: int,
+    rows: Flat,
+    T: Numbers,
+    twist: Numbers,
+    lanes: int,
+) -> float:
+    # Returns a number that is as large as any in the rows, if all are finite. T and `twist`, of
+    # the caller's own, have room for twelve numbers of each pose.
+    elements, step = chain.elements, chain.entries * lanes
     twisted = chain.form == places.TWISTED
-    screws = arrays.after(row, chain.screws_at)
-    T = [0.0] * 12
-    frame = _write_fixed_frames(chain, row) if depth >= places.ALL_FRAMES else 0
-    start(T, chain.before)
+    framed = lanes == 1 and depth >= places.ALL_FRAMES
+    screws = arrays.after(rows, chain.screws_at * lanes)
+    turn, d, theta = [0.0] * 16, [0.0] * 16, [0.0] * 16  # one number of LANES poses
+    sines, cosines = [0.0] * 16, [0.0] * 16
+    frame = _write_fixed_frames(chain, rows) if framed else 0
+    _start(T, chain.before, lanes)
     for k in range(elements):
-        theta = chain.theta_0[k]
-        d = chain.d_0[k]
-        if twisted:  # the loop of the others, written out: 6 % of a row with its frames
-            q_k = q[k]
-            theta += chain.by_theta[k] * q_k
-            d += chain.by_d[k] * q_k
+        for lane in range(lanes):
+            turn[lane] = chain.theta_0[k]
+            d[lane] = chain.d_0[k]
+        for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
+            value = arrays.after(q, chain.joint[e] * lanes)
+            by_theta, by_d = chain.by_theta[e], chain.by_d[e]
+            for lane in range(lanes):
+                turn[lane] += by_theta * value[lane]
+                d[lane] += by_d * value[lane]
             if depth >= places.JACOBIAN:
-                _write_point_and_axis(T, entries, arrays.after(screws, k))
+                _write_point_and_axis(T, step, arrays.after(screws, e * lanes), lanes)
+        if lanes == 1:
+            pair = sincos(turn[0])
+            sines[0], cosines[0] = pair[0], pair[1]
         else:
-            for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
-                q_k = q[chain.joint[e]]
-                theta += chain.by_theta[e] * q_k
-                d += chain.by_d[e] * q_k
-                if depth >= places.JACOBIAN:
-                    _write_point_and_axis(T, entries, arrays.after(screws, e))
-        times_screw(T, theta, d)
-        if depth >= places.ALL_FRAMES:
-            frame = _write_frames(chain, k, frame, T, row)
+            for lane in range(lanes):
+                theta[lane] = turn[lane]
+            if not blocks.all_within(theta, 1, places.LARGEST_REDUCED):
+                return places.NAN
+            sines_and_cosines(theta, sines, cosines)
+        _times_screw(T, sines, cosines, d, lanes)
+        if framed:
+            frame = _write_frames(chain, k, frame, T, rows)
+        following = arrays.after(chain.before, 12 * (k + 1))
         if twisted and k < elements - 1:
-            _times_twist(T, arrays.after(chain.before, 12 * (k + 1)))
+            _times_twist(T, following, lanes)
         else:
-            times(T, arrays.after(chain.before, 12 * (k + 1)))
-    return _finish_row(chain, T, qdot, depth, row)
+            _times(T, following, lanes)
+    _write_motion(T, rows, lanes)
+    _write_quaternion(T, arrays.after(rows, places.QUATERNION_AT * lanes), lanes)
+    return _finish(chain, qdot, depth, rows, T, twist, lanes)
 
 
-def _finish_row(chain: Chain, T: Numbers, qdot: Flat, depth: int, row: Flat) -> float:
-    # Completes a row whose tool pose T is known, with points and axes in place of the screws.
-    _write_motion(T, row, places.POSE_AT)
-    write_quaternion(T, row, places.QUATERNION_AT)
-    total = T[3] + T[7] + T[11]
-    if depth < places.JACOBIAN:
-        return total
-    screws = arrays.after(row, chain.screws_at)
+def _finish(
+    chain: Chain, qdot: Flat, depth: int, rows: Flat, T: Numbers, twist: Numbers, lanes: int
+) -> float:
+    # Completes rows whose tool poses T are known, with points and axes in place of the screws.
+    sizes = [0.0] * 16
+    for lane in range(lanes):
+        x, y, z = T[3 * lanes + lane], T[7 * lanes + lane], T[11 * lanes + lane]
+        sizes[lane] = abs(x) + abs(y) + abs(z)
+    if depth >= places.JACOBIAN:
+        _write_screws(chain, qdot, rows, sizes, T, twist, lanes)
+        if chain.form == places.MIXED:
+            _add_up_screws(chain, arrays.after(rows, chain.screws_at * lanes), rows, lanes)
+    total = 0.0
+    for lane in range(lanes):
+        total += sizes[lane]
+    return total
+
+
+def _write_screws(
+    chain: Chain,
+    qdot: Flat,
+    rows: Flat,
+    sizes: Numbers,
+    T: Numbers,
+    twist: Numbers,
+    lanes: int,
+) -> None:
+    # From points and axes: how each entry moves the tool's origin, and turns the tool; and the
+    # twist. `sizes` becomes as large as any of them; behind the twist is room for a screw.
+    step = chain.entries * lanes
+    screws = arrays.after(rows, chain.screws_at * lanes)
+    twists = arrays.after(rows, (places.JACOBIAN_AT + 6 * chain.dof) * lanes)
+    for k in range(6 * lanes):
+        twist[k] = 0.0
     for e in range(chain.entries):
-        _write_screw(chain.by_theta[e], chain.by_d[e], chain.entries, row, arrays.after(screws, e))
-    if chain.form == places.MIXED:
-        add_up_screws(chain, screws, row)
-    return total + _write_twist(chain, screws, qdot, row)
+        by_theta, by_d = chain.by_theta[e], chain.by_d[e]
+        at = arrays.after(screws, e * lanes)
+        rate = arrays.after(qdot, chain.joint[e] * lanes)
+        for lane in range(lanes):
+            x = T[3 * lanes + lane] - at[lane]
+            y = T[7 * lanes + lane] - at[step + lane]
+            z = T[11 * lanes + lane] - at[2 * step + lane]
+            zx, zy, zz = at[3 * step + lane], at[4 * step + lane], at[5 * step + lane]
+            vx = by_theta * (zy * z - zz * y) + by_d * zx
+            vy = by_theta * (zz * x - zx * z) + by_d * zy
+            vz = by_theta * (zx * y - zy * x) + by_d * zz
+            wx, wy, wz = by_theta * zx, by_theta * zy, by_theta * zz
+            twist[6 * lanes + lane] = vx
+            twist[7 * lanes + lane] = vy
+            twist[8 * lanes + lane] = vz
+            twist[9 * lanes + lane] = wx
+            twist[10 * lanes + lane] = wy
+            twist[11 * lanes + lane] = wz
+            sizes[lane] += abs(vx) + abs(vy) + abs(vz) + abs(wx) + abs(wy) + abs(wz)
+            along = rate[lane]
+            twist[lane] += vx * along
+            twist[lanes + lane] += vy * along
+            twist[2 * lanes + lane] += vz * along
+            twist[3 * lanes + lane] += wx * along
+            twist[4 * lanes + lane] += wy * along
+            twist[5 * lanes + lane] += wz * along
+        for i in range(6):
+            for lane in range(lanes):
+                at[i * step + lane] = twist[(6 + i) * lanes + lane]
+    for i in range(6):
+        for lane in range(lanes):
+            twists[i * lanes + lane] = twist[i * lanes + lane]
+            sizes[lane] += abs(twist[i * lanes + lane])
 
 
 def add_up_screws(chain: Chain, screws: Flat, row: Flat) -> None:
     """Fill the Jacobian, if entries and joints differ."""
+    _add_up_screws(chain, screws, row, 1)
+
+
+def _add_up_screws(chain: Chain, screws: Flat, rows: Flat, lanes: int) -> None:
     n = chain.dof
-    for k in range(places.JACOBIAN_AT, places.JACOBIAN_AT + 6 * n):
-        row[k] = 0.0
+    J = arrays.after(rows, places.JACOBIAN_AT * lanes)
+    for k in range(6 * n * lanes):
+        J[k] = 0.0
     for e in range(chain.entries):
-        j = places.JACOBIAN_AT + chain.joint[e]
         for i in range(6):
-            row[j + i * n] += screws[i * chain.entries + e]
-
-
-def _write_twist(chain: Chain, screws: Flat, qdot: Flat, row: Flat) -> float:
-    # The result is finite if the screws and the twist are.
-    entries = chain.entries
-    twist = places.JACOBIAN_AT + 6 * chain.dof
-    total = 0.0
-    for i in range(6):
-        along, screw = 0.0, i * entries
-        for e in range(entries):
-            along += screws[screw + e] * qdot[chain.joint[e]]
-            total += screws[screw + e]
-        row[twist + i] = along
-        total += along
-    return total
+            column = arrays.after(J, (i * n + chain.joint[e]) * lanes)
+            screw = arrays.after(screws, (i * chain.entries + e) * lanes)
+            for lane in range(lanes):
+                column[lane] += screw[lane]

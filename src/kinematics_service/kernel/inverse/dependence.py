@@ -26,8 +26,8 @@ def _write_free_motions(
             W[i * width + j] = residual.columns[6 * i + j]
         for j in range(n):
             W[i * width + 6 + j] = 1.0 if i == j else 0.0
-    singular_values.orthogonalise(W, n, 6, 6 + n)
-    singular_values.sort_by_norm(W, sigma, n, 6, 6 + n)
+    singular_values.orthogonalise(W, n, 6, 6 + n, 1)
+    singular_values.sort_by_norm(W, sigma, n, 6, 6 + n, 1)
     for i in range(n):
         for j in range(n):
             motions[i * n + j] = W[i * width + 6 + j]

@@ -171,8 +171,8 @@ class ServoOutput:
         rows, length = (m if wide else count), (count if wide else m)
         width = rows + length
         self._write_matrix(rows, length)
-        singular_values.orthogonalise(W, rows, length, length + rows)
-        singular_values.sort_by_norm(W, self.sigma, rows, length, length + rows)
+        singular_values.orthogonalise(W, rows, length, length + rows, 1)
+        singular_values.sort_by_norm(W, self.sigma, rows, length, length + rows, 1)
         made, wanted = 0.0, 0.0
         for j in range(count):
             self.u[free[j]] = 0.0

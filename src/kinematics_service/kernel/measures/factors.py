@@ -1,4 +1,8 @@
-"""Values and gradients of an arm's named factors: a tape of operations, run forwards."""
+"""
+Values and gradients of an arm's named factors: a tape of operations, run forwards.
+
+Number k of a step in a lane stands at k * lanes + lane; each lane has the numbers of one alone.
+"""
 
 import math
 
@@ -6,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..forward import chain_pass
-from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
+from ..layout import arrays, blocks, places
+from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Numbers
+from .task_rows import TaskRows
 
 
 def _goes_together(table: Integers, ends: Integers) -> bool:
@@ -67,42 +72,104 @@ class Tape:
 
 def run_tape(tape: Tape, n: int, q: Flat, steps: Flat) -> None:
     """Fill `steps` with gradient and, last, value of each step of a tape at q (n,)."""
-    width = n + 1
+    _run_tape(tape, n, q, steps, 1)
+
+
+def _run_tape(tape: Tape, n: int, q: Flat, steps: Flat, lanes: int) -> bool:
+    # Returns False if an angle is too large for several lanes at once.
+    width = (n + 1) * lanes
+    da, db = [0.0] * 16, [0.0] * 16  # one number of LANES poses
     for i in range(tape.steps):
         operation, number = tape.operations[3 * i], tape.constants[i]
         first, second = tape.operations[3 * i + 1], tape.operations[3 * i + 2]
         step = arrays.after(steps, i * width)
+        value = arrays.after(step, n * lanes)
         if operation <= places.JOINT:
-            for j in range(n):
-                step[j] = 0.0
-            step[n] = number
-            if operation == places.JOINT:
-                step[n] = number * q[first]
-                step[first] = number
+            for k in range(n * lanes):
+                step[k] = 0.0
+            for lane in range(lanes):
+                value[lane] = number
+                if operation == places.JOINT:
+                    value[lane] = number * q[first * lanes + lane]
+                    step[first * lanes + lane] = number
             continue
         before, other = arrays.after(steps, first * width), arrays.after(steps, second * width)
-        value, da, db = operate(operation, number, before[n], other[n])
-        for j in range(n):
-            step[j] = da * before[j] + db * other[j]
-        step[n] = value
+        a, b = arrays.after(before, n * lanes), arrays.after(other, n * lanes)
+        if not _operate(operation, number, a, b, value, da, db, lanes):
+            return False
+        for column in range(n):
+            k = column * lanes
+            for lane in range(lanes):
+                step[k + lane] = da[lane] * before[k + lane] + db[lane] * other[k + lane]
+    return True
 
 
-def operate(operation: int, number: float, a: float, b: float) -> tuple[float, float, float]:
-    """Return the value of a step, and its derivatives by its operands."""
-    if operation == places.SUM:
-        return a + b, 1.0, 1.0
-    if operation == places.DIFFERENCE:
-        return a - b, 1.0, -1.0
-    if operation == places.PRODUCT:
-        return a * b, b, a
-    if operation == places.NEGATIVE:
-        return -a, -1.0, 0.0
+def _operate(
+    operation: int,
+    number: float,
+    a: Flat,
+    b: Flat,
+    value: Flat,
+    da: Numbers,
+    db: Numbers,
+    lanes: int,
+) -> bool:
+    # Writes the value of a step, and its derivatives by its operands.
+    if operation == places.SINE or operation == places.COSINE:
+        return _turn(operation, number, a, value, da, db, lanes)
+    if operation <= places.PRODUCT or operation == places.NEGATIVE:
+        _combine(operation, a, b, value, da, db, lanes)
+        return True
+    for lane in range(lanes):
+        one = _partial(operation, number, a[lane], b[lane])
+        value[lane], da[lane], db[lane] = one[0], one[1], one[2]
+    return True
+
+
+def _turn(
+    operation: int, number: float, a: Flat, value: Flat, da: Numbers, db: Numbers, lanes: int
+) -> bool:
+    # Sines or cosines; returns False if an angle is too large for several at once.
+    angles, sines, cosines = [0.0] * 16, [0.0] * 16, [0.0] * 16
+    for lane in range(lanes):
+        angles[lane] = number * a[lane]
+        db[lane] = 0.0
+    if lanes == 1:
+        pair = chain_pass.sincos(angles[0])
+        sines[0], cosines[0] = pair[0], pair[1]
+    elif blocks.all_within(angles, 1, places.LARGEST_REDUCED):
+        chain_pass.sines_and_cosines(angles, sines, cosines)
+    else:
+        return False
     if operation == places.SINE:
-        s, c = chain_pass.sincos(number * a)
-        return s, number * c, 0.0
-    if operation == places.COSINE:
-        s, c = chain_pass.sincos(number * a)
-        return c, -number * s, 0.0
+        for lane in range(lanes):
+            value[lane], da[lane] = sines[lane], number * cosines[lane]
+    else:
+        for lane in range(lanes):
+            value[lane], da[lane] = cosines[lane], -number * sines[lane]
+    return True
+
+
+def _combine(
+    operation: int, a: Flat, b: Flat, value: Flat, da: Numbers, db: Numbers, lanes: int
+) -> None:
+    # The operations that need only arithmetic.
+    if operation == places.SUM:
+        for lane in range(lanes):
+            value[lane], da[lane], db[lane] = a[lane] + b[lane], 1.0, 1.0
+    elif operation == places.DIFFERENCE:
+        for lane in range(lanes):
+            value[lane], da[lane], db[lane] = a[lane] - b[lane], 1.0, -1.0
+    elif operation == places.PRODUCT:
+        for lane in range(lanes):
+            value[lane], da[lane], db[lane] = a[lane] * b[lane], b[lane], a[lane]
+    else:
+        for lane in range(lanes):
+            value[lane], da[lane], db[lane] = -a[lane], -1.0, 0.0
+
+
+def _partial(operation: int, number: float, a: float, b: float) -> tuple[float, float, float]:
+    # The rare operations, which may be undefined.
     if operation == places.QUOTIENT and b != 0.0:
         return a / b, 1.0 / b, -a / (b * b)
     if operation == places.SQUARE_ROOT and a >= 0.0:
@@ -122,6 +189,52 @@ def distance_to_zero(value: float, slope: float) -> float:
     if value == 0.0:
         return 0.0
     return abs(value) / slope if abs(value) < places.PI * slope else places.PI
+
+
+def judge_factors(
+    tape: Tape, task: TaskRows, distances: int, q: Flat, judged: Flat, steps: Flat, lanes: int
+) -> bool:
+    """
+    Write the distances of all factors, then, behind the room of so many, value and gradient of
+    each.
+
+    Returns False if they have to be judged one by one: an angle is too large.
+    """
+    if lanes == 1:
+        return _judge_factors(tape, task, distances, q, judged, steps, 1)
+    return _judge_factors(tape, task, distances, q, judged, steps, places.LANES)
+
+
+def _judge_factors(
+    tape: Tape, task: TaskRows, distances: int, q: Flat, judged: Flat, steps: Flat, lanes: int
+) -> bool:
+    n = task.joints
+    if not _run_tape(tape, n, q, steps, lanes):
+        return False
+    for f in range(tape.factors):
+        step = arrays.after(steps, tape.ends[f] * (n + 1) * lanes)
+        result = arrays.after(judged, (distances + f * (1 + n)) * lanes)
+        _write_factor(n, step, task.column_scale, arrays.after(judged, f * lanes), result, lanes)
+    return True
+
+
+def _write_factor(
+    n: int, step: Flat, scales: Flat, distances: Flat, result: Flat, lanes: int
+) -> None:
+    # Writes distance to its zero, value and gradient of a factor.
+    squares = [0.0] * 16
+    value = arrays.after(step, n * lanes)
+    for lane in range(lanes):
+        squares[lane] = 0.0
+        result[lane] = value[lane]
+    for j in range(n):
+        at, scale = j * lanes, scales[j]
+        for lane in range(lanes):
+            result[lanes + at + lane] = step[at + lane]
+            slope = step[at + lane] * scale
+            squares[lane] += slope * slope
+    for lane in range(lanes):
+        distances[lane] = distance_to_zero(value[lane], math.sqrt(squares[lane]))
 
 
 def evaluate_factors(tape: Tape, q: Floats, results: Floats) -> None:

@@ -20,37 +20,71 @@ def write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> None
     """
     Fill gradient[k] = sum_j Y[j] . dJ[:, j]/dq_k for the geometric Jacobian (Y in base axes), of
     the screws of its entries; where loops are closed, k is any of its variables.
-
-    A joint f turns everything behind it by its screw (v_f, w_f) and moves the tool under
-    everything before it: for an entry e behind f (or f itself) dv_e = w_f x v_e and
-    dw_e = w_f x w_e; for one before it dv_e = w_e x v_f. So
-    g_f = w_f . sum_behind(v_e x Yv + w_e x Yw) + v_f . sum_before(Yv x w_e): two running sums.
     """
-    elements, entries = chain.elements, chain.entries
-    vx = screws
-    vy, vz = arrays.after(vx, entries), arrays.after(vx, 2 * entries)
-    wx, wy = arrays.after(vx, 3 * entries), arrays.after(vx, 4 * entries)
-    wz = arrays.after(vx, 5 * entries)
-    for j in range(chain.variables):
-        gradient[j] = 0.0
-    bx, by, bz = 0.0, 0.0, 0.0
-    for k in range(elements):
+    _write_of_screws(chain, screws, Y, gradient, 1)
+
+
+def write_side_by_side(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> None:
+    """Fill the gradients of LANES poses as `write_of_screws` does of each."""
+    _write_of_screws(chain, screws, Y, gradient, places.LANES)
+
+
+def _write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat, lanes: int) -> None:
+    # A joint f turns everything behind it by its screw (v_f, w_f) and moves the tool under
+    # everything before it: for an entry e behind f (or f itself) dv_e = w_f x v_e and
+    # dw_e = w_f x w_e; for one before it dv_e = w_e x v_f. So
+    # g_f = w_f . sum_behind(v_e x Yv + w_e x Yw) + v_f . sum_before(Yv x w_e): two running sums.
+    step = chain.entries * lanes
+    before, behind = [0.0] * 48, [0.0] * 48  # three numbers of LANES poses
+    for k in range(chain.variables * lanes):
+        gradient[k] = 0.0
+    for k in range(3 * lanes):
+        before[k] = behind[k] = 0.0
+    for k in range(chain.elements):
         for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
-            gradient[chain.joint[e]] += vx[e] * bx + vy[e] * by + vz[e] * bz
+            into = arrays.after(gradient, chain.joint[e] * lanes)
+            _add_along(arrays.after(screws, e * lanes), step, before, into, lanes)
         for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
-            y = arrays.after(Y, 6 * chain.joint[e])
-            bx += y[1] * wz[e] - y[2] * wy[e]
-            by += y[2] * wx[e] - y[0] * wz[e]
-            bz += y[0] * wy[e] - y[1] * wx[e]
-    ax, ay, az = 0.0, 0.0, 0.0
-    for k in range(elements - 1, -1, -1):
+            y = arrays.after(Y, 6 * chain.joint[e] * lanes)
+            _add_turned(y, arrays.after(screws, e * lanes), step, before, lanes)
+    for k in range(chain.elements - 1, -1, -1):
         for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
-            y = arrays.after(Y, 6 * chain.joint[e])
-            ax += vy[e] * y[2] - vz[e] * y[1] + wy[e] * y[5] - wz[e] * y[4]
-            ay += vz[e] * y[0] - vx[e] * y[2] + wz[e] * y[3] - wx[e] * y[5]
-            az += vx[e] * y[1] - vy[e] * y[0] + wx[e] * y[4] - wy[e] * y[3]
+            y = arrays.after(Y, 6 * chain.joint[e] * lanes)
+            _add_carried(y, arrays.after(screws, e * lanes), step, behind, lanes)
         for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
-            gradient[chain.joint[e]] += wx[e] * ax + wy[e] * ay + wz[e] * az
+            into = arrays.after(gradient, chain.joint[e] * lanes)
+            _add_along(arrays.after(screws, e * lanes + 3 * step), step, behind, into, lanes)
+
+
+def _add_turned(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> None:
+    # Of an entry: Yv x w, `step` numbers between the components of its screw.
+    w = arrays.after(screw, 3 * step)
+    for lane in range(lanes):
+        x, y, z = Y[lane], Y[lanes + lane], Y[2 * lanes + lane]
+        wx, wy, wz = w[lane], w[step + lane], w[2 * step + lane]
+        total[lane] += y * wz - z * wy
+        total[lanes + lane] += z * wx - x * wz
+        total[2 * lanes + lane] += x * wy - y * wx
+
+
+def _add_carried(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> None:
+    # Of an entry: v x Yv + w x Yw.
+    w = arrays.after(screw, 3 * step)
+    for lane in range(lanes):
+        x, y, z = Y[lane], Y[lanes + lane], Y[2 * lanes + lane]
+        a, b, c = Y[3 * lanes + lane], Y[4 * lanes + lane], Y[5 * lanes + lane]
+        vx, vy, vz = screw[lane], screw[step + lane], screw[2 * step + lane]
+        wx, wy, wz = w[lane], w[step + lane], w[2 * step + lane]
+        total[lane] += vy * z - vz * y + wy * c - wz * b
+        total[lanes + lane] += vz * x - vx * z + wz * a - wx * c
+        total[2 * lanes + lane] += vx * y - vy * x + wx * b - wy * a
+
+
+def _add_along(screw: Flat, step: int, total: Numbers, gradient: Flat, lanes: int) -> None:
+    # Of half a screw: its product with a sum.
+    for lane in range(lanes):
+        x, y, z = total[lane], total[lanes + lane], total[2 * lanes + lane]
+        gradient[lane] += screw[lane] * x + screw[step + lane] * y + screw[2 * step + lane] * z
 
 
 def room(chain: Chain) -> int:

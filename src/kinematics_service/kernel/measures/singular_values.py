@@ -2,13 +2,15 @@
 Singular values and directions of a small matrix by one-sided Jacobi, and its determinant.
 
 A matrix of `count` rows stands in W with the turns beside it: each row `length` numbers of A, then
-`count` numbers of V.
+`count` numbers of V. Number k of the matrix in a lane stands at k * lanes + lane; each matrix has
+the same numbers to the last bit alone and side by side, where none of them may be -0.0, which a
+turn by zero would make 0.0.
 """
 
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Flat, Floats
+from ..layout.arrays import Flat, Floats, Numbers
 
 # Sweeps of one-sided Jacobi; six rows of 6 to 96 numbers were seen to need at most eight.
 MAX_SWEEPS = 60
@@ -17,100 +19,185 @@ ORTHOGONAL = 1e-15 * 1e-15
 # The largest squared cosine of a sweep after which none is needed any more: in the next one they
 # are its squares, and where singular values are equal at most as large.
 SETTLED = 1e-26
+# Any rows are orthogonal by this tolerance.
+ANY_ROWS = 2.0
 
 
-def _turn_pair(a: Flat, b: Flat, length: int, width: int) -> float:
+def _turn_pair(
+    a: Flat,
+    b: Flat,
+    length: int,
+    width: int,
+    tolerances: Numbers,
+    worst: Numbers,
+    room: Numbers,
+    lanes: int,
+) -> None:
     # Makes the first `length` numbers of two rows orthogonal by turning the rows, `width` numbers
-    # each; returns the squared cosine of their angle before, 0 where they were orthogonal.
-    aa, bb, ab = 0.0, 0.0, 0.0
-    for k in range(length):
-        x, y = a[k], b[k]
-        aa += x * x
-        bb += y * y
-        ab += x * y
-    square = ab * ab
-    if square <= ORTHOGONAL * aa * bb or ab == 0.0:
-        return 0.0
-    # tan, cos and sin of the smaller of the two angles that do it.
-    away = bb - aa
-    root = math.sqrt(away * away + 4.0 * square)
-    both = abs(away) + root
-    t: float = 2.0 * abs(ab) / both
-    if (away < 0.0) != (ab < 0.0):
-        t = -t
-    c = math.sqrt(0.5 * both / root)
-    s: float = c * t
-    for k in range(width):
-        x, y = a[k], b[k]
-        a[k] = c * x - s * y
-        b[k] = s * x + c * y
-    return square / (aa * bb)
+    # each; `worst` becomes at least the squared cosine of their angle before. Lanes that need no
+    # turn are turned by a zero angle. In `room`: |a|^2 and cosine, |b|^2 and sine, a.b.
+    for lane in range(lanes):
+        room[lane] = room[lanes + lane] = room[2 * lanes + lane] = 0.0
+    for column in range(length):
+        k = column * lanes
+        for lane in range(lanes):
+            x, y = a[k + lane], b[k + lane]
+            room[lane] += x * x
+            room[lanes + lane] += y * y
+            room[2 * lanes + lane] += x * y
+    for lane in range(lanes):
+        aa, bb, ab = room[lane], room[lanes + lane], room[2 * lanes + lane]
+        square = ab * ab
+        limit = tolerances[lane] * aa * bb
+        if lanes == 1 and square <= limit:
+            return
+        # tan, cos and sin of the smaller of the two angles that do it.
+        away = bb - aa
+        root = math.sqrt(away * away + 4.0 * square)
+        both = abs(away) + root
+        t: float = 2.0 * abs(ab) / both
+        t = -t if away < 0.0 else t
+        t = -t if ab < 0.0 else t
+        c = math.sqrt(0.5 * both / root)
+        s: float = c * t
+        cosine = square / (aa * bb)
+        # Selections, not branches, for several lanes at once.
+        room[lane] = c if square > limit else 1.0
+        room[lanes + lane] = s if square > limit else 0.0
+        cosine = cosine if square > limit else 0.0
+        worst[lane] = cosine if cosine > worst[lane] else worst[lane]
+    for column in range(width):
+        k = column * lanes
+        for lane in range(lanes):
+            x, y = a[k + lane], b[k + lane]
+            a[k + lane] = room[lane] * x - room[lanes + lane] * y
+            b[k + lane] = room[lanes + lane] * x + room[lane] * y
 
 
-def orthogonalise(W: Flat, count: int, length: int, width: int) -> None:
+def orthogonalise(W: Flat, count: int, length: int, width: int, lanes: int) -> None:
     """
     Turn the rows of A until they are orthogonal, and the rows of V along with them.
 
     One-sided Jacobi (Hestenes, 1958). Small singular values keep all their digits, which
     eigenvalues of A A^T do not. V stands beside A so that one loop without a rest turns both;
-    where nobody asks for it, the width of a row is its length.
+    where nobody asks for it, the width of a row is its length. A finished matrix is not turned any
+    more; sweeps go on while that of another lane is unfinished.
     """
+    if lanes == 1:
+        room = [0.0] * 3
+        _orthogonalise(W, count, length, width, room, 1)
+    else:
+        rooms = [0.0] * 48
+        _orthogonalise(W, count, length, width, rooms, places.LANES)
+
+
+def _orthogonalise(
+    W: Flat, count: int, length: int, width: int, room: Numbers, lanes: int
+) -> None:
     # The pairs of a sweep in the order of a tournament (Brent and Luk, 1985): neighbours in it
     # share no row, so that the processor works on several at once.
     last = count - 1 if count % 2 == 0 else count
+    tolerances, worst = [0.0] * 16, [0.0] * 16  # one number of LANES matrices
+    for lane in range(lanes):
+        tolerances[lane] = ORTHOGONAL
     for _ in range(MAX_SWEEPS):
-        worst = 0.0
+        for lane in range(lanes):
+            worst[lane] = 0.0
         for turn in range(last):
             i, j = turn, last
             for _ in range((last + 1) // 2):
                 if j < count:
-                    a = arrays.after(W, min(i, j) * width)
-                    b = arrays.after(W, max(i, j) * width)
-                    worst = max(worst, _turn_pair(a, b, length, width))
+                    a = arrays.after(W, min(i, j) * width * lanes)
+                    b = arrays.after(W, max(i, j) * width * lanes)
+                    _turn_pair(a, b, length, width, tolerances, worst, room, lanes)
                 i = i + 1 if i + 1 < last else 0
                 j = turn if j == last else j
                 j = j - 1 if j > 0 else last - 1
         # Convergence is quadratic at the end: the next sweep would find nothing to turn.
-        if worst <= SETTLED:
+        turning = 0
+        for lane in range(lanes):
+            settled = worst[lane] <= SETTLED
+            tolerances[lane] = ANY_ROWS if settled else tolerances[lane]
+            turning += 0 if settled else 1
+        if turning == 0:
             return
 
 
-def sort_by_norm(W: Flat, sigma: Flat, count: int, length: int, width: int) -> None:
+def _swap(numbers: Flat, first: int, second: int, count: int, lanes: int) -> None:
+    # Swaps, in one lane, `count` numbers from one index on with those from another.
+    for column in range(count):
+        k = column * lanes
+        x = numbers[first + k]
+        numbers[first + k] = numbers[second + k]
+        numbers[second + k] = x
+
+
+def sort_by_norm(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> None:
     """
     Write the norms of the rows of A, descending, and bring the rows of A and V in that order.
     """
+    if lanes == 1:
+        _sort_by_norm(W, sigma, count, length, width, 1)
+    else:
+        _sort_by_norm(W, sigma, count, length, width, places.LANES)
+
+
+def _sort_by_norm(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> None:
+    squares, largest, best = [0.0] * 16, [0.0] * 16, [0.0] * 16
     for i in range(count):
-        squares = 0.0
-        for k in range(i * width, i * width + length):
-            squares += W[k] * W[k]
-        sigma[i] = math.sqrt(squares)
+        row, norms = arrays.after(W, i * width * lanes), arrays.after(sigma, i * lanes)
+        for lane in range(lanes):
+            squares[lane] = 0.0
+        for column in range(length):
+            k = column * lanes
+            for lane in range(lanes):
+                squares[lane] += row[k + lane] * row[k + lane]
+        for lane in range(lanes):
+            norms[lane] = math.sqrt(squares[lane])
     for i in range(count - 1):
-        best = i
+        for lane in range(lanes):
+            largest[lane], best[lane] = sigma[i * lanes + lane], i
         for j in range(i + 1, count):
-            if sigma[j] > sigma[best]:
-                best = j
-        if best != i:
-            sigma[i], sigma[best] = sigma[best], sigma[i]
-            for k in range(width):
-                W[i * width + k], W[best * width + k] = W[best * width + k], W[i * width + k]
+            norms = arrays.after(sigma, j * lanes)
+            for lane in range(lanes):
+                larger = norms[lane] > largest[lane]
+                best[lane] = j if larger else best[lane]
+                largest[lane] = norms[lane] if larger else largest[lane]
+        for lane in range(lanes):
+            other: int = int(best[lane])
+            if other != i:
+                _swap(sigma, i * lanes + lane, other * lanes + lane, 1, lanes)
+                first, second = i * width * lanes + lane, other * width * lanes + lane
+                _swap(W, first, second, width, lanes)
 
 
-def unit_rows(W: Flat, sigma: Flat, count: int, length: int) -> None:
+def unit_rows(W: Flat, sigma: Flat, count: int, length: int, lanes: int) -> None:
     """
     Make the rows of A unit vectors.
 
-    A row that is round-off has lost its direction: it is replaced by one orthogonal to the rows
-    above it.
+    A row that is round-off has lost its direction: of one matrix it is replaced by one orthogonal
+    to the rows above it; side by side all rows need a direction.
     """
+    if lanes == 1:
+        _unit_rows(W, sigma, count, length, 1)
+    else:
+        _unit_rows(W, sigma, count, length, places.LANES)
+
+
+def _unit_rows(W: Flat, sigma: Flat, count: int, length: int, lanes: int) -> None:
     width = length + count
+    scales = [0.0] * 16
     for i in range(count):
-        row = arrays.after(W, i * width)
-        if sigma[i] > places.RANK_TOLERANCE * sigma[0] and sigma[i] > 0.0:
-            scale = 1.0 / sigma[i]
-            for k in range(length):
-                row[k] *= scale
+        row, norms = arrays.after(W, i * width * lanes), arrays.after(sigma, i * lanes)
+        if lanes == 1 and not (norms[0] > places.RANK_TOLERANCE * sigma[0] and norms[0] > 0.0):
+            write_orthogonal_row(W, i, length, width)
             continue
-        write_orthogonal_row(W, i, length, width)
+        for lane in range(lanes):
+            scales[lane] = 1.0 / norms[lane]
+        for column in range(length):
+            k = column * lanes
+            for lane in range(lanes):
+                row[k + lane] *= scales[lane]
 
 
 def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
@@ -144,28 +231,45 @@ def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
         row[k] /= norm
 
 
-def determinant(A: Flat, size: int) -> float:
-    """Return the determinant by elimination with partial pivoting; A is overwritten."""
-    product = 1.0
+def write_determinant(A: Flat, size: int, found: Numbers, lanes: int) -> None:
+    """Write the determinant by elimination with partial pivoting; A is overwritten."""
+    if lanes == 1:
+        _write_determinant(A, size, found, 1)
+    else:
+        _write_determinant(A, size, found, places.LANES)
+
+
+def _write_determinant(A: Flat, size: int, found: Numbers, lanes: int) -> None:
+    largest, pivots, zeros, factors = [0.0] * 16, [0.0] * 16, [0.0] * 16, [0.0] * 16
+    for lane in range(lanes):
+        found[lane], zeros[lane] = 1.0, 0.0
     for i in range(size):
-        pivot = i
+        at = (i * size + i) * lanes
+        for lane in range(lanes):
+            largest[lane], pivots[lane] = abs(A[at + lane]), i
         for j in range(i + 1, size):
-            if abs(A[j * size + i]) > abs(A[pivot * size + i]):
-                pivot = j
-        if A[pivot * size + i] == 0.0:
-            return 0.0
-        if pivot != i:
-            product = -product
-            for k in range(i, size):
-                x = A[i * size + k]
-                A[i * size + k] = A[pivot * size + k]
-                A[pivot * size + k] = x
-        product *= A[i * size + i]
+            below = arrays.after(A, (j * size + i) * lanes)
+            for lane in range(lanes):
+                larger = abs(below[lane]) > largest[lane]
+                pivots[lane] = j if larger else pivots[lane]
+                largest[lane] = abs(below[lane]) if larger else largest[lane]
+        for lane in range(lanes):
+            pivot: int = int(pivots[lane])
+            _swap(A, at + lane, (pivot * size + i) * lanes + lane, size - i, lanes)
+        for lane in range(lanes):
+            zeros[lane] = 1.0 if largest[lane] == 0.0 else zeros[lane]
+            found[lane] = found[lane] if pivots[lane] == i else -found[lane]
+            found[lane] *= A[at + lane]
         for j in range(i + 1, size):
-            factor = A[j * size + i] / A[i * size + i]
-            for k in range(i + 1, size):
-                A[j * size + k] -= factor * A[i * size + k]
-    return product
+            row = arrays.after(A, (j * size + i) * lanes)
+            for lane in range(lanes):
+                factors[lane] = row[lane] / A[at + lane]
+            for column in range(1, size - i):
+                k = column * lanes
+                for lane in range(lanes):
+                    row[k + lane] -= factors[lane] * A[at + k + lane]
+    for lane in range(lanes):
+        found[lane] = 0.0 if zeros[lane] > 0.0 else found[lane]
 
 
 def least_pivot(A: Flat, count: int, length: int) -> float:
@@ -217,12 +321,14 @@ def decompose(work: Floats, sigma: Floats) -> None:
     count = arrays.extent(work, 0)
     length = arrays.extent(work, 1) - count
     W, values = arrays.results(work, 0), arrays.results(sigma, count)
-    orthogonalise(W, count, length, length + count)
-    sort_by_norm(W, values, count, length, length + count)
-    unit_rows(W, values, count, length)
+    orthogonalise(W, count, length, length + count, 1)
+    sort_by_norm(W, values, count, length, length + count, 1)
+    unit_rows(W, values, count, length, 1)
 
 
 def determinant_of(A: Floats) -> float:
     """Return the determinant of A (size, size), which is overwritten."""
     size = arrays.extent(A, 0)
-    return determinant(arrays.results(A, size * size), size)
+    found = [0.0]
+    write_determinant(arrays.results(A, size * size), size, found, 1)
+    return found[0]

@@ -1,7 +1,10 @@
 """
-The singularity measures of an evaluated row.
+The singularity measures of an evaluated row, and of LANES rows side by side.
 
-A row of measures has its columns in the order of measure_places.MeasurePlaces.
+A row of measures has its columns in the order of measure_places.MeasurePlaces. Number k of the row
+in a lane stands at k * lanes + lane, in the rows and in the measures: each pose has the same
+numbers to the last bit alone and side by side. Poses with singular values that count as zero have
+other rules, and are left to be measured alone.
 """
 
 import math
@@ -12,17 +15,29 @@ from ..layout.arrays import Flat, Numbers, Vector
 from . import gradient, singular_values
 from .task_rows import TaskRows
 
+# Side by side, fourth powers of longer rows of J_t would overflow.
+LARGEST_NORM = 1e75
+# A bit for each lane.
+ALL_LANES = 0xFFFF
+
 
 def to_base_axes(task: TaskRows, vector: Numbers) -> None:
     """Turn both halves of a (6,) vector from the axes of frame 0 into those of the base frame."""
-    for half in range(0, 6, 3):
-        x, y, z = vector[half], vector[half + 1], vector[half + 2]
-        for i in range(3):
-            vector[half + i] = (
-                task.rotation[3 * i] * x
-                + task.rotation[3 * i + 1] * y
-                + task.rotation[3 * i + 2] * z
-            )
+    _to_base_axes(task, vector, 1)
+
+
+def _to_base_axes(task: TaskRows, vectors: Numbers, lanes: int) -> None:
+    # Constants first: to the compiler what is written might change them.
+    xx, xy, xz = task.rotation[0], task.rotation[1], task.rotation[2]
+    yx, yy, yz = task.rotation[3], task.rotation[4], task.rotation[5]
+    zx, zy, zz = task.rotation[6], task.rotation[7], task.rotation[8]
+    for half in range(2):
+        at = 3 * half * lanes
+        for lane in range(at, at + lanes):
+            x, y, z = vectors[lane], vectors[lanes + lane], vectors[2 * lanes + lane]
+            vectors[lane] = xx * x + xy * y + xz * z
+            vectors[lanes + lane] = yx * x + yy * y + yz * z
+            vectors[2 * lanes + lane] = zx * x + zy * y + zz * z
 
 
 def task_component(task: TaskRows, r: int, linear: Vector, angular: Vector) -> float:
@@ -34,7 +49,7 @@ def task_component(task: TaskRows, r: int, linear: Vector, angular: Vector) -> f
     return along * task.row_scale[r]
 
 
-def _fill_task_rows(n: int, task: TaskRows, row: Flat, W: Flat, width: int) -> None:
+def _fill_task_rows(n: int, task: TaskRows, J: Flat, W: Flat, width: int, lanes: int) -> None:
     # J_t in the axes of frame 0 (R0^T J): its columns as rows, or its rows where there are fewer
     # of them, as `singular_values` has them; and the identity beside it where there is room.
     m = task.count
@@ -43,40 +58,52 @@ def _fill_task_rows(n: int, task: TaskRows, row: Flat, W: Flat, width: int) -> N
         axis = task.axis[i]
         # No division: it would cost more than the rest of the row.
         component = axis if axis < 3 else axis - 3
-        J = arrays.after(row, places.JACOBIAN_AT + (axis - component) * n)
         a = task.rotation[component]
         b = task.rotation[3 + component]
         c = task.rotation[6 + component]
         for j in range(n):
-            value = a * J[j] + b * J[n + j] + c * J[2 * n + j]
-            W[i * width + j if n > m else j * width + i] = value
+            x = arrays.after(J, ((axis - component) * n + j) * lanes)
+            y, z = arrays.after(x, n * lanes), arrays.after(x, 2 * n * lanes)
+            into = arrays.after(W, (i * width + j if n > m else j * width + i) * lanes)
+            for lane in range(lanes):
+                into[lane] = a * x[lane] + b * y[lane] + c * z[lane]
     for i in range(count):
         for j in range(length, width):
-            W[i * width + j] = 1.0 if j - length == i else 0.0
+            into = arrays.after(W, (i * width + j) * lanes)
+            for lane in range(lanes):
+                into[lane] = 1.0 if j - length == i else 0.0
 
 
-def _scale_task_rows(n: int, task: TaskRows, W: Flat, width: int) -> None:
+def _scale_task_rows(n: int, task: TaskRows, W: Flat, width: int, lanes: int) -> None:
     m = task.count
     for i in range(m):
         for j in range(n):
-            place = i * width + j if n > m else j * width + i
-            # No -0.0, which the lanes could not keep.
-            W[place] = W[place] * (task.row_scale[i] * task.column_scale[j]) + 0.0
+            into = arrays.after(W, (i * width + j if n > m else j * width + i) * lanes)
+            scale = task.row_scale[i] * task.column_scale[j]
+            for lane in range(lanes):
+                # No -0.0, which the lanes could not keep.
+                into[lane] = into[lane] * scale + 0.0
 
 
 def write_scaled_rows(n: int, task: TaskRows, row: Flat, W: Flat, width: int) -> None:
     """
     Fill W with the scaled J_t, its columns as rows where there are fewer of them, each `width`.
     """
-    _fill_task_rows(n, task, row, W, width)
-    _scale_task_rows(n, task, W, width)
+    _fill_task_rows(n, task, arrays.after(row, places.JACOBIAN_AT), W, width, 1)
+    _scale_task_rows(n, task, W, width, 1)
 
 
-def _decompose(W: Flat, sigma: Flat, count: int, length: int, width: int) -> None:
+def _decompose(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> int:
+    # Returns a bit for each lane whose numbers are so large that powers of them are not finite.
     # The largest first: fewer sweeps.
-    singular_values.sort_by_norm(W, sigma, count, length, width)
-    singular_values.orthogonalise(W, count, length, width)
-    singular_values.sort_by_norm(W, sigma, count, length, width)
+    singular_values.sort_by_norm(W, sigma, count, length, width, lanes)
+    large = 0
+    for lane in range(lanes):
+        if not sigma[lane] < LARGEST_NORM:
+            large |= 1 << lane
+    singular_values.orthogonalise(W, count, length, width, lanes)
+    singular_values.sort_by_norm(W, sigma, count, length, width, lanes)
+    return large
 
 
 def write_directions(n: int, task: TaskRows, row: Flat, W: Flat, sigma: Flat) -> None:
@@ -86,38 +113,58 @@ def write_directions(n: int, task: TaskRows, row: Flat, W: Flat, sigma: Flat) ->
     m = task.count
     count, length = min(m, n), max(m, n)
     write_scaled_rows(n, task, row, W, m + n)
-    _decompose(W, sigma, count, length, m + n)
-    singular_values.unit_rows(W, sigma, count, length)
+    _decompose(W, sigma, count, length, m + n, 1)
+    singular_values.unit_rows(W, sigma, count, length, 1)
 
 
-def _write_determinant(n: int, W: Flat, spare: Flat, measures: Flat) -> None:
+def _write_determinant(n: int, W: Flat, spare: Flat, measures: Flat, lanes: int) -> None:
     # Of the unscaled J_t in W, which is left as it is.
+    determinants = arrays.after(measures, places.DETERMINANT * lanes)
     for i in range(n):
-        for j in range(n):
-            spare[i * n + j] = W[i * 2 * n + j]
-    measures[places.DETERMINANT] = singular_values.determinant(spare, n)
-    measures[places.MANIPULABILITY] = abs(measures[places.DETERMINANT])
+        for k in range(n * lanes):
+            spare[i * n * lanes + k] = W[i * 2 * n * lanes + k]
+    singular_values.write_determinant(spare, n, determinants, lanes)
+    for lane in range(lanes):
+        measures[places.MANIPULABILITY * lanes + lane] = abs(determinants[lane])
 
 
-def _write_volume(n: int, task: TaskRows, row: Flat, W: Flat, sigma: Flat, measures: Flat) -> None:
+def _write_volume(
+    n: int, task: TaskRows, J: Flat, W: Flat, sigma: Flat, measures: Flat, lanes: int
+) -> int:
     # Manipulability where the determinant does not say it: with fewer joints than rows the Gram
-    # determinant of the joints' columns.
+    # determinant of the joints' columns. Returns what `_decompose` does.
     m = task.count
     count, length = min(m, n), max(m, n)
-    _fill_task_rows(n, task, row, W, length)
-    _decompose(W, sigma, count, length, length)
-    measures[places.DETERMINANT] = 0.0 if m == n else places.NAN
-    measures[places.MANIPULABILITY] = 1.0
+    volume = arrays.after(measures, places.MANIPULABILITY * lanes)
+    _fill_task_rows(n, task, J, W, length, lanes)
+    large = _decompose(W, sigma, count, length, length, lanes)
+    for lane in range(lanes):
+        measures[places.DETERMINANT * lanes + lane] = 0.0 if m == n else places.NAN
+        volume[lane] = 1.0
     for i in range(task.generic_rank):
-        measures[places.MANIPULABILITY] *= sigma[i]
+        for lane in range(lanes):
+            volume[lane] *= sigma[i * lanes + lane]
+    return large
 
 
-def _rank(sigma: Flat, count: int) -> int:
-    rank = 0
+def _write_values(task: TaskRows, sigma: Flat, count: int, measures: Flat, lanes: int) -> int:
+    # Returns a bit for each lane that has lost some of the directions that other poses have.
+    rank = arrays.after(measures, places.RANK * lanes)
+    smallest = arrays.after(sigma, (task.generic_rank - 1) * lanes)
+    lost = 0
+    for lane in range(lanes):
+        rank[lane] = 0.0
     for i in range(count):
-        if sigma[i] > places.RANK_TOLERANCE * sigma[0]:
-            rank += 1
-    return rank
+        for lane in range(lanes):
+            counts = sigma[i * lanes + lane] > places.RANK_TOLERANCE * sigma[lane]
+            rank[lane] += 1.0 if counts else 0.0
+    for lane in range(lanes):
+        condition = sigma[lane] / smallest[lane] if smallest[lane] > 0.0 else places.INFINITY
+        measures[places.CONDITION_NUMBER * lanes + lane] = condition
+        measures[places.SMALLEST_SINGULAR_VALUE * lanes + lane] = smallest[lane]
+        if rank[lane] < task.generic_rank:
+            lost |= 1 << lane
+    return lost
 
 
 def _fill_slopes(
@@ -129,28 +176,42 @@ def _fill_slopes(
     W: Flat,
     sigma: Flat,
     Y: Flat,
+    left: Numbers,
+    lanes: int,
 ) -> None:
     # Y[j] becomes what a change of column j of J does to the singular values `first` to `last`:
     # to the sum of their logarithms, or, where they are lost, to their sum.
+    # In `left`, an array of the caller's own, six numbers of each pose.
     m = task.count
     wide = n > m
     length, width = max(m, n), m + n
-    left = [0.0] * 6
-    for j in range(6 * n):
-        Y[j] = 0.0
+    weights, along = [0.0] * 16, [0.0] * 16  # one number of LANES poses
+    for k in range(6 * n * lanes):
+        Y[k] = 0.0
+    for k in range(6 * lanes):
+        left[k] = 0.0
     for r in range(first, last + 1):
-        direction = arrays.after(W, r * width)
-        weight = 1.0 if lost else 1.0 / sigma[r]
+        direction = arrays.after(W, r * width * lanes)
+        for lane in range(lanes):
+            weights[lane] = 1.0 if lost else 1.0 / sigma[r * lanes + lane]
         for i in range(m):
-            component = direction[length + i] if wide else direction[i]
-            left[task.axis[i]] = component * weight * task.row_scale[i]
+            component = arrays.after(direction, (length + i if wide else i) * lanes)
+            scale = task.row_scale[i]
+            for lane in range(lanes):
+                left[task.axis[i] * lanes + lane] = component[lane] * weights[lane] * scale
         for j in range(n):
-            right = direction[j] if wide else direction[length + j]
-            right *= task.column_scale[j]
-            for i in range(6):
-                Y[6 * j + i] += right * left[i]
+            right = arrays.after(direction, (j if wide else length + j) * lanes)
+            scale = task.column_scale[j]
+            y = arrays.after(Y, 6 * j * lanes)
+            for lane in range(lanes):
+                along[lane] = right[lane] * scale
+            # All components of one pose: 2 % of its measures less than to look up which.
+            for i in range(6 if lanes == 1 else m):
+                axis = i if lanes == 1 else task.axis[i]
+                for lane in range(lanes):
+                    y[axis * lanes + lane] += along[lane] * left[axis * lanes + lane]
     for j in range(n):
-        to_base_axes(task, arrays.after(Y, 6 * j))
+        _to_base_axes(task, arrays.after(Y, 6 * j * lanes), lanes)
 
 
 def write_slopes_of_least(n: int, task: TaskRows, W: Flat, sigma: Flat, Y: Flat) -> None:
@@ -158,84 +219,116 @@ def write_slopes_of_least(n: int, task: TaskRows, W: Flat, sigma: Flat, Y: Flat)
     Fill Y (n, 6) with what a change of each column of J does to the least singular value, of
     directions as `write_directions` leaves them.
     """
-    last = task.generic_rank - 1
-    _fill_slopes(n, last, last, True, task, W, sigma, Y)
+    last, left = task.generic_rank - 1, [0.0] * 6
+    _fill_slopes(n, last, last, True, task, W, sigma, Y, left, 1)
+
+
+def _write_way_out(n: int, task: TaskRows, way_out: Flat, distances: Flat, lanes: int) -> None:
+    # Of the gradient in `way_out`: its direction, and how far it says a singular pose is.
+    norms = [0.0] * 16
+    for lane in range(lanes):
+        norms[lane] = 0.0
+    for j in range(n):
+        scale = task.column_scale[j]
+        for lane in range(lanes):
+            along = way_out[j * lanes + lane] * scale
+            way_out[j * lanes + lane] = along
+            norms[lane] += along * along
+    for lane in range(lanes):
+        norm = math.sqrt(norms[lane])
+        norms[lane] = norm
+        inverse = 1.0 / norm if norm > 0.0 else places.PI
+        distances[lane] = places.PI if norm * places.PI <= 1.0 else inverse
+    for j in range(n):
+        scale = task.column_scale[j]
+        for lane in range(lanes):
+            norm = norms[lane]
+            along = way_out[j * lanes + lane] / norm * scale
+            way_out[j * lanes + lane] = along if norm > 0.0 else 0.0
 
 
 def _write_direction(
-    n: int,
-    task: TaskRows,
-    direction: Flat,
-    lost: Flat,
-    motion: Flat,
+    n: int, task: TaskRows, direction: Flat, lost: Flat, motion: Flat, lanes: int
 ) -> None:
     # Which direction of the tool is lost first, in base axes, and by which joint motion.
     m = task.count
     wide, length = n > m, max(m, n)
-    for i in range(6):
-        lost[i] = 0.0
+    for k in range(6 * lanes):
+        lost[k] = 0.0
     for i in range(m):
-        axis = task.axis[i]
-        lost[axis] = direction[length + i] if wide else direction[i]
-    to_base_axes(task, lost)
+        component = arrays.after(direction, (length + i if wide else i) * lanes)
+        for lane in range(lanes):
+            lost[task.axis[i] * lanes + lane] = component[lane]
+    _to_base_axes(task, lost, lanes)
     for j in range(n):
-        along = direction[j] if wide else direction[length + j]
-        motion[j] = along * task.column_scale[j]
+        along = arrays.after(direction, (j if wide else length + j) * lanes)
+        scale = task.column_scale[j]
+        for lane in range(lanes):
+            motion[j * lanes + lane] = along[lane] * scale
 
 
-def measure_row(
+def measure_row(chain: Chain, task: TaskRows, row: Flat, measures: Flat, work: Flat) -> None:
+    """Fill the measures of a row, the factors and the level excepted."""
+    left = [0.0] * 6
+    _measure(chain, task, row, measures, work, left, 1)
+
+
+def measure_rows(chain: Chain, task: TaskRows, rows: Flat, measures: Flat, work: Flat) -> int:
+    """
+    Fill the measures of LANES rows of an open chain as `measure_row` does of each.
+
+    Returns a bit for each lane that has to be measured by itself. The arm's generic rank is full;
+    `work` has room for LANES (min(m, n) (m + n) + 6 n) numbers.
+    """
+    # As a literal because a C array is made of it. The compiler knows that it overlaps with no
+    # other.
+    left = [0.0] * 96
+    return _measure(chain, task, rows, measures, work, left, places.LANES)
+
+
+def _measure(
     chain: Chain,
     task: TaskRows,
-    row: Flat,
+    rows: Flat,
     measures: Flat,
     work: Flat,
-) -> None:
-    """Fill the measures of a row, the factors and the level excepted."""
+    left: Numbers,
+    lanes: int,
+) -> int:
     n = chain.dof
     m = task.count
-    generic_rank = task.generic_rank
-    count, length = min(m, n), max(m, n)
+    count, length, last = min(m, n), max(m, n), task.generic_rank - 1
     W = work
-    Y = arrays.after(work, count * (m + n))
-    motion = arrays.after(measures, places.LOST_AT + 6)
-    way_out = arrays.after(motion, n)
-    sigma = arrays.after(way_out, n)
+    Y = arrays.after(work, count * (m + n) * lanes)
+    J = arrays.after(rows, places.JACOBIAN_AT * lanes)
+    direction = arrays.after(measures, places.LOST_AT * lanes)
+    motion = arrays.after(direction, 6 * lanes)
+    way_out = arrays.after(motion, n * lanes)
+    sigma = arrays.after(way_out, n * lanes)
+    alone = 0
 
-    by_determinant = m == n and generic_rank == n
+    by_determinant = m == n and task.generic_rank == n
     if not by_determinant:
-        _write_volume(n, task, row, W, sigma, measures)
-    _fill_task_rows(n, task, row, W, m + n)
+        alone = _write_volume(n, task, J, W, sigma, measures, lanes)
+    _fill_task_rows(n, task, J, W, m + n, lanes)
     if by_determinant:
-        _write_determinant(n, W, Y, measures)
-    _scale_task_rows(n, task, W, m + n)
-    _decompose(W, sigma, count, length, m + n)
+        _write_determinant(n, W, Y, measures, lanes)
+    _scale_task_rows(n, task, W, m + n, lanes)
+    alone |= _decompose(W, sigma, count, length, m + n, lanes)
+    none_left = _write_values(task, sigma, count, measures, lanes)
 
-    rank, last = _rank(sigma, count), generic_rank - 1
-    measures[places.RANK] = rank
-    measures[places.SMALLEST_SINGULAR_VALUE] = sigma[last]
-    measures[places.CONDITION_NUMBER] = (
-        sigma[0] / sigma[last] if sigma[last] > 0.0 else places.INFINITY
-    )
-
-    singular_values.unit_rows(W, sigma, count, length)
-    lost = rank <= last  # of the directions that other poses have
-    first = last if lost else 0
-    _fill_slopes(n, first, last, lost, task, W, sigma, Y)
-    gradient.write_gradient(chain, row, Y, way_out, arrays.after(Y, 6 * n))
-    squares = 0.0
-    for j in range(n):
-        way_out[j] *= task.column_scale[j]
-        squares += way_out[j] * way_out[j]
-    norm = math.sqrt(squares)
-    measures[places.DISTANCE] = 0.0
-    if not lost:
-        measures[places.DISTANCE] = places.PI if norm * places.PI <= 1.0 else 1.0 / norm
-    for j in range(n):
-        way_out[j] = way_out[j] / norm * task.column_scale[j] if norm > 0.0 else 0.0
-    _write_direction(
-        n,
-        task,
-        arrays.after(W, last * (m + n)),
-        arrays.after(measures, places.LOST_AT),
-        motion,
-    )
+    singular_values.unit_rows(W, sigma, count, length, lanes)
+    lost = lanes == 1 and none_left != 0
+    _fill_slopes(n, last if lost else 0, last, lost, task, W, sigma, Y, left, lanes)
+    if lanes == 1:
+        gradient.write_gradient(chain, rows, Y, way_out, arrays.after(Y, 6 * n))
+    else:
+        screws = arrays.after(rows, chain.screws_at * lanes)
+        gradient.write_side_by_side(chain, screws, Y, way_out)
+    distances = arrays.after(measures, places.DISTANCE * lanes)
+    _write_way_out(n, task, way_out, distances, lanes)
+    if lost:
+        distances[0] = 0.0
+    least = arrays.after(W, last * (m + n) * lanes)
+    _write_direction(n, task, least, direction, motion, lanes)
+    return alone | none_left

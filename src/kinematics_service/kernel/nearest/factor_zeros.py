@@ -28,7 +28,8 @@ def go(
     """
     Bring a motion d (n,) to a zero of a factor, and along the zeros to the one nearest to origin.
 
-    Returns whether it is there, and fills the unit normal (n,) of the zeros.
+    Returns whether it is there, and fills the unit normal (n,) of the zeros; a zero without a
+    slope has none, and is none that is looked for.
 
     Parameters
     ----------
@@ -59,8 +60,6 @@ def go(
             along += slope * d[j]
             whole += d[j] * d[j]
         norm = math.sqrt(squares)
-        if step[n] == 0.0 and not norm > 0.0:
-            return True
         if not norm > 0.0 or not squares < places.INFINITY:
             return False
         if slides and math.sqrt(whole) - abs(step[n]) / norm > farthest:

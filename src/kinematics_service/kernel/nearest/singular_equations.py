@@ -322,8 +322,8 @@ class SingularEquations:
                 self.turned[i * width + j] = self.A[i * n + j]
             for j in range(count):
                 self.turned[i * width + n + j] = 1.0 if i == j else 0.0
-        singular_values.orthogonalise(self.turned, count, n, width)
-        singular_values.sort_by_norm(self.turned, self.slopes, count, n, width)
+        singular_values.orthogonalise(self.turned, count, n, width, 1)
+        singular_values.sort_by_norm(self.turned, self.slopes, count, n, width, 1)
 
     def write_normals(self, normals: Flat) -> None:
         """Fill the unit normals (count, n) of the singular poses, zero where there is none."""
