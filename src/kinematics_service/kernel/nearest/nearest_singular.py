@@ -11,7 +11,7 @@ faster than the joints move.
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Flat, Public
+from ..layout.arrays import Flat, FlatIntegers, Public
 from . import factor_zeros, singular_equations
 from .arm import Arm
 from .atlas import Atlas
@@ -141,8 +141,8 @@ class NearestSearch:
         self.settled: bool = False
         n = self.n
         tape = arm.tape.steps * (n + 1) + 2 * n
-        charts = max(CHARTS, ZEROS) + 1
-        self.room: Flat = arrays.scratch(MEMORY * (2 * n + 1) + 10 * n + tape + charts * (n + 1))
+        charts = max(CHARTS, ZEROS)
+        self.room: Flat = arrays.scratch(MEMORY * (2 * n + 1) + 12 * n + tape + 2 * charts)
         self.origin: Flat = self.room
         self.first: Flat = arrays.after(self.origin, n)
         self.d: Flat = arrays.after(self.first, n)
@@ -154,9 +154,12 @@ class NearestSearch:
         self.searched: Flat = arrays.after(self.wrapped, n)
         self.before: Flat = arrays.after(self.searched, n)
         self.tape: Flat = arrays.after(self.before, n)
-        self.motions: Flat = arrays.after(self.tape, tape)
-        self.scores: Flat = arrays.after(self.motions, charts * n)
-        self.poses: Flat = arrays.after(self.scores, charts)
+        self.away: Flat = arrays.after(self.tape, tape)
+        self.motion: Flat = arrays.after(self.away, n)
+        self.scores: Flat = arrays.after(self.motion, n)
+        picked = arrays.after(self.scores, charts)
+        self.picked: FlatIntegers = arrays.as_whole(picked)
+        self.poses: Flat = arrays.after(picked, charts)
         self.slid_at: Flat = arrays.after(self.poses, MEMORY * n)
         self.lengths_of: Flat = arrays.after(self.slid_at, MEMORY * n)
 
@@ -379,14 +382,16 @@ class NearestSearch:
         radius = min(near + SPREAD, 3.0 * near)
         for j in range(n):
             self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
-        count: int = self.atlas.nearest(0, self.wrapped, radius, CHARTS, self.motions, self.scores)
+        count: int = self.atlas.nearest(
+            0, self.wrapped, radius, CHARTS, self.picked, self.scores, self.away
+        )
         for k in range(count):
             if self.scores[k] > WIDE * self.distance:
                 return
-            motion = arrays.after(self.motions, k * n)
-            if not self._leads_to_known(motion):
+            self.atlas.write_motion(0, self.wrapped, self.picked[k], self.away, self.motion)
+            if not self._leads_to_known(self.motion):
                 for j in range(n):
-                    self.d[j] = motion[j]
+                    self.d[j] = self.motion[j]
                 self._run(STEPS, 0.3, False)
 
     def _leads_to_known(self, motion: Flat) -> bool:
@@ -412,14 +417,12 @@ class NearestSearch:
                 self._go_to_zero(f)
             radius = min(self.distance, self.horizon)
             count: int = self.atlas.nearest(
-                f, self.wrapped, radius + ZEROS_APART, ZEROS, self.motions, self.scores
+                f, self.wrapped, radius + ZEROS_APART, ZEROS, self.picked, self.scores, self.away
             )
             for k in range(count):
                 if self.scores[k] > WIDE * self.distance:
                     break
-                motion = arrays.after(self.motions, k * n)
-                for j in range(n):
-                    self.d[j] = motion[j]
+                self.atlas.write_motion(f, self.wrapped, self.picked[k], self.away, self.d)
                 self._go_to_zero(f)
         if not self.found():
             return
