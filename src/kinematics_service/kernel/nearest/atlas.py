@@ -92,6 +92,7 @@ class Atlas:
             else:
                 found = _fill(equations, given, table)
             table = table[:found]
+            table[:, :n][:, reaches == 0.0] = 0.0
             sorting = _joints_to_sort_by(counts[f])
             joints += sorting
             table, cells = _sorted(table, n, spans, sorting)
@@ -122,6 +123,7 @@ class Atlas:
         f: int,
         u: Flat,
         radius: float,
+        promise: float,
         most: int,
         picked: FlatIntegers,
         scores: Flat,
@@ -140,6 +142,8 @@ class Atlas:
             Where from; brought into the periods.
         radius
             How far at most.
+        promise
+            How near they promise to be at least.
         most
             How many at most.
         picked, scores : shape (most,)
@@ -148,8 +152,11 @@ class Atlas:
             Room.
         """
         first, second = self.sorting[3 * f], self.sorting[3 * f + 1]
+        for k in range(most):
+            scores[k] = promise
         for j in range(self.joints):
-            u[j] = _wrapped(u[j], self.spans[3 * j + 2])
+            counts = self.counts[f * self.joints + j] > 0.0
+            u[j] = _wrapped(u[j], self.spans[3 * j + 2]) if counts else 0.0
         found = 0
         for k in range(BINS):
             row = self._apart(first, k, u[first])
@@ -204,8 +211,8 @@ class Atlas:
                 step += period
             if not abs(step) <= radius + 2.0 * ROUND_OFF:
                 break
-            score = self._score(f, u, radius * radius, at, away)
-            if not score < places.INFINITY or found == most and score >= scores[most - 1]:
+            score = self._score(u, radius * radius, at, away)
+            if not score < scores[most - 1]:
                 continue
             found = min(found + 1, most)
             i = found - 1
@@ -227,24 +234,23 @@ class Atlas:
                 high = middle
         return begin if low == end else low
 
-    def _score(self, f: int, u: Flat, most: float, at: int, away: Flat) -> float:
+    def _score(self, u: Flat, most: float, at: int, away: Flat) -> float:
         # Fills `away` with the motion from u to a pose; returns how far the set promises to be
         # there, endless where the pose is farther than the root of `most`.
         chart = arrays.after(self.charts, at * self.width)
         whole = 0.0
-        for j in range(self.joints):
-            away[j] = 0.0
-            if self.counts[f * self.joints + j] > 0.0:
-                step = chart[j] - u[j]
-                half = 0.5 * self.spans[3 * j + 2]
-                if step > half:
-                    step -= 2.0 * half
-                elif step < -half:
-                    step += 2.0 * half
-                away[j] = step
-                whole += step * step
-                if whole > most:
-                    return places.INFINITY
+        # The first joints are near by the cell.
+        for j in range(self.joints - 1, -1, -1):
+            step = chart[j] - u[j]
+            half = 0.5 * self.spans[3 * j + 2]
+            if step > half:
+                step -= 2.0 * half
+            elif step < -half:
+                step += 2.0 * half
+            away[j] = step
+            whole += step * step
+            if whole > most:
+                return places.INFINITY
         across = 0.0
         for i in range(self.codimension):
             share = self._across(chart, i, away)
@@ -258,13 +264,13 @@ class Atlas:
             share += normal[j] * away[j]
         return share
 
-    def write_motion(self, f: int, u: Flat, at: int, away: Flat, motion: Flat) -> None:
+    def write_motion(self, u: Flat, at: int, away: Flat, motion: Flat) -> None:
         """
         Fill the motion (n,) from u to the foot on a pose's tangent plane, or as near to that as
         the pose still tells; `away` (n,) is room.
         """
         n, chart = self.joints, arrays.after(self.charts, at * self.width)
-        self._score(f, u, places.INFINITY, at, away)
+        self._score(u, places.INFINITY, at, away)
         for j in range(n):
             motion[j] = 0.0
         for i in range(self.codimension):

@@ -46,7 +46,7 @@ SURE = 0.1
 SADDLE = 0.1
 # So many poses of the atlas are starts at most, that are farther than what was found by so much at
 # most, rad; and of the zeros of a factor, farther by so much at most.
-CHARTS, SPREAD = 32, 0.6
+CHARTS, SPREAD = 32, 0.35
 # Of starts that lead to farther ones than that by this share none is given up: along a motion they
 # may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.1, 0.4
@@ -383,12 +383,12 @@ class NearestSearch:
         for j in range(n):
             self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
         count: int = self.atlas.nearest(
-            0, self.wrapped, radius, CHARTS, self.picked, self.scores, self.away
+            0, self.wrapped, radius, WIDE * near, CHARTS, self.picked, self.scores, self.away
         )
         for k in range(count):
             if self.scores[k] > WIDE * self.distance:
                 return
-            self.atlas.write_motion(0, self.wrapped, self.picked[k], self.away, self.motion)
+            self.atlas.write_motion(self.wrapped, self.picked[k], self.away, self.motion)
             if not self._leads_to_known(self.motion):
                 for j in range(n):
                     self.d[j] = self.motion[j]
@@ -417,12 +417,19 @@ class NearestSearch:
                 self._go_to_zero(f)
             radius = min(self.distance, self.horizon)
             count: int = self.atlas.nearest(
-                f, self.wrapped, radius + ZEROS_APART, ZEROS, self.picked, self.scores, self.away
+                f,
+                self.wrapped,
+                radius + ZEROS_APART,
+                WIDE * radius,
+                ZEROS,
+                self.picked,
+                self.scores,
+                self.away,
             )
             for k in range(count):
                 if self.scores[k] > WIDE * self.distance:
                     break
-                self.atlas.write_motion(f, self.wrapped, self.picked[k], self.away, self.d)
+                self.atlas.write_motion(self.wrapped, self.picked[k], self.away, self.d)
                 self._go_to_zero(f)
         if not self.found():
             return
