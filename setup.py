@@ -18,8 +18,9 @@ MANIFEST = ElementTree.parse(HERE / 'package.xml').getroot()
 
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
 ROS_KILTED = ['ros-kilted-rclpy[fastrtps]', 'ros-kilted-common-interfaces']
-# Robots, and layouts for viewers.
+# Robots, and layouts for viewers; what ROS's own tools are given.
 CONFIG = ['*.yaml', '*.json', '*.rviz']
+CONFIG_ROS = ['*.launch.py', '*.yaml', '*.xml']
 PEERS = ['pin', 'roboticstoolbox-python', 'yourdfpy']
 # What tests of a wheel need, without ROS and without a compiler.
 TEST_WHEEL = ['pytest>=7.4', 'pytest-timeout', 'pytest-xdist', 'hypothesis']
@@ -52,7 +53,7 @@ setup(
         f'{NAME}.diagnosis.calibration.output': ['page.css', 'page.js'],
         f'{NAME}.symbolic.output': ['formulas.css'],
         f'{NAME}.ros.process': ['fastdds_*.xml'],
-        f'{NAME}.config': CONFIG,
+        f'{NAME}.config': [*CONFIG, *(f'ros/{ending}' for ending in CONFIG_ROS)],
     },
     ext_modules=extension_modules(),
     cmdclass={'build_ext': BuildIfPossible},
@@ -63,12 +64,16 @@ setup(
             f'share/{NAME}/config',
             sorted(file for ending in CONFIG for file in glob(f'config/{ending}')),
         ),
+        (
+            f'share/{NAME}/config/ros',
+            sorted(file for ending in CONFIG_ROS for file in glob(f'config/ros/{ending}')),
+        ),
     ],
     install_requires=[
         'numpy>=1.26',
         'sympy>=1.12',
         'PyYAML>=6',
-        'typer>=0.9',
+        'typer>=0.9,<1',
         'rich>=13.7',
     ],
     extras_require={
@@ -77,10 +82,11 @@ setup(
         'test': TEST,
         'test-wheel': TEST_WHEEL,
         'peers': PEERS,
-        'bag': ['rosbags>=0.11'],
+        # Readers of rosbags and the server of viser are used from the inside.
+        'bag': ['rosbags>=0.11,<0.12'],
         'plot': ['matplotlib'],
         'dask': ['dask[distributed]'],
-        'view': ['viser>=1.1,<2', 'websockets>=15'],
+        'view': ['viser>=1.1,<2', 'msgspec>=0.18', 'websockets>=15'],
         'lint': ['ruff', 'mypy'],
         'docs': ['sphinx>=8', 'myst-parser>=4', 'furo', 'matplotlib'],
     },

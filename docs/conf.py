@@ -15,7 +15,6 @@ version = release
 extensions = ['myst_parser', 'sphinx.ext.autodoc', 'sphinx.ext.napoleon', 'from_code']
 myst_enable_extensions = ['colon_fence', 'deflist']
 myst_heading_anchors = 3
-exclude_patterns = ['pictures']
 
 # A link of a page to a page or a heading that is not there is a warning, which -W makes an error.
 nitpicky = True

@@ -1,16 +1,21 @@
 """
-A Sphinx extension: what the reference says of the code is made from the code.
+What the pages say of the code is made from the code: python docs/from_code.py [--pictures]
 
-A page has the line `<!-- made from the code: topics -->` where the table of the topics belongs;
-`MAKERS` has what else there is. The pictures of a page are those its own command lines save.
+A page has the lines `<!-- made from the code: topics -->` and `<!-- made until here -->` with the
+table of the topics between them; `MAKERS` has what else there is. This command renews them all;
+with `--pictures` also the pictures, which are those that a page's own command lines save. It needs
+what the site needs: `pip install '.[ros,docs,plot]'`.
+
+As a Sphinx extension it adds to the page of the library what only the site can show.
 """
 
 import contextlib
-import importlib.util
+import inspect
 import io
 import os
 import re
 import shlex
+import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -20,17 +25,13 @@ from kinematics_service.__main__ import main
 
 HERE = Path(__file__).parent
 RUN = 'python -m kinematics_service'
-PICTURES = HERE / 'pictures'
-PLACE = re.compile(r'^<!-- made from the code: (\w+) -->$', re.MULTILINE)
+BEGIN, END = '<!-- made from the code: {} -->', '<!-- made until here -->'
+PLACE = re.compile(
+    rf'^{BEGIN.format(chr(40) + "?P<what>[a-z_]+)")}$.*?^{END}$', re.MULTILINE | re.DOTALL
+)
+ON_THE_SITE = '<!-- on the site: the docstrings -->'
 DRAWN = re.compile(r'^\$ python -m kinematics_service (plot .*--save (\S+\.svg))$', re.MULTILINE)
-SHOWN = re.compile(r'!\[([^\]]*)\]\(([\w-]+\.svg)\)')
-
-WITHOUT_ROS = """
-:::{note}
-This part is left out here, because the site was built without ROS 2. Build it where
-`pip install '.[ros,docs]'` has been run.
-:::
-"""
+SHOWN = re.compile(r'!\[[^\]]*\]\(([\w-]+\.svg)\)')
 
 
 class MissingSentenceError(Exception):
@@ -110,7 +111,7 @@ def _topic_rows(node: Any) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
         if p.topic not in ('/parameter_events', '/rosout')
     }
     # Where tf2_msgs is not installed the node cannot have this one.
-    told.setdefault('/tf', ['tf2_msgs/TFMessage', ''])
+    told.setdefault('/tf', ['tf2_msgs/TFMessage', told['~/pose'][1]])
     heard = {
         s.topic_name.replace(own, '~/').removeprefix('/'): [
             _kind(s.msg_type),
@@ -129,11 +130,8 @@ def topics() -> str:
     from kinematics_service.robot.measures import MEASURES
 
     spoken = TOPICS | {f'~/singularity/{one.name}': one.meaning for one in MEASURES.values()}
-    try:
-        with some_node() as node:
-            told, heard = _topic_rows(node)
-    except ImportError:
-        return WITHOUT_ROS
+    with some_node() as node:
+        told, heard = _topic_rows(node)
     explained(list(told), spoken, 'the topic')
     explained(list(heard), HEARD_TOPICS, 'the topic')
     head = ('topic', 'type and content', 'quality of service')
@@ -152,10 +150,8 @@ def topics() -> str:
 
 def parameters() -> str:
     """Return the table of the parameters."""
-    try:
-        from kinematics_service.ros.parameters.table import PARAMETERS, POINTS, ROBOT, TRANSPORT
-    except ImportError:
-        return WITHOUT_ROS
+    from kinematics_service.ros.parameters.table import PARAMETERS, POINTS, ROBOT, TRANSPORT
+
     rows = [
         [code(one.name), code(_yaml(one.default)), _accepted(one), one.description]
         for one in (ROBOT, TRANSPORT, POINTS, *PARAMETERS)
@@ -293,31 +289,60 @@ def robots() -> str:
 
 
 def library() -> str:
-    """Return a directive of autodoc for each public name."""
+    """Return a table of the public names for each subject, with what each says first."""
+    from sentences import LIBRARY
+
     import kinematics_service as ks
 
     parts = []
-    for title, names in _public_names(ks).items():
-        directives = '\n'.join(_directive(ks, name) for name in names)
-        parts.append(f'## {title}\n\n```{{eval-rst}}\n{directives}\n```')
+    for title, names in _public_names(ks, LIBRARY).items():
+        rows = [
+            [code(f'ks.{name}{_arguments(ks, name)}'), _first_sentence(ks, name)] for name in names
+        ]
+        parts.append(f'## {title}\n\n{table(("name", "what it is"), rows)}')
     return '\n\n'.join(parts)
 
 
-def _public_names(ks: Any) -> dict[str, list[str]]:
+def _public_names(ks: Any, rooms: dict[str, str]) -> dict[str, list[str]]:
     names = [name for name in ks.__all__ if not name.startswith('_')]
     classes = {name for name in names if isinstance(getattr(ks, name), type)}
     errors = {name for name in classes if issubclass(getattr(ks, name), Exception)}
+    functions = [name for name in names if name not in classes]
+    room = {name: getattr(ks, name).__module__.split('.')[1] for name in functions}
+    explained(list(dict.fromkeys(room.values())), rooms, 'the room')
     return {
-        'Functions': [name for name in names if name not in classes],
+        **{title: [n for n in functions if room[n] == one] for one, title in rooms.items()},
         'Results and settings': [name for name in names if name in classes - errors],
         'Errors': [name for name in names if name in errors],
     }
 
 
-def _directive(ks: Any, name: str) -> str:
-    if not isinstance(getattr(ks, name), type):
-        return f'.. autofunction:: kinematics_service.{name}'
-    return f'.. autoclass:: kinematics_service.{name}'
+def _arguments(ks: Any, name: str) -> str:
+    value = getattr(ks, name)
+    if isinstance(value, type):
+        return ''
+    listed = inspect.signature(value).parameters.values()
+    return f'({", ".join(one.name for one in listed)})'
+
+
+def _first_sentence(ks: Any, name: str) -> str:
+    return ' '.join(inspect.cleandoc(getattr(ks, name).__doc__).split('\n\n')[0].split())
+
+
+def docstrings() -> str:
+    """Return a directive of autodoc for each public name."""
+    from sentences import LIBRARY
+
+    import kinematics_service as ks
+
+    parts = []
+    for title, names in _public_names(ks, LIBRARY).items():
+        kinds = ['class' if isinstance(getattr(ks, name), type) else 'function' for name in names]
+        directives = '\n'.join(
+            f'.. auto{kind}:: kinematics_service.{name}' for kind, name in zip(kinds, names)
+        )
+        parts.append(f'### {title}, in full\n\n```{{eval-rst}}\n{directives}\n```')
+    return '\n\n'.join(parts)
 
 
 MAKERS: dict[str, Callable[[], str]] = {
@@ -331,7 +356,7 @@ MAKERS: dict[str, Callable[[], str]] = {
     'library': library,
 }
 
-# Pictures: as the command lines of a page draw them
+# Pages and pictures
 
 
 def _printed(line: str) -> str:
@@ -343,35 +368,45 @@ def _printed(line: str) -> str:
     return printed.getvalue()
 
 
-def with_pictures(page: str, text: str) -> str:
-    """Return a page whose pictures are drawn, or left out where matplotlib is missing."""
-    lines = {name: line for line, name in DRAWN.findall(text)}
-    drawable = importlib.util.find_spec('matplotlib') is not None
+def renewed(text: str) -> str:
+    """Return a page with what is made from the code made anew."""
+    return PLACE.sub(
+        lambda place: f'{BEGIN.format(place["what"])}\n\n{MAKERS[place["what"]]()}\n\n{END}', text
+    )
 
-    def shown(found: re.Match[str]) -> str:
-        alt, name = found.groups()
-        if (HERE / page).with_name(name).exists():
-            return found[0]
+
+def draw(page: Path, text: str) -> None:
+    """Draw the pictures of a page, beside it."""
+    lines = {name: line for line, name in DRAWN.findall(text)}
+    for name in SHOWN.findall(text):
         if name not in lines:
             raise MissingSentenceError(f'{page}: no command line of this page saves {name}')
-        if not drawable:
-            return f'*(The picture "{alt}" is left out: the site was built without matplotlib.)*'
-        file = PICTURES / page.replace('/', '_') / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        _printed(lines[name].replace(name, str(file)))
-        up = '../' * page.count('/')
-        return f'![{alt}]({up}{file.relative_to(HERE)})'
+        _printed(lines[name].replace(name, str(page.with_name(name))))
 
-    return SHOWN.sub(shown, text)
+
+def renew(pictures: bool) -> None:
+    """Renew every page, and its pictures where that is asked for."""
+    for page in sorted(HERE.rglob('*.md')):
+        text = page.read_text(encoding='utf-8')
+        new = renewed(text)
+        if new != text:
+            page.write_text(new, encoding='utf-8')
+            print(f'wrote {page.relative_to(HERE.parent)}')
+        if pictures:
+            draw(page, new)
 
 
 def fill(app: Any, page: str, source: list[str]) -> None:
-    """Put into a page what is made from the code."""
-    text = PLACE.sub(lambda place: MAKERS[place[1]](), source[0])
-    source[0] = with_pictures(page, text)
+    """Put into a page of the site what only the site can show."""
+    if ON_THE_SITE in source[0]:
+        source[0] = source[0].replace(ON_THE_SITE, docstrings())
 
 
 def setup(app: Any) -> dict[str, bool]:
     """Register the extension."""
     app.connect('source-read', fill)
     return {'parallel_read_safe': False}
+
+
+if __name__ == '__main__':
+    renew('--pictures' in sys.argv[1:])

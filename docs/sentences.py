@@ -233,3 +233,12 @@ ROBOT_FILE = {
         },
     ),
 }
+
+# The subjects of the library by the room their functions live in, in the order of need.
+LIBRARY = {
+    'robot': 'Robots',
+    'kinematics': 'Kinematics and singularities',
+    'symbolic': 'Formulas',
+    'formats': 'URDF',
+    'diagnosis': 'Calibration and frames',
+}

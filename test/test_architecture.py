@@ -104,6 +104,7 @@ RULES = {
         (
             'formats/recordings/bag_reader.py',
             'formats/recordings/ros1_index.py',
+            'formats/recordings/unpacking.py',
             'diagnosis/audit/report/bag_writer.py',
         ),
     ),

@@ -37,7 +37,7 @@ def test_each_step_is_an_action_of_a_version_or_a_command():
     assert len(found) > 10
     for step in found:
         if 'uses' in step:
-            assert re.fullmatch(r'actions/[a-z-]+@v\d+', step['uses'])
+            assert re.fullmatch(r'actions/[a-z-]+@[0-9a-f]{40}', step['uses'])
         else:
             command = step['run'].split()[0]
             assert command == 'python' or (

@@ -24,6 +24,17 @@ with open(f'{__path__[0]}/__init__.pyi', encoding='utf-8') as _stub:
 
 __all__ = list(_HOME)
 
+from .robot.file.translation import TRANSLATORS, RobotText  # noqa: E402
+
+
+def _translate_urdf(content: bytes, file: str, base: str, tip: str) -> RobotText:
+    from .formats.urdf.importer import urdf_as_robot_file  # loaded for the first URDF
+
+    return urdf_as_robot_file(content, file, base, tip)
+
+
+TRANSLATORS.update(dict.fromkeys(('.urdf', '.xacro', '.xml'), _translate_urdf))
+
 
 def __getattr__(name: str) -> object:
     if name not in _HOME:

@@ -26,9 +26,7 @@ Those with (V) are ValueErrors as well; behind a colon stands what an error carr
     +-- CalibrationError (V)
     |   +-- ParameterNotFoundError: name, known
     +-- PlotError (V)
-    +-- ServerAddressError (V)
-    +-- ViewerMissingError
-    +-- UnknownViserError
+    +-- ViewError
     +-- ArmsError (V)
     +-- RobotConflictError (V)
     +-- SettingsError (V)
@@ -254,16 +252,8 @@ class PlotError(KinematicsError, ValueError):
     """A picture that cannot be made."""
 
 
-class ServerAddressError(KinematicsError, ValueError):
-    """The page cannot be served at this host and port; the message says why and what to change."""
-
-
-class ViewerMissingError(KinematicsError):
-    """viser cannot be imported; its text says how to get it."""
-
-
-class UnknownViserError(KinematicsError):
-    """This viser does not let connections be refused as the page needs it."""
+class ViewError(KinematicsError):
+    """A page that cannot be served: its address, viser missing or unknown; what to change."""
 
 
 class ArmsError(KinematicsError, ValueError):

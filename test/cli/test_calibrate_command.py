@@ -54,7 +54,7 @@ def test_a_table_of_poses_makes_a_robot_file_that_goes_on(tmp_path, capsys):
     assert (code, err) == (0, '')
     assert html.read_text().count('tracker.csv') == 1
     assert f'ur5e: 50 poses of {file}' in out
-    assert 'Only d2 + d3 + d4 is told, not each of them.' in out
+    assert 'Only d2 + d3 + d4 is identifiable, not each of them.' in out
     assert f'wrote {output}' in out
     text = output.read_text()
     assert text.startswith('# Calibrated by kinematics_service ')
@@ -108,7 +108,7 @@ def test_what_is_no_calibration_is_not_written(tmp_path, capsys):
     assert (code, err) == (0, '')
     first = out.partition('\n')[0]
     assert first.startswith('This is no calibration: ')
-    assert first.endswith('deg would be left; written anyway.')
+    assert first.endswith('deg is required; written anyway.')
     assert output.read_text().startswith('# NO CALIBRATION, written anyway: ')
     page = html.read_text()
     assert '<section class="verdict ERROR"><p class="first">This is no calibration: ' in page
@@ -472,7 +472,7 @@ def test_touched_points_make_a_robot_file_that_goes_on(tmp_path, capsys):
     assert (code, err) == (0, '')
     assert f'ur5e: 80 touches of {one}, {two}' in out
     assert '1 row names no point and is left out.' in out
-    assert 'No length is told by itself' in out
+    assert 'The scale of the lengths is not identifiable' in out
     assert 'Point A, touched 40 times, is at 0.4' in out
     text = output.read_text()
     assert '# data: one.csv, two.csv, 80 touches of A, B\n' in text

@@ -77,7 +77,7 @@ def test_rows_in_which_one_joint_moves_contradict_the_arm(name, j, i, sign, kind
     assert sentences[1].startswith('What explains it: joint')
     assert found.without.after.position_rms < 3e-4 < 4e-3 < found.with_outliers.after.position_rms
     assert found.with_outliers.held_out.position_rms > 4e-3
-    assert any(one.startswith('With the 6 left out as well: ') for one in sentences)
+    assert any(one.startswith('With the outliers included they are ') for one in sentences)
     document = document_of(found, [])
     assert document['accepted'] is False
     assert document['errors_with_outliers']['after']['position_rms'] > 4e-3
@@ -139,7 +139,7 @@ def test_a_length_that_is_wrong_by_300_mm_is_refused_however_little_the_arm_move
     for given in (poses, poses[:, :3, 3]):
         found = ks.calibrate(robot, q, given)
         assert not found.accepted
-        assert 'mm remain (rms), and less than 4 mm would be left' in found.refusals[-1]
+        assert 'mm remain (rms), where less than 4 mm is required' in found.refusals[-1]
 
 
 @pytest.mark.parametrize('count', [30, 60])
@@ -165,7 +165,7 @@ def test_more_than_a_tenth_left_out_is_refused():
     poses[bad, :3, 3] += 1e-3 * random.normal(size=(7, 3))  # far within any limit
     found = ks.calibrate(arm.robot, arm.q, poses)
     assert found.refusals == (
-        '7 of 60 poses contradict the arm: more than a tenth are no outliers',
+        '7 of 60 poses contradict the arm: that is more than a tenth, too many for outliers',
     )
     poses[bad[0]] = arm.poses[bad[0]]
     assert ks.calibrate(arm.robot, arm.q, poses).accepted

@@ -431,11 +431,11 @@ def test_a_plan_with_refused_samples_fails_its_gate(tmp_path, capsys):
     assert code == 1
     first = ' '.join(out.split('\n', 1)[1].split())
     assert re.match(
-        r'bad The planned motion could not be judged in 1,999 of 2,001 samples \(99.9 %\): '
+        r'ERROR The planned motion could not be judged in 1,999 of 2,001 samples \(99.9 %\): '
         r'position too large \(1,999\)\.',
         first,
     ), first
-    assert 'fine' not in out
+    assert 'OK' not in out
     assert 'singular poses at the 2 samples that could be judged' in ' '.join(out.split())
     assert run(capsys, file, '--robot', 'planar_2r', '--fail-on', 'limits')[0] == 1
     assert run(capsys, file, '--robot', 'planar_2r', '--fail-on', 'never')[0] == 0
@@ -466,9 +466,9 @@ def test_what_is_farther_than_any_distance_is_said_to_be(tmp_path, capsys):
     assert code == 0
     sentence = (
         'The arm keeps away from singular poses at its 200 joint states: the nearest is farther '
-        'than 1 rad (57 deg) (warning at 0.1).'
+        'than 1 rad (57 deg) (WARN at 0.1).'
     )
-    assert f'fine {sentence}' in ' '.join(out.split())
+    assert f'OK {sentence}' in ' '.join(out.split())
     assert sentence in page.read_text()
     assert '>farther than 1 rad (57 deg)<' in page.read_text()
     series = document(capsys, file, '--robot', 'planar_2r')['series']

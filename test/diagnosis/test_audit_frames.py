@@ -268,17 +268,17 @@ def test_a_remainder_that_no_cause_explains_is_judged_by_its_size(tmp_path, caps
         line, *_ = [line for line in out.splitlines() if 'Poses of' in line]
         return code, line.split()[0], line
 
-    assert level(2e-3)[:2] == (0, 'fine')
-    assert level(8e-3)[:2] == (0, 'note')
+    assert level(2e-3)[:2] == (0, 'OK')
+    assert level(8e-3)[:2] == (0, 'WARN')
     code, word, line = level(0.06)
-    assert (code, word) == (1, 'bad')
-    assert '(20 mm or 2 deg is bad)' in line
+    assert (code, word) == (1, 'ERROR')
+    assert '(ERROR at 20 mm or 2 deg)' in line
     code, word, line = level(400.0)
-    assert (code, word) == (1, 'bad')
+    assert (code, word) == (1, 'ERROR')
     assert 'e+' not in line
     assert ' m, ' in line
-    assert level(8e-3, '--pose-stop', '5 mm')[:2] == (1, 'bad')
-    assert level(8e-3, '--pose-warn', '9mm, 1deg')[:2] == (0, 'fine')
+    assert level(8e-3, '--pose-stop', '5 mm')[:2] == (1, 'ERROR')
+    assert level(8e-3, '--pose-warn', '9mm, 1deg')[:2] == (0, 'OK')
 
 
 @pytest.mark.slow
@@ -288,7 +288,7 @@ def test_a_remainder_that_no_cause_explains_is_judged_by_its_size(tmp_path, caps
         (('--pose-warn', '5'), "'5' is no length or angle with its unit"),
         (('--pose-warn', '3 cm'), "'3 cm' is no length or angle"),
         (('--pose-stop', '1.2.3mm'), "'1.2.3mm' is no length or angle"),
-        (('--pose-stop', '1mm'), '1mm is less than the warning at 4mm,0.5deg'),
+        (('--pose-stop', '1mm'), '1mm is less than --pose-warn 4mm,0.5deg'),
         (('--pose-gap', '-1'), '--pose-gap: -1 is not within 0 and 3600 s'),
         (('--pose-gap', 'nan'), '--pose-gap: nan is not within'),
         (

@@ -168,13 +168,13 @@ def stores():
     return typesys.get_typestore(stores.ROS2_JAZZY), typesys.get_typestore(stores.ROS1_NOETIC)
 
 
-def write_ros1(file, store, samples, connections=1, bad=()):
+def write_ros1(file, store, samples, connections=1, bad=(), packed='LZ4'):
     """Write samples as a ROS 1 bag, in turns over several publishers; of some only some bytes."""
     from rosbags.rosbag1 import Writer
 
     time, head = store.types['builtin_interfaces/msg/Time'], store.types['std_msgs/msg/Header']
     writer = Writer(file)
-    writer.set_compression(Writer.CompressionFormat.LZ4)
+    writer.set_compression(Writer.CompressionFormat[packed])
     with writer:
         own = [
             writer.add_connection('/joint_states', JOINT_STATE, typestore=store, callerid=f'/{k}')
@@ -195,6 +195,23 @@ def write_ros1(file, store, samples, connections=1, bad=()):
 
 def heard(found):
     return {key: found[key] for key in ('series', 'verdict', 'stream', 'messages', 'joints')}
+
+
+@pytest.mark.parametrize('packed', ['LZ4', 'BZ2'])
+def test_a_chunk_of_a_ros_1_bag_that_grows_is_not_unpacked(
+    tmp_path, capsys, monkeypatch, stores, packed
+):
+    from rosbags.rosbag1 import writer
+
+    name = f'{packed.lower()}_compress'
+    usual = getattr(writer, name)
+    monkeypatch.setattr(writer, name, lambda data, level: usual(data + bytes(2**28), level))
+    robot = robot_of('planar_2r')
+    samples = samples_of(robot, *motion(robot, 20))
+    file = write_ros1(tmp_path / 'run.bag', stores[1], samples, packed=packed)
+    assert file.stat().st_size < 2**21
+    text = refusal(capsys, file, '--robot', 'planar_2r')
+    assert text == f'{file}: a part of it unpacks to more than 268,435,456 bytes'
 
 
 @pytest.mark.slow

@@ -43,7 +43,7 @@ def test_a_dip_that_samples_step_over_is_refuted(tmp_path, capsys):
     plan = trajectory(*points)
     code, out, found = audited(capsys, write(tmp_path, {'joint_trajectory': plan}))
     assert code == 1
-    assert 'bad  Refuted: at 5.00' in out.splitlines()[1]
+    assert 'ERROR  Refuted: at 5.00' in out.splitlines()[1]
     assert 'rad from a singular pose (wrist) (0.03 asked)' in out
     (check,) = found['plans']
     told = check['singularity']
@@ -73,7 +73,7 @@ def test_an_ordinary_plan_is_proved(tmp_path, capsys):
     least = told['distance_proved']
     assert 0.03 < least <= 0.3
     assert f'the plan keeps {rounded_down(least)} rad or more from every singular pose' in out
-    assert 'fine  Proved, between its points too: joints keep their limits and speeds.' in out
+    assert 'OK  Proved, between its points too: joints keep their limits and speeds.' in out
     robot = robot_of('ur5e')
     q = [point['positions'] for point in plan['points']]
     assert ks.check_plan(robot, [0.0, 3.0], q).singularity.lower == least
@@ -86,10 +86,10 @@ def test_what_is_proved_of_some_trajectories_is_said_of_no_others(tmp_path, caps
     code, out, found = audited(capsys, file)
     assert code == 1
     said = ' '.join(out.split())
-    assert 'bad Trajectory 1 of 3 is not checked: between its points' in said
+    assert 'ERROR Trajectory 1 of 3 is not checked: between its points' in said
     proved = [line for line in out.splitlines() if 'Proved' in line]
     assert len(proved) == 2
-    assert all(line.startswith('fine  Of 2 of 3 trajectories: Proved') for line in proved)
+    assert all(line.startswith('OK  Of 2 of 3 trajectories: Proved') for line in proved)
     assert [plan['trajectory'] for plan in found['plans']] == [2, 3]
     code, out, _ = audited(capsys, file, '--speed-of', '3')
     assert 'Trajectory 2 of 3: The largest speed of the tool' in ' '.join(out.split())
@@ -102,7 +102,7 @@ def test_limits_that_a_file_does_not_give_are_not_kept(tmp_path, capsys):
     assert main(['audit', str(file), '--robot', 'planar_2r']) == 0
     out = capsys.readouterr().out
     assert 'keep their' not in out
-    assert 'fine  The robot file gives no limits and no speeds of joints.' in out
+    assert 'OK  The robot file gives no limits and no speeds of joints.' in out
     assert 'keeps away from singular poses at its 21 samples' in out
 
 
@@ -110,7 +110,7 @@ def test_what_is_not_decided_fails_unless_it_is_allowed(tmp_path, capsys):
     plan = write(tmp_path, trajectory((0.0, {4: 0.0300001}), (3.0, {0: 0.4, 4: 0.0300001})))
     code, out, found = audited(capsys, plan)
     assert code == 1
-    assert 'note  Not decided in 1 stretch (3 s), the first from 0.000 to 3.000 s' in out
+    assert 'WARN  Not decided in 1 interval (3 s), the first from 0.000 to 3.000 s' in out
     assert found['plans'][0]['singularity']['undecided'] == [[0.0, 3.0]]
     assert audited(capsys, plan, '--fail-on', 'stop')[0] == 0
     assert audited(capsys, plan, '--fail-on', 'undecided')[0] == 1
@@ -132,9 +132,9 @@ def test_speeds_of_tool_frames_and_joints_have_a_limit(tmp_path, capsys):
         capsys, plan, '--speed-limit', '0.25', '--speed-of', 'elbow_joint,3'
     )
     assert code == 0
-    assert 'fine  Proved: the tool keeps below 0.25 m/s; its largest speed is' in out
-    assert 'fine  Proved: elbow_joint keeps below 0.25 m/s' in out
-    assert 'fine  Proved: frame 3 keeps below 0.25 m/s' in out
+    assert 'OK  Proved: the tool keeps below 0.25 m/s; its largest speed is' in out
+    assert 'OK  Proved: elbow_joint keeps below 0.25 m/s' in out
+    assert 'OK  Proved: frame 3 keeps below 0.25 m/s' in out
     tool, elbow, _ = found['plans'][0]['speeds']
     assert (tool['of'], tool['limit'], elbow['of']) == ('tool', 0.25, 'elbow_joint')
     sampled = max(np.linalg.norm(twist[:3]) for twist in found['series']['twist'])
@@ -143,13 +143,13 @@ def test_speeds_of_tool_frames_and_joints_have_a_limit(tmp_path, capsys):
     too_fast = str(0.99 * tool['lower'])
     code, out, _ = audited(capsys, plan, '--speed-limit', too_fast)
     assert code == 1
-    assert 'bad  Refuted: the tool moves at' in out
+    assert 'ERROR  Refuted: the tool moves at' in out
     assert audited(capsys, plan, '--speed-limit', too_fast, '--fail-on', 'stop')[0] == 0
     assert audited(capsys, plan, '--speed-limit', too_fast, '--fail-on', 'speed')[0] == 1
     # Without a limit the bracket is told for what is asked.
     code, out, _ = audited(capsys, plan, '--speed-of', '3')
     assert code == 0
-    assert 'fine  The largest speed of frame 3 is' in out
+    assert 'OK  The largest speed of frame 3 is' in out
 
 
 def test_limits_and_joint_speeds_are_those_between_the_points(tmp_path, capsys):
@@ -162,7 +162,7 @@ def test_limits_and_joint_speeds_are_those_between_the_points(tmp_path, capsys):
         capsys, write(tmp_path, trajectory(*points, velocities=rates)), '--fail-on', 'limits'
     )
     assert code == 1
-    assert 'bad  Beyond its limits: elbow_joint.' in out
+    assert 'ERROR  Beyond its limits: elbow_joint.' in out
     told = found['plans'][0]['joints'][2]
     assert (told['limits'], told['speed']) == ('refuted', 'proved')
     assert told['greatest']['value'] == pytest.approx(robot_of('ur5e').limits[2, 1] + 1e-3)
@@ -183,7 +183,7 @@ def test_each_trajectory_of_a_file_has_its_verdict(tmp_path, capsys):
     code, out, found = audited(capsys, write(tmp_path, fine, bad, fine))
     assert code == 1
     assert [plan['verdict'] for plan in found['plans']] == ['proved', 'refuted', 'proved']
-    assert 'bad  Trajectory 2 of 3: Refuted: at 1.000 s, after points[0]' in out
+    assert 'ERROR  Trajectory 2 of 3: Refuted: at 1.000 s, after points[0]' in out
     assert found['plans'][1]['singularity']['t'] == pytest.approx(1.0, abs=1e-3)
 
 

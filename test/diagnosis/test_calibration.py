@@ -186,7 +186,7 @@ def test_a_noise_that_is_assumed_is_said_to_be(name, count, noise, told):
     found = ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3], noise=noise, check=False)
     sentences = '. '.join(sentences_of(found))
     assert ('is assumed' in sentences) == (not told)
-    assert ('What the arm cannot explain is' in sentences) == told
+    assert ('The noise, which the arm cannot explain, is' in sentences) == told
 
 
 def test_positions_alone_tell_all_but_the_last_orientation():
@@ -203,13 +203,13 @@ def test_what_cannot_be_told_apart_is_named():
     found = ks.calibrate(arm.robot, arm.q, arm.poses)
     sentences = [one.sentence for one in found.combinations]
     assert sentences == [
-        'only theta1 + base.rz is told, not each of them',
-        'only d1 + base.z is told, not each of them',
-        'only d2 + d3 + d4 is told, not each of them',
-        'only theta6 + tool.rz is told, not each of them',
-        'only d6 + tool.z is told, not each of them',
-        'only a6 + tool.x is told, not each of them',
-        'only alpha6 + tool.rx is told, not each of them',
+        'only theta1 + base.rz is identifiable, not each of them',
+        'only d1 + base.z is identifiable, not each of them',
+        'only d2 + d3 + d4 is identifiable, not each of them',
+        'only theta6 + tool.rz is identifiable, not each of them',
+        'only d6 + tool.z is identifiable, not each of them',
+        'only a6 + tool.x is identifiable, not each of them',
+        'only alpha6 + tool.rx is identifiable, not each of them',
     ]
     unknown = sum(len(one.names) - one.determined for one in found.combinations)
     assert len(found.parameters) - unknown == found.possible == 30
@@ -254,7 +254,7 @@ def test_base_and_tool_stay_as_in_the_file_where_they_are_fixed():
     assert np.array_equal(found.tool_offsets[0], np.eye(4))
     # Now the first and last numbers of the table are told, too.
     assert [one.sentence for one in found.combinations] == [
-        'only d2 + d3 + d4 is told, not each of them'
+        'only d2 + d3 + d4 is identifiable, not each of them'
     ]
     assert abs(found.corrections['theta1'] - arm.errors[0]) < 3e-4
 

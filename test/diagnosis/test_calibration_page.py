@@ -38,7 +38,7 @@ def found():
 def test_the_page_says_what_was_found(found):
     page = page_of(found, ORIGIN)
     assert 'tracker &lt;1&gt;.csv' in page
-    assert 'Only d2 + d3 + d4 is told, not each of them.' in page
+    assert 'Only d2 + d3 + d4 is identifiable, not each of them.' in page
     assert 'A remark.' in page
     assert '<td>shoulder_pan_joint' not in page
     assert page.count('<svg class="bar"') == len(found.parameters)

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import struct
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from kinematics_service.formats.recordings.between_points import (
     PlannedTrajectory,
     sampled,
 )
+from kinematics_service.formats.recordings.open_file import open_source
 from kinematics_service.formats.recordings.plan_reader import LARGEST
 from kinematics_service.formats.recordings.recording import read_recording
 from kinematics_service.formats.recordings.source import Selection
@@ -117,17 +119,25 @@ def test_what_is_no_file_is_refused_and_not_waited_for(tmp_path, capsys, suffix)
 def packed_bag(folder, store, pack):
     """Write a bag of a hundred joint states whose file is compressed, after `pack`."""
     zstd = pytest.importorskip('rosbags.rosbag2.reader').zstd
-    robot = robot_of('planar_2r')
-    write_bag(folder, store, joint_states(store, samples_of(robot, *motion(robot, 100))))
+    write_bag(folder, store, hundred(store))
     (file,) = folder.glob('*.mcap')
     packed = file.with_name(f'{file.name}.zstd')
     packed.write_bytes(pack(zstd, file.read_bytes()))
     file.unlink()
-    metadata = folder / 'metadata.yaml'
-    text = metadata.read_text().replace(file.name, packed.name)
-    text = re.sub('compression_format: .*', 'compression_format: zstd', text)
-    metadata.write_text(re.sub('compression_mode: .*', 'compression_mode: FILE', text))
+    call_compressed(folder, 'FILE', file.name, packed.name)
     return packed
+
+
+def call_compressed(folder, mode, *names):
+    metadata = folder / 'metadata.yaml'
+    text = metadata.read_text().replace(*names or ('', ''))
+    text = re.sub('compression_format: .*', 'compression_format: zstd', text)
+    metadata.write_text(re.sub('compression_mode: .*', f'compression_mode: {mode}', text))
+
+
+def hundred(store):
+    robot = robot_of('planar_2r')
+    return list(joint_states(store, samples_of(robot, *motion(robot, 100))))
 
 
 def test_a_compressed_bag_is_read(tmp_path, capsys, store):
@@ -144,6 +154,98 @@ def test_a_compressed_bag_that_grows_is_not_unpacked(tmp_path, capsys, store, be
     file = packed_bag(tmp_path / 'bag', store, bomb)
     text = planar(capsys, tmp_path / 'bag')
     assert text.startswith(f'{file}: unpacks to more than 64 MiB')
+
+
+def written(folder, store, plugin, pack=bytes, chunk=None):
+    """Write a hundred joint states: each message after `pack`, a chunk after `chunk`."""
+    rosbag2 = pytest.importorskip('rosbags.rosbag2')
+    writer = rosbag2.Writer(folder, version=9, storage_plugin=rosbag2.StoragePlugin[plugin])
+    if chunk is not None:
+        writer.set_compression(rosbag2.CompressionMode.STORAGE, rosbag2.CompressionFormat.ZSTD)
+    topic, kind, *_ = hundred(store)[0]
+    with writer:
+        connection = writer.add_connection(topic, kind, typestore=store)
+        if chunk is not None:
+            chunk(writer.storage)
+        for _, _, stamp, message in hundred(store):
+            writer.write(connection, stamp, pack(store.serialize_cdr(message, kind)))
+    return folder
+
+
+@pytest.fixture
+def zstd():
+    return pytest.importorskip('rosbags.rosbag2.reader').zstd
+
+
+PLUGINS = pytest.mark.parametrize('plugin', ['MCAP', 'SQLITE3'])
+
+
+@PLUGINS
+def test_a_bag_whose_messages_are_compressed_is_read(tmp_path, capsys, store, zstd, plugin):
+    bag = written(tmp_path / 'bag', store, plugin, zstd.compress)
+    call_compressed(bag, 'MESSAGE')
+    assert document(capsys, bag, '--robot', 'planar_2r')['messages']['total'] == 100
+    bag = written(tmp_path / 'damaged', store, plugin)
+    call_compressed(bag, 'MESSAGE')
+    assert planar(capsys, bag).startswith(f'{bag}: cannot be read as a bag: ')
+
+
+@PLUGINS
+def test_a_compressed_message_that_grows_is_not_unpacked(tmp_path, capsys, store, zstd, plugin):
+    # Frames of zeros behind the message: 300 MB in 10 kB.
+    zeros = 300 * zstd.compress(bytes(2**20))
+    bag = written(tmp_path / 'bag', store, plugin, lambda data: zstd.compress(data) + zeros)
+    call_compressed(bag, 'MESSAGE')
+    text = planar(capsys, bag)
+    assert text == f'{bag}: a part of it unpacks to more than 268,435,456 bytes'
+
+
+def test_messages_of_one_length_are_held_to_a_bound(tmp_path, store, zstd, monkeypatch):
+    pytest.importorskip('rosbags')
+    monkeypatch.setattr('kinematics_service.formats.recordings.bag_reader.LARGEST_BYTES', 1000)
+    bag = written(tmp_path / 'bag', store, 'MCAP')
+    with open_source(bag, Selection(robot_of('planar_2r'))) as source:
+        blocks = list(source.blocks)
+    assert sum(map(len, blocks)) == 100
+    assert {len(block) for block in blocks[:-1]} == {11}  # of 88 bytes each
+
+
+@pytest.mark.parametrize('is_honest', [True, False])
+def test_a_chunk_that_grows_is_not_unpacked(tmp_path, capsys, store, zstd, is_honest):
+    def grows(storage):
+        if is_honest:  # a record of no known kind
+            storage.chunk.bio.write(struct.pack('<BQ', 0x80, 2**28) + bytes(2**28))
+        else:
+            zeros = zstd.compress(bytes(2**20))
+            storage.compressor = lambda data: zstd.compress(data) + 300 * zeros
+
+    bag = written(tmp_path / 'bag', store, 'MCAP', chunk=grows)
+    (file,) = bag.glob('*.mcap')
+    assert file.stat().st_size < 2**17
+    text = planar(capsys, bag)
+    assert text.startswith(f'{bag}: a part of it unpacks to more than ')
+    assert text.endswith('268,435,456 bytes') == is_honest
+
+
+def test_a_chunk_is_not_held_many_times(tmp_path, capsys, store, zstd):
+    class Listed(list):
+        # The index names each chunk as often as it is said.
+        def append(self, record):
+            self.extend(copies * [record])
+
+    def held(storage):
+        storage.chunk.bio.write(struct.pack('<BQ', 0x80, 2**26) + bytes(2**26))
+        storage.chunks = Listed()
+
+    copies = 2
+    bag = written(tmp_path / 'twice', store, 'MCAP', chunk=held)
+    assert document(capsys, bag, '--robot', 'planar_2r')['messages']['total'] == 200
+    copies = 20
+    bag = written(tmp_path / 'often', store, 'MCAP', chunk=held)
+    assert planar(capsys, bag) == (
+        f'{bag}: chunks of one time have 1280 MiB together, more than 1024 (mcap sort may order '
+        'them)'
+    )
 
 
 @pytest.mark.slow

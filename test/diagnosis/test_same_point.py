@@ -17,7 +17,7 @@ NOISE = 5e-5
 A, B, C = (0.4, 0.2, 0.1), (-0.3, 0.4, 0.3), (0.2, -0.4, 0.25)
 ONE, TWO = (('A', A),), (('A', A), ('B', B))
 APART = {('A', 'B'): float(np.linalg.norm(np.subtract(A, B)))}
-NO_SCALE = 'no length is told by itself'
+NO_SCALE = 'the scale of the lengths is not identifiable'
 # Six and seven joints, with and without parallel axes, modified, a sliding joint.
 ARMS = ('ur5e', 'puma560', 'panda', 'offset_stanford_shape')
 
@@ -99,10 +99,10 @@ def test_a_known_distance_tells_the_scale():
     plain = ks.calibrate(arm.robot, arm.q, same_point=arm.marks)
     assert found.possible == plain.possible + 1
     assert [one.sentence for one in found.combinations] == [
-        'of theta1, A.x, A.y, B.x, B.y only 4 combinations are told',
-        'of d1, A.z, B.z only 2 combinations are told',
-        'only d2 + d3 + d4 is told, not each of them',
-        'of theta6, d6, a6, alpha6, tool.x, tool.y, tool.z only 3 combinations are told',
+        'only 4 combinations of theta1, A.x, A.y, B.x, B.y are identifiable',
+        'only 2 combinations of d1, A.z, B.z are identifiable',
+        'only d2 + d3 + d4 is identifiable, not each of them',
+        'only 3 combinations of theta6, d6, a6, alpha6, tool.x, tool.y, tool.z are identifiable',
     ]
 
 
@@ -146,7 +146,7 @@ def test_an_angle_that_is_hardly_known_is_no_length(monkeypatch):
     monkeypatch.setattr(same_point, 'excesses', lambda problem, found: np.array([9.0]))
     found = ks.calibrate(arm.robot, arm.q, same_point=arm.marks, tolerances={'theta6': 0.5})
     said = next(one for one in found.remarks if 'of first order' in one)
-    assert 'theta6 is known to 28.6 deg alone' in said
+    assert 'theta6 is known to 28.6 deg only' in said
 
 
 @pytest.mark.slow
@@ -181,7 +181,7 @@ def test_touches_that_tell_nothing_are_refused():
     arm = touching_arm('ur5e', TWO, 40)
     assert refused(arm.robot, arm.q[:42], same_point=arm.marks[:42]) == (
         'point B is touched from 2 poses: at least 3 are needed, and some 12 or more at each '
-        'point tell most of an arm'
+        'point identify most of an arm'
     )
     assert 'point A are all alike' in refused(
         arm.robot, np.tile(arm.q[0], (9, 1)), same_point=['A'] * 9

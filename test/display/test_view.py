@@ -42,6 +42,7 @@ from kinematics_service.display.view.scene import (
     short_names,
     size_of,
 )
+from kinematics_service.kinematics.loop_links import carried_rows
 from kinematics_service.kinematics.singular_poses import singular_poses
 from kinematics_service.robot.measures import Level
 
@@ -121,7 +122,7 @@ def test_a_joint_turns_the_tool_about_the_axes_drawn_for_it(name):
 def test_axes_are_drawn_beside_the_links(name):
     robot = robot_of(name)
     seen = observe(robot, pose_of(robot))
-    origins = seen.frames[:, :3, 3]
+    origins = np.concatenate([seen.frames[:, :3, 3], seen.loops.reshape(-1, 3)])
     for axis in seen.axes:
         assert np.min(np.linalg.norm(origins - axis.point, axis=1)) < 1e-9
 
@@ -139,12 +140,16 @@ def test_the_coupled_rows_of_a_parallelogram_have_axes_of_their_own():
 def test_links_are_a_line_from_the_base_to_the_tool(name):
     robot = robot_of(name)
     q = pose_of(robot)
-    scene = scene_of(observe(robot, q))
-    assert scene.links.shape == (robot.rows + 2, 2, 3)
-    assert scene.links[0, 0] == pytest.approx(np.zeros(3))
-    assert scene.links[1:, 0] == pytest.approx(scene.links[:-1, 1])
-    assert scene.links[-1, 1] == pytest.approx(ks.forward_kinematics(robot, q)[:3, 3])
-    assert scene.links[:-1, 1] == pytest.approx(ks.link_frames(robot, q)[:, :3, 3])
+    seen = observe(robot, q)
+    drawn, loops = scene_of(seen).links, len(seen.loops)
+    line = drawn[: len(drawn) - loops]
+    assert drawn[len(line) :] == pytest.approx(seen.loops)
+    assert line[0, 0] == pytest.approx(np.zeros(3))
+    assert line[-1, 1] == pytest.approx(ks.forward_kinematics(robot, q)[:3, 3])
+    if not any(carried_rows(robot)):
+        assert len(line) == robot.rows + 2
+        assert line[1:, 0] == pytest.approx(line[:-1, 1])
+        assert line[:-1, 1] == pytest.approx(ks.link_frames(robot, q)[:, :3, 3])
 
 
 def test_the_velocity_arrow_ends_where_the_tool_would_be():
@@ -358,18 +363,18 @@ def test_the_colours_of_the_levels_differ_in_brightness_or_along_blue_and_yellow
 def test_a_taken_port_and_a_foreign_host_are_told():
     pytest.importorskip('viser', reason="needs viser: pip install '.[view]'")
     from kinematics_service.display.view.address import check_address
-    from kinematics_service.errors import ServerAddressError
+    from kinematics_service.errors import ViewError
 
     with socket.socket() as taken:
         taken.bind(('127.0.0.1', 0))
         taken.listen()
         port = taken.getsockname()[1]
         with pytest.raises(
-            ServerAddressError, match=f'--port {port}: another program uses it.* --port {port + 1}'
+            ViewError, match=f'--port {port}: another program uses it.* --port {port + 1}'
         ):
             check_address('127.0.0.1', port)
     check_address('127.0.0.1', 0)
-    with pytest.raises(ServerAddressError, match='--host 192.0.2.1: not an address'):
+    with pytest.raises(ViewError, match='--host 192.0.2.1: not an address'):
         check_address('192.0.2.1', 0)
 
 

@@ -339,6 +339,7 @@ def small(*joints, links='abc', head='<robot name="r">'):
 
 
 FINE = ('j', 'revolute', 'a', 'b', LIMIT)
+LEADS = "; the joint leads from link 'a' to 'b'"
 REFUSED = {
     'no XML': ('robot: <r>', '<text>:1: not valid XML: syntax error'),
     'cut off': (small(FINE)[:-3], '<text>:4: not valid XML: unclosed token'),
@@ -362,7 +363,8 @@ REFUSED = {
     ),
     'a xacro expression': (
         small(('j', 'revolute', 'a', 'b', '<origin rpy="${pi/2} 0 0"/>' + LIMIT)),
-        "<text>:3: <origin>: rpy='${pi/2}' is xacro: expand the file first",
+        "<text>:3: <origin> of <joint name='j'>: rpy='${pi/2}' is xacro: expand the file first"
+        + LEADS,
     ),
     'deep': (f'{"<robot>" * 70}{"</robot>" * 70}', '<text>:1: nested more than 64 deep'),
     'no such base': (
@@ -385,17 +387,17 @@ REFUSED = {
     'floating': (
         small(('j', 'floating', 'a', 'b', '')),
         "<text>:3: <joint name='j'>: a floating joint moves in six ways at once: begin the chain "
-        'below it (accepted: revolute, continuous, prismatic, fixed)',
+        'below it (accepted: revolute, continuous, prismatic, fixed)' + LEADS,
     ),
     'planar': (
         small(('j', 'planar', 'a', 'b', '')),
         "<text>:3: <joint name='j'>: a planar joint moves in three ways at once: begin the chain "
-        'below it (accepted: revolute, continuous, prismatic, fixed)',
+        'below it (accepted: revolute, continuous, prismatic, fixed)' + LEADS,
     ),
     'unknown type': (
         small(('j', 'hinge', 'a', 'b', '')),
         "<text>:3: <joint name='j'>: its type is 'hinge' (accepted: revolute, continuous, "
-        'prismatic, fixed)',
+        'prismatic, fixed)' + LEADS,
     ),
     'only fixed': (
         small(('j', 'fixed', 'a', 'b', '')),
@@ -404,24 +406,25 @@ REFUSED = {
     'no limit': (
         small(('j', 'revolute', 'a', 'b', '')),
         '<text>:3: <joint name=\'j\'>: a revolute joint needs <limit lower="..." upper="..."/>, '
-        "or type='continuous'",
+        "or type='continuous'" + LEADS,
     ),
-    'limits not told': (
-        small(('j', 'revolute', 'a', 'b', '<limit effort="1" velocity="1"/>')),
-        "<text>:3: <limit>: the lower limit of 'j' must be below the upper one, not 0 and 0 "
-        "(type='fixed' for a joint that does not move)",
+    'limits of one place': (
+        small(('j', 'revolute', 'a', 'b', '<limit lower="1.5" upper="1.5"/>')),
+        "<text>:3: <limit> of <joint name='j'>: the lower limit must be below the upper one, not "
+        f"1.5 and 1.5 (type='fixed' for a joint that does not move){LEADS}",
     ),
     'no axis': (
         small(('j', 'revolute', 'a', 'b', LIMIT + '<axis xyz="0 0 0"/>')),
-        "<text>:3: <axis>: xyz='0 0 0' has no direction",
+        "<text>:3: <axis> of <joint name='j'>: xyz='0 0 0' has no direction" + LEADS,
     ),
     'two numbers': (
         small(('j', 'revolute', 'a', 'b', LIMIT + '<origin xyz="0 0"/>')),
-        "<text>:3: <origin>: xyz: expected three numbers, not '0 0'",
+        "<text>:3: <origin> of <joint name='j'>: xyz: expected three numbers, not '0 0'" + LEADS,
     ),
     'not a number': (
         small(('j', 'revolute', 'a', 'b', LIMIT + '<origin xyz="0 nan 0"/>')),
-        "<text>:3: <origin>: xyz: 'nan' is not a number (at most 1e+06)",
+        "<text>:3: <origin> of <joint name='j'>: xyz: 'nan' is not a number (at most 1e+06)"
+        + LEADS,
     ),
     'no child': (
         '<robot name="r"><link name="a"/>\n'
@@ -438,15 +441,15 @@ REFUSED = {
     ),
     'mimics nobody': (
         small(('j', 'continuous', 'a', 'b', '<mimic joint="x"/>')),
-        "<text>:3: <joint name='j'>: it mimics 'x', and there is no such joint",
+        "<text>:3: <joint name='j'>: it mimics 'x', and there is no such joint" + LEADS,
     ),
     'mimics itself': (
         small(('j', 'continuous', 'a', 'b', '<mimic joint="j"/>')),
-        "<text>:3: <joint name='j'>: it mimics itself, by way of the joints it mimics",
+        "<text>:3: <joint name='j'>: it mimics itself, by way of the joints it mimics" + LEADS,
     ),
     'mimics a fixed one': (
         small(('k', 'fixed', 'b', 'c', ''), ('j', 'continuous', 'a', 'b', '<mimic joint="k"/>')),
-        "<text>:4: <joint name='j'>: it mimics 'k', which is fixed",
+        "<text>:4: <joint name='j'>: it mimics 'k', which is fixed" + LEADS,
     ),
     'a rack': (
         small(
@@ -454,12 +457,12 @@ REFUSED = {
             ('j', 'prismatic', 'a', 'b', LIMIT + '<mimic joint="k"/>'),
         ),
         "<text>:4: <joint name='j'>: it slides, and 'k', which it mimics, turns; a robot file can "
-        'say that only of a joint that turns in the same chain (type: helical)',
+        'say that only of a joint that turns in the same chain (type: helical)' + LEADS,
     ),
     'a name with a comma': (
         small(('j,k', 'revolute', 'a', 'b', LIMIT)),
-        "joint 'j,k': a robot file takes no name with white space, commas, control characters, or "
-        'more than 256 characters',
+        "<text>:3: <joint name='j,k'>: a robot file takes no joint whose name has white space, "
+        'commas, control characters, or more than 256 characters',
     ),
 }
 
@@ -553,3 +556,223 @@ def test_a_file_that_is_not_there_is_named(capsys, tmp_path):
     missing = tmp_path / 'missing.urdf'
     assert main(['import', '--urdf', str(missing), '--base', 'a', '--tip', 'b']) == 1
     assert f'{missing}: cannot be read: No such file' in capsys.readouterr().err
+
+
+# The longest chain, and what is possible beside it.
+
+HAND = (
+    ('turn', 'revolute', 'base', 'upper', LIMIT + '<axis xyz="0 0 1"/>'),
+    ('bend', 'revolute', 'upper', 'wrist', LIMIT + '<axis xyz="0 0 1"/><origin xyz="0.4 0 0"/>'),
+    ('flange', 'fixed', 'wrist', 'tool', '<origin xyz="0.1 0 0"/>'),
+    ('eye', 'fixed', 'upper', 'camera', ''),
+)
+FINGERS = (
+    ('left', 'prismatic', 'wrist', 'left_finger', LIMIT),
+    ('right', 'prismatic', 'wrist', 'right_finger', LIMIT + '<mimic joint="left"/>'),
+)
+
+
+def tree_of(*joints):
+    links = dict.fromkeys(link for joint in joints for link in joint[2:4])
+    return small(*joints, links=tuple(links))
+
+
+@pytest.mark.parametrize(
+    ('joints', 'base', 'tip', 'others'),
+    [
+        (HAND[:3], 'base', 'tool', ''),
+        (HAND, 'base', 'tool', 'camera (1)'),
+        # Like fingers end no arm; one jaw alone is the longest chain.
+        ((*HAND, *FINGERS), 'base', 'tool', 'left_finger (3), right_finger (3), camera (1)'),
+        ((*HAND[:2], *FINGERS), 'base', 'wrist', 'left_finger (3), right_finger (3)'),
+        ((*HAND, FINGERS[0]), 'base', 'left_finger', 'tool (2), camera (1)'),
+        # Two arms of one trunk: the first.
+        (
+            (
+                ('trunk', 'revolute', 'base', 'chest', LIMIT),
+                *(
+                    (f'{side}{k}', 'revolute', near, f'{side}{k}', LIMIT)
+                    for side in 'lr'
+                    for k, near in enumerate(('chest', f'{side}0', f'{side}1'))
+                ),
+            ),
+            'base',
+            'l2',
+            'r2 (4)',
+        ),
+        # A mobile base: what moves freely is no joint of an arm.
+        (
+            (('drive', 'planar', 'odom', 'cart', ''), ('m', 'fixed', 'cart', 'base', ''), *HAND),
+            'cart',
+            'tool',
+            'camera (1)',
+        ),
+    ],
+)
+def test_the_longest_chain_is_taken_and_others_are_told(joints, base, tip, others):
+    found = ks.import_urdf(tree_of(*joints))
+    assert (found.robot.base_frame, found.robot.tool_frame) == (base, tip)
+    choice = ''.join(map(str, found.doubts))
+    if others:
+        assert f'other tips, and their joints: {others}; to take the first of them' in choice
+        assert choice.endswith(f'write <text>:{base}:{others.split()[0]}')
+    else:
+        assert not choice
+
+
+def test_one_end_of_the_chain_may_be_named():
+    text = tree_of(*HAND)
+    assert ks.import_urdf(text, tip='camera').robot.joint_names == ('turn',)
+    assert ks.import_urdf(text, base='upper').robot.joint_names == ('bend',)
+    with pytest.raises(UrdfError, match="no joint moves anything below 'wrist'"):
+        ks.import_urdf(text, base='wrist')
+    with pytest.raises(UrdfError, match="no link 'nobody' for the base"):
+        ks.import_urdf(text, base='nobody')
+
+
+def test_no_chain_can_be_chosen_where_nothing_moves():
+    with pytest.raises(UrdfError, match='<text>:1: .*no joint moves anything in it'):
+        ks.import_urdf(small(('j', 'fixed', 'a', 'b', '')))
+    with pytest.raises(UrdfError, match='no joint moves anything in it'):
+        ks.import_urdf(small(('j', 'floating', 'a', 'b', '')))
+
+
+def test_limits_that_are_none_are_none_and_told():
+    text = small(
+        ('j', 'revolute', 'a', 'b', '<limit effort="9" velocity="1"/>'),
+        ('k', 'prismatic', 'b', 'c', '<limit lower="-999999" upper="999999"/>'),
+    )
+    found = ks.import_urdf(text)
+    assert np.isinf(found.robot.limits).all()
+    assert [str(doubt) for doubt in found.doubts] == [
+        "<text>:3: <limit> of <joint name='j'>: limits 0 and 0 are taken as none",
+        "<text>:4: <limit> of <joint name='k'>: limits -999999 and 999999 are farther than any "
+        'joint goes: what is beyond 10000 is taken as none',
+    ]
+
+
+@pytest.mark.parametrize('farthest', [99.0, 9999.0])
+def test_a_long_way_is_not_taken_for_a_table_that_is_not_exact(farthest):
+    limit = f'<limit lower="-{farthest}" upper="{farthest}"/>'
+    skew = '<axis xyz="1 2 3"/><origin xyz="0.1 0.2 0.3" rpy="0.4 1.5708 0.6"/>'
+    text = small(
+        ('x', 'prismatic', 'a', 'b', limit + skew),
+        ('y', 'prismatic', 'b', 'c', limit + skew),
+        ('j', 'continuous', 'c', 'd', skew),
+        links='abcd',
+    )
+    found = ks.import_urdf(text)
+    assert found.robot.limits[:2].tolist() == [[-farthest, farthest]] * 2
+    assert not found.doubts
+
+
+def test_links_with_a_leading_slash_lose_it():
+    joints = (
+        ('j', 'revolute', '/a', '/b', LIMIT + '<origin xyz="1 0 0"/>'),
+        ('t', 'fixed', 'b', '/tool', '<origin xyz="0 1 0"/>'),
+    )
+    text = small(*joints, links=('/a', '/b', '/tool'))
+    for found in (ks.import_urdf(text), ks.import_urdf(text, '/a', 'tool')):
+        assert (found.robot.base_frame, found.robot.tool_frame) == ('a', 'tool')
+        np.testing.assert_allclose(
+            ks.forward_kinematics(found.robot, [0.0])[:3, 3], [1, 1, 0], rtol=0, atol=ROUND_OFF
+        )
+
+
+def test_a_name_that_no_robot_file_holds_is_refused_with_its_line():
+    text = small(('j', 'revolute', 'my base', 'b', LIMIT), links=('my base', 'b'))
+    with pytest.raises(
+        UrdfError, match="<text>:2: <link name='my base'>: a robot file takes no l"
+    ):
+        ks.import_urdf(text)
+
+
+# A URDF in the place of a robot.
+
+
+@pytest.fixture
+def hand(tmp_path):
+    path = tmp_path / 'hand.urdf'
+    path.write_text(tree_of(*HAND))
+    return path
+
+
+def test_a_urdf_is_a_robot_of_the_library(hand):
+    expected = ks.import_urdf(hand, 'base', 'tool').robot
+    q = [0.3, -0.4]
+    for name in (hand, str(hand), f'{hand}:base:tool', f'{hand}::tool', f'{hand}:base:'):
+        for robot in (name, ks.load_robot(name)):
+            same = ks.forward_kinematics(robot, q) == ks.forward_kinematics(expected, q)
+            assert same.all()
+    assert ks.load_robot(f'{hand}::camera').joint_names == ('turn',)
+    loaded = ks.load_robot(hand)
+    assert (loaded.description.file, len(loaded.description.sha256)) == (str(hand), 64)
+    # Read again when it has changed, each chain for itself.
+    hand.write_text(tree_of(*HAND).replace('0.4 0 0', '0.7 0 0'))
+    assert math.isclose(ks.forward_kinematics(str(hand), [0, 0])[0, 3], 0.8)
+    assert ks.forward_kinematics(f'{hand}::camera', [0])[0, 3] == 0.0
+
+
+@pytest.mark.parametrize(
+    'command',
+    [
+        ['fk', '--robot', 'FILE', '--q', '0.1,0.2'],
+        ['jacobian', '--robot', 'FILE', '--q', '0.1,0.2'],
+        ['ik', '--robot', 'FILE', '--xyz', '0.48,0.05,0'],
+        ['check', 'FILE'],
+        ['check', '--robot', 'FILE'],
+        ['derive', 'FILE'],
+        ['export', 'FILE', '--urdf', '-'],
+    ],
+)
+def test_every_command_takes_a_urdf(capsys, hand, command):
+    words = [word.replace('FILE', str(hand)) for word in command]
+    assert main(words) == 0
+    out, err = capsys.readouterr()
+    assert 'tool' in out or '0.5' in out
+    assert 'WARN' in err
+    assert (
+        f'other tips, and their joints: camera (1); to take the first of them, write {hand}' in err
+    )
+    # The ends by options, wherever they stand; and nothing is left to doubt.
+    assert main([*words, '--base', 'base', '--tip=tool']) == 0
+    assert capsys.readouterr() == (out, '')
+
+
+@pytest.mark.parametrize(
+    ('words', 'code', 'sentence'),
+    [
+        (['fk', '--robot', 'ur5e', '--tip', 'tool0'], 2, 'give one URDF with them'),
+        (['check', 'a.urdf', 'b.urdf', '--tip', 'tool0'], 2, 'give one URDF with them'),
+        (['fk', '--robot', 'a.urdf', '--tip'], 2, '--tip: give the name of a link'),
+        (
+            ['fk', '--robot', 'no_such.urdf', '--tip', 'a', '--q', '0'],
+            2,
+            'there is no file no_such.urdf',
+        ),
+        (['check', 'no_such.urdf'], 1, 'no_such.urdf: no such file'),
+        (
+            ['fk', '--robot', 'topic:/robot_description', '--q', '0'],
+            2,
+            'only the node takes a robot from a top',
+        ),
+        (['derive', 'HAND', '--write'], 2, '--write: a URDF has no factors'),
+    ],
+)
+def test_what_is_no_chain_of_a_urdf_is_said(capsys, hand, words, code, sentence):
+    assert main([word.replace('HAND', str(hand)) for word in words]) == code
+    assert sentence in capsys.readouterr().err
+
+
+def test_xacro_in_the_place_of_a_robot_is_told_how_to_expand_it(capsys, tmp_path):
+    path = tmp_path / 'arm.urdf.xacro'
+    path.write_text(REFUSED['xacro'][0])
+    assert main(['fk', '--robot', str(path), '--q', '0']) == 1
+    assert f'{path}:2: <xacro:include> is xacro: expand it first' in capsys.readouterr().err
+
+
+def test_the_command_chooses_the_chain_that_is_not_named(capsys, hand):
+    assert main(['import', '--urdf', str(hand)]) == 0
+    out, err = capsys.readouterr()
+    assert ks.robot_from_text(out).tool_frame == 'tool'
+    assert f'write {hand}:base:camera' in err

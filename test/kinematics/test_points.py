@@ -197,10 +197,13 @@ def test_the_twist_there_and_back_is_the_same():
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        ((np.zeros(5), np.zeros(3)), 'twist has shape (5,); it must be (..., 6) and finite'),
-        ((np.zeros(6), np.zeros(2)), 'r has shape (2,); it must be (..., 3) and finite'),
-        ((np.zeros(6), [0, np.inf, 0]), 'r has shape (3,); it must be (..., 3) and finite'),
-        (('here', np.zeros(3)), 'twist must be numbers, shape (..., 6)'),
+        (
+            (np.zeros(5), np.zeros(3)),
+            'twist must be finite numbers of shape (..., 6), not of (5,)',
+        ),
+        ((np.zeros(6), np.zeros(2)), 'r must be finite numbers of shape (..., 3), not of (2,)'),
+        ((np.zeros(6), [0, np.inf, 0]), 'r must be finite numbers of shape (..., 3), not of (3,)'),
+        (('here', np.zeros(3)), 'twist must be finite numbers of shape (..., 6), not of (0,)'),
         (
             (np.zeros((2, 6)), np.zeros((3, 3))),
             'twist and r have shapes (2, 6) and (3, 3), which do not go together',

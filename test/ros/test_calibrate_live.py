@@ -106,22 +106,24 @@ def test_a_running_robot_is_calibrated_and_ctrl_c_ends_the_collecting(live, tmp_
     )
     measured.peer.spin_until(lambda: measured.virtual.heard, 'listener', DEADLINE)
     measured.virtual.start()
-    measured.peer.spin_until(lambda: one.said('all is known'), 'that all is known', DEADLINE)
+    measured.peer.spin_until(
+        lambda: one.said('is identified; more'), 'that all is identified', DEADLINE
+    )
     # As many poses as tell the rest with some room, however fast they came.
     measured.peer.spin_until(lambda: measured.virtual.sent > ENOUGH, 'more poses', DEADLINE)
     assert one.lines[0] == (
         'collecting joint states of /joint_states and poses of /kinematics/reference_pose'
     )
-    assert one.said(' of 30 directions are known')
-    assert one.said('  known: theta')
-    shared = [line for line in one.lines if line.startswith('  not by itself, or not yet: ')]
+    assert one.said(' of 30 combinations are identified')
+    assert one.said('  identified: theta')
+    shared = [line for line in one.lines if line.startswith('  not yet, or not by itself: ')]
     names = set(shared[-1].partition(': ')[2].split(', '))
     assert {'theta1', 'd2', 'd3', 'd4'} <= names
     assert not {'a2', 'alpha3', 'theta4'} & names
     one.popen.send_signal(signal.SIGINT)
     code, out, err = one.end()
     assert (code, err) == (0, '')
-    assert 'a pose that tells more: ' in out or '30 of 30' in out
+    assert 'a pose that identifies more: ' in out or '30 of 30' in out
     assert f'wrote {output}; next: ' in out
     found = json.loads(document.read_text())
     assert found['known'] == found['possible'] == 30
@@ -145,3 +147,20 @@ def test_the_time_ends_the_collecting_and_too_few_poses_are_a_sentence(live):
     assert code == 1
     assert '/kinematics/reference_pose' in out.splitlines()[1]
     assert 'no pose of /kinematics/reference_pose with joint states of /joint_states' in err
+
+
+@pytest.mark.parametrize(('option', 'topic'), [('--topic', 'a b'), ('--pose-topic', '9/x')])
+def test_a_topic_that_is_none_is_one_sentence(live, option, topic):
+    code, out, err = live('--robot', 'ur5e', '--live', 3, option, topic).end()
+    assert (code, out) == (2, '')
+    name = 'joint_states or /arm/joint_states'
+    assert err == f'kinematics_service: {option} {topic}: not a name of ROS, such as {name}\n'
+
+
+def test_a_robot_that_is_none_is_the_same_sentence_with_and_without_ros(live):
+    arguments = ('--live', '3', '--robot', 'nosuch')
+    told = live(*arguments).end()[2].splitlines()[-1].partition('--robot: ')[2]
+    node = [sys.executable, '-m', 'kinematics_service', '--robot', 'nosuch']
+    done = subprocess.run(node, capture_output=True, text=True, timeout=60.0)
+    assert (done.returncode, done.stdout) == (1, '')
+    assert done.stderr == f'{told}\n'

@@ -421,6 +421,24 @@ def test_slips_in_one_entry(right, mistake, cause):
     assert (verdict.entries[0].row, verdict.unexplained) == (0, 0)
 
 
+@pytest.mark.parametrize(
+    ('mistake', 'sentence'),
+    [
+        ('1', None),
+        ('-2.5', None),
+        ('L1', 'L1 does not belong here: the entry is 0'),
+        ('L1*s1', 'L1*sin(q1) does not belong here: the entry is 0'),
+        ('sin(q1 - q2)', 'sin(q1 - q2) does not belong here: the entry is 0'),
+    ],
+)
+def test_where_0_belongs_no_factor_that_vanishes_is_a_cause(mistake, sentence):
+    text = f'T_12 = [c2, -s2, {mistake}, L1; 0, 0, 1, 0; -s2, -c2, 0, 0; 0, 0, 0, 1]'
+    (verdict,) = verdicts('craig_3r', text)
+    assert [(entry.row, entry.column) for entry in verdict.entries] == [(0, 2)]
+    assert [cause.sentence for cause in verdict.causes] == ([sentence] if sentence else [])
+    assert [cause.also for cause in verdict.causes] == ([()] if sentence else [])
+
+
 def test_a_coincidence_of_lengths_does_not_pass():
     # L1 = L2 = 1 in the robot file: with random lengths the exchanged ones differ.
     (verdict,) = verdicts('planar_2r', 'p = [L2*c1 + L1*c12, L2*s1 + L1*s12, 0]')

@@ -31,7 +31,7 @@ def tolerances_in_words(given: Tolerances) -> str:
 
 
 def _by_joint(robot: Robot, values: Sequence[float], per: str = '') -> str:
-    units = [f'{"m" if kind == "prismatic" else "rad"}{per}' for kind in robot.joint_types]
+    units = [unit + per for unit in robot.units]
     if len({*zip(values, units)}) == 1:
         return f'{values[0]:.3g} {units[0]}'
     return ', '.join(f'{value:.3g} {unit}' for value, unit in zip(values, units))

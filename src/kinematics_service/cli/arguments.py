@@ -4,7 +4,11 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from ..robot.bundled import TOPIC
+from ..robot.file.translation import translator_of
+
 NUMBERS = re.compile(r'[-+]?[\d.,][\d.,eE+-]*')
+DESCRIPTION = '/robot_description'
 TAKES_NUMBERS = ('--q', '--qdot', '--near', '--xyz', '--rpy', '--quaternion')
 
 
@@ -13,6 +17,10 @@ class Arguments(NamedTuple):
 
     ours: list[str]
     ros: list[str]
+
+
+class WrongArguments(Exception):
+    """Options that do not go together; its text is the sentence for the user."""
 
 
 def split_ros_arguments(argv: Sequence[str]) -> Arguments:
@@ -51,3 +59,48 @@ def join_numbers(argv: Sequence[str]) -> list[str]:
         joined.append(argument)
         numbers_may_follow = argument.partition('=')[0] in TAKES_NUMBERS
     return joined
+
+
+def name_robots(argv: Sequence[str]) -> list[str]:
+    """
+    Return the arguments with all that is said of a robot in its name, as `--robot` takes it.
+
+    `--robot-description` becomes `--robot topic:/robot_description`, and with `--base a --tip b`
+    the one URDF or topic among the arguments becomes `arm.urdf:a:b`.
+
+    Raises
+    ------
+    WrongArguments
+        A link is missing, or it is not one URDF or topic that it could be of.
+    """
+    named: list[str] = []
+    ends = {'--base': '', '--tip': ''}
+    words = iter(_with_topics(argv))
+    for word in words:
+        option, equals, link = word.partition('=')
+        if option not in ends:
+            named.append(word)
+            continue
+        ends[option] = link if equals else next(words, '')
+        if not ends[option]:
+            raise WrongArguments(f'{option}: give the name of a link')
+    if not any(ends.values()):
+        return named
+    places = [i for i, word in enumerate(named) if translator_of(word) or TOPIC in word]
+    if len(places) != 1:
+        raise WrongArguments('--base and --tip are links of a URDF: give one URDF with them')
+    named[places[0]] += f':{ends["--base"]}:{ends["--tip"]}'
+    return named
+
+
+def _with_topics(argv: Sequence[str]) -> list[str]:
+    words: list[str] = []
+    for word in argv:
+        option, _, topic = word.partition('=')
+        if option == '--robot-description':
+            words += ['--robot', f'{TOPIC}{topic or DESCRIPTION}']
+        elif words and words[-1] == f'{TOPIC}{DESCRIPTION}' and not word.startswith('-'):
+            words[-1] = f'{TOPIC}{word}'
+        else:
+            words.append(word)
+    return words

@@ -18,17 +18,8 @@ from ..formats.recordings.source import Selection
 from ..output_file import write_file
 from ..robot.measures import thresholds_for
 from ..robot.robot import Robot, with_singularity
-from .frame_options import (
-    STOP,
-    WARN,
-    BadOption,
-    FormatOption,
-    GapOption,
-    WarnOption,
-    given_format,
-    given_frames,
-)
-from .options import OfOption, RobotOption, WrongUsage, ending_at, given_robot
+from .frame_options import FormatOption, GapOption, given_format, given_frames
+from .options import OfOption, RobotOption, WrongUsage, ending_at, given_robot, option
 from .plan_options import given_plans
 from .recording_options import ColumnsOption, PrefixOption, TopicOption
 
@@ -36,7 +27,7 @@ FAILURES = ('never', 'warn', 'stop', 'undecided', 'limits', 'speed', 'frames')
 
 HELP = """
 Judge a recording of joint states, or a planned trajectory, as the node would have judged it:
-poses, twists, stretches near a singularity, limits, gaps, jumps, and whether a second source of
+poses, twists, times near a singularity, limits, gaps, jumps, and whether a second source of
 poses agrees.
 
 \b
@@ -54,8 +45,8 @@ FILE is one of
     what UR's RTDE recorder writes; other columns with --columns
   a JointTrajectory (.yaml, .json) as `ros2 topic echo` prints it, or in a bag
 
-A plan is decided between its points too: proved to keep away from singular
-poses, refuted by one, or not decided. It is no safety function.
+A plan is judged between its points too. It is proved to keep away from singular
+poses, or refuted by one, or not decided. This is no safety function.
 
 \b
 Each of several FILEs gets its own verdict; --html, --json and --out name
@@ -65,17 +56,17 @@ folders, and the exit code is that of the worst.
 Exit code 0: judged. 1: FILE cannot be read or has no state of this robot, or
 --fail-on is met. 2: wrong usage. --fail-on is a list of
   warn, stop     it comes nearer to a singularity than that threshold
-  undecided      whether a plan does is neither proved nor refuted, or whether
-                 it keeps --speed-limit
+  undecided      of a plan that is neither proved nor refuted, and the same
+                 of --speed-limit
   limits         a joint is beyond its limits
   speed          a joint is above its velocity limit, or a plan above --speed-limit
-  frames         there is no second source of poses, or it cannot be compared,
-                 or disagrees: the cause is found, or more than --pose-stop
+  frames         there is no second source of poses, it cannot be compared, or
+                 it disagrees: a cause is found, or more than --pose-stop
                  remains with constant offsets of base and tool
-  never          the default of a recording; that of a plan is stop,undecided,
-                 and speed with --speed-limit
-A plan that could not be judged in some sample, and a file whose checksum is
-wrong, fail too, unless --fail-on is never.
+  never          the default for a recording; the default for a plan is
+                 stop,undecided, and speed with --speed-limit
+A plan with a sample that could not be judged, and a file with a wrong checksum,
+fail too, unless --fail-on is never.
 """
 
 
@@ -92,63 +83,37 @@ def audit(
     robot: RobotOption,
     of: OfOption = None,
     topic: TopicOption = None,
-    pose_topic: Annotated[
-        Optional[str],
-        typer.Option(metavar='TOPIC', help='Topic of PoseStamped messages to compare.'),
-    ] = None,
+    pose_topic: Optional[str] = option('Topic of PoseStamped messages to compare.', 'TOPIC'),
     columns: ColumnsOption = None,
-    html: Annotated[
-        Optional[Path], typer.Option(metavar='FILE', help='Write a page with every curve.')
-    ] = None,
-    json: Annotated[
-        Optional[Path], typer.Option(metavar='FILE', help='Write everything as JSON; - prints it.')
-    ] = None,
-    out: Annotated[
-        Optional[Path],
-        typer.Option(metavar='FILE.mcap', help='Write the topics the node would have published.'),
-    ] = None,
-    fail_on: Annotated[
-        Optional[str],
-        typer.Option(metavar='LIST', help='When to exit with code 1: never, warn, stop, ...'),
-    ] = None,
-    speed_limit: Annotated[
-        Optional[float],
-        typer.Option(metavar='M/S', help='Of plans: the largest speed of the tool, m/s.'),
-    ] = None,
-    speed_of: Annotated[
-        Optional[str],
-        typer.Option(
-            metavar='POINT,...',
-            help='Of plans: other points whose speed counts: frames by number, or joints.',
-        ),
-    ] = None,
+    html: Optional[Path] = option('Write a page with every curve.', 'FILE'),
+    json: Optional[Path] = option('Write everything as JSON; - prints it.', 'FILE'),
+    out: Optional[Path] = option('Write the topics the node would have published.', 'FILE.mcap'),
+    fail_on: Optional[str] = option('When to exit with code 1: never, warn, stop, ...', 'LIST'),
+    speed_limit: Optional[float] = option('Of plans: the largest speed of the tool, m/s.', 'M/S'),
+    speed_of: Optional[str] = option(
+        'Of plans: other points whose speed counts: frames by number, or joints.', 'POINT,...'
+    ),
     joint_prefix: PrefixOption = '',
-    velocity_source: Annotated[
-        VelocitySource, typer.Option(help='Source of joint velocities, as for the node.')
-    ] = VelocitySource.auto,
-    timeout: Annotated[
-        float, typer.Option(metavar='SECONDS', help='As joint_state_timeout of the node.')
-    ] = 1.0,
-    warn: Annotated[
-        Optional[float], typer.Option(help='Threshold of WARN, instead of that of the robot file.')
-    ] = None,
-    stop: Annotated[Optional[float], typer.Option(help='Threshold of ERROR, likewise.')] = None,
+    velocity_source: VelocitySource = option(
+        'Source of joint velocities, as for the node.', default=VelocitySource.auto
+    ),
+    timeout: float = option('As joint_state_timeout of the node.', 'SECONDS', default=1.0),
+    warn: Optional[float] = option('Threshold of WARN, instead of that of the robot file.'),
+    stop: Optional[float] = option('Threshold of ERROR, likewise.'),
     pose_format: FormatOption = None,
     pose_gap: GapOption = None,
-    pose_warn: WarnOption = WARN,
-    pose_stop: BadOption = STOP,
-    jobs: Annotated[
-        Optional[int],
-        typer.Option(metavar='N', help='Number of files to audit at once.', show_default='1'),
-    ] = None,
-    workers: Annotated[
-        Optional[str],
-        typer.Option(
-            metavar='dask://HOST:PORT',
-            help='Have a dask cluster audit the files, which its workers must see.',
-            show_default='here',
-        ),
-    ] = None,
+    pose_warn: str = option(
+        'Remaining pose error (rms) from which on it is WARN.', 'LIMIT', default='4mm,0.5deg'
+    ),
+    pose_stop: str = option(
+        'Remaining pose error that makes --fail-on frames fail.', 'LIMIT', default='20mm,2deg'
+    ),
+    jobs: Optional[int] = option('Number of files to audit at once.', 'N', shown='1'),
+    workers: Optional[str] = option(
+        'Have a dask cluster audit the files, which its workers must see.',
+        'dask://HOST:PORT',
+        shown='here',
+    ),
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     failures = _failures(fail_on)
@@ -163,10 +128,10 @@ def audit(
         'json': _paths('--json', json, files, '.json'),
         'out': _paths('--out', out, files, '.mcap'),
     }
-    for option, own in paths.items():
+    for name, own in paths.items():
         for path in own:
             if path is not None and any(_belongs_to(path, file) for file in files):
-                raise WrongUsage(f'--{option}: {path} is the recording itself')
+                raise WrongUsage(f'--{name}: {path} is the recording itself')
     arm = _judged(ending_at(given_robot(robot), of), warn, stop)
     frames = given_frames(pose_gap, pose_warn, pose_stop)
     plans = given_plans(arm, failures, speed_limit, speed_of)

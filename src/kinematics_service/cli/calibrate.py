@@ -34,7 +34,7 @@ from .live_calibration import (
     collected,
     kept_when_refused,
 )
-from .options import RobotOption, WrongUsage, given_robot, refuse_unwritable
+from .options import RobotOption, WrongUsage, flag, given_robot, option, refuse_unwritable
 from .recording_options import ColumnsOption, PrefixOption, TopicOption
 
 HELP = """
@@ -55,8 +55,8 @@ Examples:
 \b
 FILE has joint states and measured poses, as for audit: a bag, or a table
 (.csv) with columns stamp, position.<joint>, pose.x and so on. The frame of
-the poses and the tool frame or point measured need not be those of the robot
-file: both are fitted, unless --fix names base or tool.
+the poses and the measured frame or point of the tool may differ from those of
+the robot file: both are fitted, unless --fix names base or tool.
 
 \b
 --fit and --fix take groups or names, with commas:
@@ -69,33 +69,34 @@ Gear ratios are fitted where --fit names them, or all.
 \b
 --same-point needs no instrument: a spike on the tool touches the same point
 from many poses, and COLUMN of a table names the point of each row. Points and
-tip are fitted. All lengths are then known by their ratios alone, unless
+tip are fitted. Only the ratios of lengths are identifiable then, unless
 --distance says how far two points are apart.
 
 \b
 --live hears joint states (--topic, /joint_states) and poses of the tool
-(--pose-topic, /kinematics/reference_pose) of a running robot, says which
-numbers are known by now and which pose tells more, and goes on with what has
-come at the end or at Ctrl-C.
+(--pose-topic, /kinematics/reference_pose) of a running robot. It says which
+numbers are identified by now, and which pose would identify more. At the end,
+or at Ctrl-C, it calibrates with what it has heard.
 
 \b
-Every number has a prior, --tolerance or `tolerance` of the robot file: what
-the poses do not tell stays where it was. --propose names the poses to measure
-next, after those of FILE or before any; they keep from limits and singular
-poses, but nothing is known of the cell around: look at the motion first.
---output is in the convention of the robot file: each number is the nominal
-one and its correction, and known_poses are the measured ones.
+Every number has a prior: --tolerance, or `tolerance` of the robot file. A
+number that is not identifiable keeps its nominal value. --propose names the
+poses to measure next, after those of FILE or before any. They keep away from
+limits and singular poses, but the command knows nothing of the cell around the
+arm: look at the motion first. --output is in the convention of the robot file:
+each number is the nominal one and its correction, and known_poses are the
+measured ones.
 
 \b
-A result is refused where more remains than audit lets pass (4 mm, 0.5 deg;
---noise says that the instrument leaves more), more than a tenth of the poses
-do not fit, or those of one joint's positions do not; what would explain it is
-tried and named. No robot file is written then, unless --anyway asks for it.
+A result is refused in three cases: more error remains than audit accepts (4 mm,
+0.5 deg; --noise is for an instrument that leaves more); more than a tenth of
+the poses do not fit; or those that do not fit share the positions of one joint.
+Mistakes that would explain it are tried and named. No robot file is written
+then, unless --anyway asks for it.
 
 
-Exit code 0: calibrated. 1: FILE cannot be read, the frame check names a
-mistake that is no matter of calibration, or the result is refused. 2: wrong
-usage.
+Exit code 0: calibrated. 1: FILE cannot be read, the frame check finds a
+mistake that calibration cannot mend, or the result is refused. 2: wrong usage.
 """
 
 
@@ -120,79 +121,46 @@ def calibrate(
     files: Annotated[
         Optional[list[Path]], typer.Argument(metavar='FILE...', help='Recordings.')
     ] = None,
-    output: Annotated[
-        Optional[Path], typer.Option(metavar='FILE', help='Write the calibrated robot file.')
-    ] = None,
-    json: Annotated[
-        Optional[Path], typer.Option(metavar='FILE', help='Write everything as JSON; - prints it.')
-    ] = None,
-    html: Annotated[
-        Optional[Path], typer.Option(metavar='FILE', help='Write a page with pictures.')
-    ] = None,
-    fit: Annotated[
-        Optional[str],
-        typer.Option(metavar='NAMES', help='Fit these alone.', show_default='all but gears'),
-    ] = None,
-    fix: Annotated[
-        str, typer.Option(metavar='NAMES', help='Leave these as in the robot file.')
-    ] = '',
-    tolerance: Annotated[
-        Optional[str],
-        typer.Option(
-            metavar='LIMIT',
-            help='Usual errors of lengths and angles of the table; default: those of the robot '
-            'file, else 1mm,0.2deg.',
-        ),
-    ] = None,
-    own: Annotated[
-        str, typer.Option(metavar='NAMES', help='What each of several files has of its own.')
-    ] = 'base',
-    frames: Annotated[
-        FramesChoice, typer.Option(help='Base and tool written: of the robot file, or measured.')
-    ] = FramesChoice.robot,
+    output: Optional[Path] = option('Write the calibrated robot file.', 'FILE'),
+    json: Optional[Path] = option('Write everything as JSON; - prints it.', 'FILE'),
+    html: Optional[Path] = option('Write a page with pictures.', 'FILE'),
+    fit: Optional[str] = option('Fit these alone.', 'NAMES', shown='all but gears'),
+    fix: str = option('Leave these as in the robot file.', 'NAMES', default=''),
+    tolerance: Optional[str] = option(
+        'Usual errors of lengths and angles of the table; default: those of the robot '
+        'file, else 1mm,0.2deg.',
+        'LIMIT',
+    ),
+    own: str = option('What each of several files has of its own.', 'NAMES', default='base'),
+    frames: FramesChoice = option(
+        'Base and tool written: of the robot file, or measured.', default=FramesChoice.robot
+    ),
     topic: TopicOption = None,
-    pose_topic: Annotated[
-        Optional[str], typer.Option(metavar='TOPIC', help='Topic of PoseStamped messages.')
-    ] = None,
+    pose_topic: Optional[str] = option('Topic of PoseStamped messages.', 'TOPIC'),
     columns: ColumnsOption = None,
     joint_prefix: PrefixOption = '',
     pose_format: FormatOption = None,
     pose_gap: GapOption = None,
-    same_point: Annotated[
-        Optional[str],
-        typer.Option(metavar='COLUMN', help='Rows alike in this column touched the same point.'),
-    ] = None,
-    distance: Annotated[
-        Optional[list[str]],
-        typer.Option(metavar='A,B=LENGTH', help='Known distance of two such points, in m.'),
-    ] = None,
-    live: Annotated[
-        Optional[float],
-        typer.Option(
-            metavar='SECONDS', help='Collect poses of a running robot, until Ctrl-C at the latest.'
-        ),
-    ] = None,
-    propose: Annotated[
-        Optional[int], typer.Option(metavar='N', help='Propose N poses to measure next.')
-    ] = None,
-    plan: Annotated[
-        Optional[list[Path]],
-        typer.Option(
-            metavar='FILE', help='Write them: a table (.csv) or a JointTrajectory (.yaml).'
-        ),
-    ] = None,
-    noise: Annotated[
-        Optional[str],
-        typer.Option(
-            metavar='LIMIT',
-            help='Standard deviation of each number of a pose by the instrument, if it is known: '
-            'for instance 2mm,0.3deg.',
-        ),
-    ] = None,
-    anyway: Annotated[
-        bool, typer.Option('--anyway', help='Write the robot file of what is no calibration, too.')
-    ] = False,
-    force: Annotated[bool, typer.Option('--force', help='Overwrite the output.')] = False,
+    same_point: Optional[str] = option(
+        'Rows alike in this column touched the same point.', 'COLUMN'
+    ),
+    distance: Optional[list[str]] = option(
+        'Known distance of two such points, in m.', 'A,B=LENGTH'
+    ),
+    live: Optional[float] = option(
+        'Collect poses of a running robot, until Ctrl-C at the latest.', 'SECONDS'
+    ),
+    propose: Optional[int] = option('Propose N poses to measure next.', 'N'),
+    plan: Optional[list[Path]] = option(
+        'Write them: a table (.csv) or a JointTrajectory (.yaml).', 'FILE'
+    ),
+    noise: Optional[str] = option(
+        "The instrument's standard deviation of each number of a pose, if it is known: "
+        'for instance 2mm,0.3deg.',
+        'LIMIT',
+    ),
+    anyway: bool = flag('--anyway', 'Write the robot file even if the result is refused.'),
+    force: bool = flag('--force', 'Overwrite the output.'),
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     plans = _plans(plan, propose)
@@ -342,14 +310,14 @@ def _check_outputs(
     force: bool,
 ) -> None:
     # Before anything is heard or computed: what comes in an hour cannot be had again.
-    named = [(option, file) for option, file in outputs.items() if file is not None]
-    for option, file in [*named, *(('--plan', file) for file in plans)]:
-        if option == '--json' and str(file) == '-':
+    named = [(name, file) for name, file in outputs.items() if file is not None]
+    for name, file in [*named, *(('--plan', file) for file in plans)]:
+        if name == '--json' and str(file) == '-':
             continue
-        refuse_unwritable(option, file)
+        refuse_unwritable(name, file)
         if file.exists() and any(one.exists() and file.samefile(one) for one in inputs or []):
-            raise WrongUsage(f'{option}: {file} is the recording itself')
-        if option in OVERWRITTEN_BY_FORCE and file.is_file() and not force:
+            raise WrongUsage(f'{name}: {file} is the recording itself')
+        if name in OVERWRITTEN_BY_FORCE and file.is_file() and not force:
             raise WrongUsage(f'{file} exists already: give another name, or --force')
 
 

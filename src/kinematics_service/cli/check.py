@@ -3,13 +3,14 @@
 import math
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import Annotated, NamedTuple
 
 import numpy as np
 import typer
 from rich.table import Table
 
+from ..diagnosis.frame_check.known_pose_causes import pose_causes
+from ..diagnosis.frame_check.known_poses import PoseError, pose_errors, pose_faults
 from ..errors import Fault, KinematicsError, RobotFileError
 from ..estimation.status_text import structure_in_words
 from ..kernel import Floats
@@ -23,7 +24,7 @@ from ..robot.loops import other_branches
 from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES, seeded_poses
 from .accuracy_report import tolerances_in_words, uncertainty_in_words
-from .known_poses import PoseError, pose_errors, pose_faults
+from .options import doubt_text, flag
 from .robots import joint_letters
 from .singularity_report import DEGREES, threshold_words
 from .textbook_table import motion_text, textbook_table
@@ -64,9 +65,7 @@ class FileCheck(NamedTuple):
 
 def check(
     files: Files,
-    strict: Annotated[
-        bool, typer.Option('--strict', help='Exit with code 1 for warnings, too.')
-    ] = False,
+    strict: bool = flag('--strict', 'Exit with code 1 for warnings, too.'),
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     out = Output()
@@ -100,8 +99,9 @@ def _checked(out: Output, file: str) -> FileCheck:
     faults = pose_faults(robot, errors)
     _print_robot(out, robot)
     _print_arm(out, robot, errors, faults)
-    doubts = [replace(one, where=f'WARN {one.where}') for one in robot.description.warnings]
-    return FileCheck(list(map(str, faults)), list(map(str, doubts)))
+    if faults and (cause := str(pose_causes(robot))):
+        faults = (*faults, Fault(robot.description.file, 0, 'known_poses', cause))
+    return FileCheck(list(map(str, faults)), list(map(doubt_text, robot.description.warnings)))
 
 
 def _print_robot(out: Output, robot: Robot) -> None:
@@ -134,7 +134,7 @@ def _is_formula(text: str) -> bool:
 def _joint_table(robot: Robot) -> Table:
     named_apart = robot.joint_names != robot.variables
     with_speeds = bool(np.isfinite(robot.velocity_limits).any())
-    slides = 'prismatic' in robot.joint_types
+    slides = bool(robot.prismatic.any())
     in_mm = robot.description.length_unit == 'mm'
     joints = table(
         '  joint',
@@ -146,7 +146,7 @@ def _joint_table(robot: Robot) -> Table:
     )
     for j, name in enumerate(robot.joint_names):
         limits, speed = robot.limits[j], robot.velocity_limits[j]
-        if robot.joint_types[j] == 'prismatic':
+        if robot.prismatic[j]:
             other = _range(limits * 1000.0) if in_mm else ''
         else:
             other = _range(limits * DEGREES)
@@ -236,8 +236,7 @@ def _loops(robot: Robot) -> Iterator[str]:
             f'joints; closed to {closure.residuals[g]:.1g}, det {closure.determinants[g]:.4g}'
         )
         yield f'  other branches there: {_branches(robot, g)}'
-    slides = [kind == 'prismatic' for kind in robot.joint_types]
-    q = seeded_poses(robot.limits, slides)
+    q = seeded_poses(robot.limits, robot.prismatic)
     closed, tried = tried_poses(robot.chain, q)
     yield (
         f'{robot.dof} degrees of freedom, those of the joints; the loops close at '

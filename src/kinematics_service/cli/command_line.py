@@ -7,9 +7,9 @@ import traceback
 from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 
-from ..errors import KinematicsError
+from ..errors import ArmsError, KinematicsError, RobotConflictError
 from ..stop_signals import interruptible
-from .arguments import join_numbers, split_ros_arguments
+from .arguments import WrongArguments, join_numbers, name_robots, split_ros_arguments
 from .missing_ros import RosMissingError
 from .node import plain_options, start_node
 from .ros_variables import RosVariableError
@@ -45,6 +45,8 @@ def run(argv: Sequence[str] | None = None) -> int:
 def _code_of(argv: Sequence[str] | None) -> int:
     ours, ros = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     try:
+        if ours[:1] != ['import']:  # where base and tip are options of their own
+            ours = name_robots(ours)
         options = plain_options(ours)
         if options is not None:
             return start_node(options, ros)  # which has its own way with signals
@@ -56,11 +58,13 @@ def _code_of(argv: Sequence[str] | None) -> int:
         return 0
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0
+    except (RobotConflictError, ArmsError) as error:
+        return _failed(str(error), 2)
     except KinematicsError as error:
         return _failed(str(error))
     except RosMissingError as error:
         return _failed(f'kinematics_service: {error}')
-    except RosVariableError as error:
+    except (RosVariableError, WrongArguments) as error:
         return _failed(f'kinematics_service: {error}', 2)
     except Exception as error:
         text = ' '.join(f'{type(error).__name__}: {error}'.split())

@@ -14,7 +14,7 @@ from .. import kernel
 from ..kernel.compiled import VARIABLE
 from ..version import __version__
 from .node import MIXED_ROS, ROBOT, UNSECURED, NodeOptions, start_node
-from .options import WrongUsage
+from .options import WrongUsage, flag, option
 
 HELP = """
 Pose, Jacobian, twist and singularity warning of any arm given by its Denavit-Hartenberg table.
@@ -142,24 +142,19 @@ def _print_version(wanted: bool) -> None:
 @app.callback()
 def _node(
     context: typer.Context,
-    robot: Annotated[
-        Optional[list[str]],
-        typer.Option(
-            ROBOT,
-            metavar='[NAMESPACE=]FILE|NAME',
-            help="A robot file, or a bundled robot (see 'robots'). Repeat it to run several "
-            'arms in one process, each in its own namespace.',
-            show_default='puma560',
-        ),
-    ] = None,
-    allow_unsecured: Annotated[
-        bool,
-        typer.Option(UNSECURED, help='Start although ROS_SECURITY_ENABLE cannot be honoured.'),
-    ] = False,
-    allow_mixed_ros: Annotated[
-        bool,
-        typer.Option(MIXED_ROS, help='Start although two ROS installations are mixed here.'),
-    ] = False,
+    robot: Optional[list[str]] = option(
+        "A robot file, or a bundled robot (see 'robots'). Repeat it to run several "
+        'arms in one process, each in its own namespace.',
+        '[NAMESPACE=]FILE|NAME',
+        name=ROBOT,
+        shown='puma560',
+    ),
+    allow_unsecured: bool = flag(
+        UNSECURED, 'Start although ROS_SECURITY_ENABLE cannot be honoured.'
+    ),
+    allow_mixed_ros: bool = flag(
+        MIXED_ROS, 'Start although two ROS installations are mixed here.'
+    ),
     version: Annotated[
         bool,
         typer.Option(

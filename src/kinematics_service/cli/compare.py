@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ..printing import Output, json_text, plain
-from .options import JsonOption, RobotArgument, WrongUsage, given_robot
+from .options import JsonOption, RobotArgument, WrongUsage, flag, given_robot
 
 LARGEST = 256 * 1024
 
@@ -79,12 +79,7 @@ def compare(
         str, typer.Argument(metavar='FILE', help='The formulas; - reads from a pipe.')
     ],
     json: JsonOption = False,
-    verbose: Annotated[
-        bool,
-        typer.Option(
-            '--verbose', help='Say which causes were tested if none explains everything.'
-        ),
-    ] = False,
+    verbose: bool = flag('--verbose', 'Say which causes were tested if none explains everything.'),
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     text = _text_of(file)

@@ -8,7 +8,7 @@ from typing import Annotated, Optional
 import typer
 
 from .missing_ros import ros_module
-from .options import WrongUsage, default_robot, refuse_unknown_robot
+from .options import ROBOT_WORDS, WrongUsage, option, refuse_unknown_robot
 
 HELP = """
 Show the node at work without a robot: a simulated arm moves, and the node's outputs are
@@ -34,19 +34,14 @@ class DemoTrajectory(str, Enum):
 
 def demo(
     context: typer.Context,
-    robot: Annotated[Optional[str], default_robot('puma560')] = None,
-    duration: Annotated[
-        Optional[float],
-        typer.Option(
-            min=0.0, metavar='SECONDS', help='Stop after this time.', show_default='never'
-        ),
-    ] = None,
-    trajectory: Annotated[
-        DemoTrajectory,
-        typer.Option(
-            help='smooth: back and forth through a singular pose; sine: sines within the limits.'
-        ),
-    ] = DemoTrajectory.smooth,
+    robot: Optional[str] = option(ROBOT_WORDS, 'FILE|NAME', shown='puma560'),
+    duration: Optional[float] = option(
+        'Stop after this time.', 'SECONDS', shown='never', least=0.0
+    ),
+    trajectory: DemoTrajectory = option(
+        'smooth: back and forth through a singular pose; sine: sines within the limits.',
+        default=DemoTrajectory.smooth,
+    ),
     replay: Annotated[
         Optional[Path],
         typer.Option(

@@ -3,16 +3,17 @@
 import sys
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Optional
-
-import typer
+from typing import TYPE_CHECKING, Optional
 
 from ..printing import working
 from ..robot.bundled import find_robot_file
-from ..robot.robot import load_robot
+from ..robot.file.translation import translator_of
 from .options import (
     RobotArgument,
     WrongUsage,
+    flag,
+    given_robot,
+    option,
     refuse_robot_file,
     refuse_unknown_robot,
     refuse_unwritable,
@@ -63,46 +64,30 @@ class Code(str, Enum):
 
 def derive(
     robot: RobotArgument,
-    format: Annotated[Format, typer.Option(help='What to write.')] = Format.text,
-    out: Annotated[
-        Optional[Path],
-        typer.Option(metavar='FILE', help='Where to write it; default: the screen.'),
-    ] = None,
-    frame: Annotated[
-        Optional[str],
-        typer.Option(metavar='FRAME', help='Axes of J: base, tool, or the number of a frame.'),
-    ] = None,
-    lock: Annotated[
-        Optional[list[str]],
-        typer.Option(
-            metavar='JOINT=VALUE', help='Hold a joint still, in the file units; repeatable.'
-        ),
-    ] = None,
-    code: Annotated[
-        Optional[Code], typer.Option(help='Write T, J and the determinant as source code instead.')
-    ] = None,
-    path: Annotated[
-        Optional[str],
-        typer.Option(metavar='JOINT=f(t),...', help='Derive the velocity along a path, too.'),
-    ] = None,
-    start: Annotated[float, typer.Option('--from', help='Start of the path, s.')] = 0.0,
-    end: Annotated[float, typer.Option('--to', help='End of the path, s.')] = 6.3,
-    plot: Annotated[
-        Optional[Path],
-        typer.Option(
-            metavar='PICTURE',
-            help='Draw the velocity along the path: PNG, or .svg, .pdf (needs matplotlib).',
-        ),
-    ] = None,
-    write: Annotated[
-        bool, typer.Option('--write', help='Store the factors in the robot file.')
-    ] = False,
+    format: Format = option('What to write.', default=Format.text),
+    out: Optional[Path] = option('Where to write it; default: the screen.', 'FILE'),
+    frame: Optional[str] = option('Axes of J: base, tool, or the number of a frame.', 'FRAME'),
+    lock: Optional[list[str]] = option(
+        'Hold a joint still, in the file units; repeatable.', 'JOINT=VALUE'
+    ),
+    code: Optional[Code] = option('Write T, J and the determinant as source code instead.'),
+    path: Optional[str] = option('Derive the velocity along a path, too.', 'JOINT=f(t),...'),
+    start: float = option('Start of the path, s.', default=0.0, name='--from'),
+    end: float = option('End of the path, s.', default=6.3, name='--to'),
+    plot: Optional[Path] = option(
+        'Draw the velocity along the path: PNG, or .svg, .pdf (needs matplotlib).', 'PICTURE'
+    ),
+    write: bool = flag('--write', 'Store the factors in the robot file.'),
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     refuse_unknown_robot(robot)
     if out is not None:
         refuse_unwritable('--out', out)
         refuse_robot_file('--out', out, robot)
+    if write and translator_of(str(find_robot_file(robot))):
+        raise WrongUsage(
+            f'--write: a URDF has no factors: make a robot file of it (import --urdf {robot})'
+        )
     if write and lock:
         raise WrongUsage('--write: the factors of a locked arm are not those of the robot file')
     if plot and not path:
@@ -110,7 +95,7 @@ def derive(
     if not start < end:
         raise WrongUsage(f'--from {start:g} is not before --to {end:g}')
     locked = dict(_locks(lock or []))
-    arm = load_robot(robot)
+    arm = given_robot(robot)
     if arm.description.loops and (lock or frame or code or path or write):
         raise WrongUsage(
             'an arm with closed loops is derived without --lock, --frame, --code, --path and '

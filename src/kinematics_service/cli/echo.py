@@ -6,7 +6,7 @@ from typing import Annotated, Optional
 import typer
 
 from .missing_ros import ros_module
-from .options import WrongUsage
+from .options import WrongUsage, flag, option
 
 HELP = """
 Print what a running node says, without any other ROS tool installed.
@@ -36,19 +36,14 @@ class EchoedTopic(str, Enum):
 def echo(
     context: typer.Context,
     what: Annotated[EchoedTopic, typer.Argument(help='Topic to print.')] = EchoedTopic.jacobian,
-    once: Annotated[bool, typer.Option('--once', help='Stop after the first message.')] = False,
-    json: Annotated[bool, typer.Option('--json', help='Print one JSON object per line.')] = False,
-    node: Annotated[
-        str, typer.Option(metavar='NAME', help='The full name of the node.')
-    ] = '/kinematics',
-    timeout: Annotated[
-        Optional[float],
-        typer.Option(
-            metavar='SECONDS',
-            help='Give up, with exit code 1, if nothing has come by then.',
-            show_default=f'{ONCE_TIMEOUT:g} with --once, else never',
-        ),
-    ] = None,
+    once: bool = flag('--once', 'Stop after the first message.'),
+    json: bool = flag('--json', 'Print one JSON object per line.'),
+    node: str = option('The full name of the node.', 'NAME', default='/kinematics'),
+    timeout: Optional[float] = option(
+        'Give up, with exit code 1, if nothing has come by then.',
+        'SECONDS',
+        shown=f'{ONCE_TIMEOUT:g} with --once, else never',
+    ),
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     if timeout is not None and not timeout >= SHORTEST_TIMEOUT:

@@ -3,13 +3,10 @@
 import re
 import sys
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from ..formats.urdf.writer import export_urdf, without_loops
 from ..output_file import write_file
-from .options import RobotArgument, given_robot, refuse_robot_file
+from .options import RobotArgument, given_robot, option, refuse_robot_file
 
 HELP = """
 Write a robot as URDF, for RViz, robot_state_publisher, MoveIt, Pinocchio and others.
@@ -28,9 +25,7 @@ URDF does not have, are left out, and a sentence on standard error says so.
 
 def export(
     robot: RobotArgument,
-    urdf: Annotated[
-        str, typer.Option('--urdf', metavar='FILE', help="Where to write it; '-': the screen.")
-    ],
+    urdf: str = option("Where to write it; '-': the screen.", 'FILE', default=...),
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     arm = given_robot(robot)

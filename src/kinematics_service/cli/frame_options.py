@@ -37,21 +37,6 @@ GapOption = Annotated[
         ),
     ),
 ]
-WarnOption = Annotated[
-    str,
-    typer.Option(
-        '--pose-warn', metavar='LIMIT', help='Remaining pose error (rms) that is a warning.'
-    ),
-]
-BadOption = Annotated[
-    str,
-    typer.Option(
-        '--pose-stop',
-        metavar='LIMIT',
-        help='Remaining pose error that makes --fail-on frames fail.',
-    ),
-]
-WARN, STOP = '4mm,0.5deg', '20mm,2deg'
 
 
 def given_format(text: str | None) -> PoseFormat:
@@ -68,7 +53,7 @@ def given_frames(gap: float | None, warn: str, stop: str) -> FrameSettings:
         raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {LONGEST_GAP:g} s')
     limits = FrameLimits(given_limit('--pose-warn', warn), given_limit('--pose-stop', stop))
     if limits.bad.position < limits.warn.position or limits.bad.angle < limits.warn.angle:
-        raise WrongUsage(f'--pose-stop: {stop} is less than the warning at {warn}')
+        raise WrongUsage(f'--pose-stop: {stop} is less than --pose-warn {warn}')
     return FrameSettings(gap, limits)
 
 
@@ -81,7 +66,7 @@ def given_limit(option: str, text: str) -> PoseLimit:
         if match is None or number is None:
             raise WrongUsage(
                 f'{option}: {part.strip()!r} is no length or angle with its unit, above 0; write '
-                f'for instance {WARN}'
+                f'for instance 4mm,0.5deg'
             )
         found['m' if match[2] in ('m', 'mm') else 'rad'] = number * FACTORS[match[2]]
     return PoseLimit(found['m'], found['rad'])

@@ -20,9 +20,11 @@ from .options import (
     JsonOption,
     RobotOption,
     WrongUsage,
+    flag,
     given_numbers,
     given_robot,
     joint_values,
+    option,
 )
 from .singularity_report import DEGREES, arm_json
 
@@ -72,10 +74,6 @@ The keys of --json, in m and rad; null: infinite or undefined:
 # How the solutions were found.
 HOW = {'closed form': 'in closed form', 'algebraic': 'by elimination', 'search': 'by search'}
 
-XyzOption = Annotated[
-    str,
-    typer.Option('--xyz', metavar='NUMBERS', help='Position of the tool in the base frame, m.'),
-]
 RpyOption = Annotated[
     Optional[str],
     typer.Option(
@@ -103,47 +101,30 @@ NearOption = Annotated[
         show_default='the middle of the limits',
     ),
 ]
-RowsOption = Annotated[
-    Optional[str],
-    typer.Option(
-        '--rows',
-        metavar='NAMES',
-        help='Which of x y z rx ry rz of the target count, in the axes of frame 0.',
-        show_default='all of a pose, x y z of a position',
-    ),
-]
-AxisOption = Annotated[
-    Optional[str],
-    typer.Option(
-        '--axis',
-        metavar='AXIS',
-        help='The axis of the tool, x, y or z, of whose orientation alone the direction counts.',
-        show_default='the whole orientation',
-    ),
-]
-ToleranceOption = Annotated[
-    float,
-    typer.Option('--tolerance', min=0.0, help='How far off counts as reached, m and rad.'),
-]
-SeedOption = Annotated[
-    int, typer.Option('--seed', min=0, help='Seed of the random starts of a search.')
-]
-OneOption = Annotated[bool, typer.Option('--one', help='Stop at the first solution found.')]
-AllOption = Annotated[bool, typer.Option('--all', help='Print solutions outside the limits too.')]
 
 
 def ik(
     robot: RobotOption,
-    xyz: XyzOption,
+    xyz: str = option('Position of the tool in the base frame, m.', 'NUMBERS', default=...),
     rpy: RpyOption = None,
     quaternion: QuaternionOption = None,
     near: NearOption = None,
-    rows: RowsOption = None,
-    axis: AxisOption = None,
-    tolerance: ToleranceOption = TOLERANCE,
-    seed: SeedOption = 0,
-    one: OneOption = False,
-    everything: AllOption = False,
+    rows: Optional[str] = option(
+        'Which of x y z rx ry rz of the target count, in the axes of frame 0.',
+        'NAMES',
+        shown='all of a pose, x y z of a position',
+    ),
+    axis: Optional[str] = option(
+        'The axis of the tool, x, y or z, of whose orientation alone the direction counts.',
+        'AXIS',
+        shown='the whole orientation',
+    ),
+    tolerance: float = option(
+        'How far off counts as reached, m and rad.', default=TOLERANCE, least=0.0
+    ),
+    seed: int = option('Seed of the random starts of a search.', default=0, least=0),
+    one: bool = flag('--one', 'Stop at the first solution found.'),
+    everything: bool = flag('--all', 'Print solutions outside the limits too.'),
     deg: DegreesOption = False,
     json: JsonOption = False,
 ) -> None:
@@ -284,12 +265,12 @@ def _times(multiplicity: int) -> str:
 def _joint_table(robot: Robot, solutions: tuple[IkSolution, ...]) -> Table:
     rows = table('  ', 'joints [rad, m]', 'joints [deg, m]', 'posture', 'to limits', 'residual')
     for k, solution in enumerate(solutions):
-        turned = np.where(_turning(robot), solution.q * DEGREES, solution.q)
+        turned = np.where(robot.prismatic, solution.q, solution.q * DEGREES)
         beyond = f'beyond the limits of {", ".join(solution.beyond)}' if solution.beyond else ''
         rows.add_row(
             f'  {k + 1}',
             numbers(solution.q, 4),
-            '  '.join(number(x, 2 if turns else 4) for x, turns in zip(turned, _turning(robot))),
+            '  '.join(number(x, 4 if slides else 2) for x, slides in zip(turned, robot.prismatic)),
             str(solution.posture),
             plain(beyond) or f'{solution.margin:.3g}',
             f'{solution.residual:.1e}{_times(solution.multiplicity)}',
@@ -314,7 +295,3 @@ def _print_family(out: Output, robot: Robot, family: IkFamily) -> None:
 
 def _positions(robot: Robot, q: Floats) -> str:
     return '  '.join(f'{name} {number(x, 4)}' for name, x in zip(robot.joint_names, q))
-
-
-def _turning(robot: Robot) -> list[bool]:
-    return [kind != 'prismatic' for kind in robot.joint_types]

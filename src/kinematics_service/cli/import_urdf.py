@@ -5,21 +5,21 @@ import sys
 from datetime import datetime
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Optional
-
-import typer
+from typing import Optional
 
 from ..diagnosis.calibration.factory import import_ur_calibration
 from ..formats.urdf.importer import import_urdf as imported
-from ..robot.bundled import find_robot_file
+from ..robot.bundled import find_robot
+from ..robot.file.reader import robot_file_text
 from .export import write_document
-from .options import WrongUsage, given_robot
+from .options import WrongUsage, doubt_text, flag, given_robot, option
 
 HELP = """
 Make a robot file from a chain of a URDF, or from a factory calibration, and prove it.
 
 \b
 Examples:
+  kinematics_service import --urdf arm.urdf
   kinematics_service import --urdf arm.urdf --base base_link --tip tool0
   kinematics_service import --urdf a.urdf --base b --tip t --out a.yaml
   kinematics_service import --urdf a.urdf --base b --tip t --name my_arm
@@ -44,43 +44,27 @@ class ImportedConvention(str, Enum):
 
 
 def import_urdf(
-    urdf: Annotated[
-        Optional[Path], typer.Option('--urdf', metavar='FILE', help='The URDF.')
-    ] = None,
-    base: Annotated[
-        Optional[str],
-        typer.Option('--base', metavar='LINK', help='The link in whose frame poses are given.'),
-    ] = None,
-    tip: Annotated[
-        Optional[str], typer.Option('--tip', metavar='LINK', help='The link that is the tool.')
-    ] = None,
-    ur_calibration: Annotated[
-        Optional[Path],
-        typer.Option(metavar='FILE', help='A factory calibration of Universal Robots.'),
-    ] = None,
-    robot: Annotated[
-        Optional[str],
-        typer.Option(metavar='FILE|NAME', help='The nominal arm of a factory calibration.'),
-    ] = None,
-    name: Annotated[
-        str, typer.Option(metavar='NAME', help='Name of the robot.', show_default="the URDF's")
-    ] = '',
-    out: Annotated[
-        str, typer.Option(metavar='FILE', help='Where to write it.', show_default='the screen')
-    ] = '-',
-    convention: Annotated[
-        ImportedConvention, typer.Option(help='Convention of the table.')
-    ] = ImportedConvention.standard,
-    round_angles: Annotated[
-        bool,
-        typer.Option(
-            '--round-angles', help='Read 1.5708 and the like as the part of pi they round.'
-        ),
-    ] = False,
-    point: Annotated[
-        Optional[list[str]],
-        typer.Option('--point', metavar='LINK', help='A link that becomes a point; repeatable.'),
-    ] = None,
+    urdf: Optional[Path] = option('The URDF.', 'FILE'),
+    base: str = option(
+        'The link in whose frame poses are given.', 'LINK', default='', shown='the root'
+    ),
+    tip: str = option(
+        'The link that is the tool.',
+        'LINK',
+        default='',
+        shown='the end of the longest chain of moving joints',
+    ),
+    ur_calibration: Optional[Path] = option('A factory calibration of Universal Robots.', 'FILE'),
+    robot: Optional[str] = option('The nominal arm of a factory calibration.', 'FILE|NAME'),
+    name: str = option('Name of the robot.', 'NAME', default='', shown="the URDF's"),
+    out: str = option('Where to write it.', 'FILE', default='-', shown='the screen'),
+    convention: ImportedConvention = option(
+        'Convention of the table.', default=ImportedConvention.standard
+    ),
+    round_angles: bool = flag(
+        '--round-angles', 'Read 1.5708 and the like as the part of pi they round.'
+    ),
+    point: Optional[list[str]] = option('A link that becomes a point; repeatable.', 'LINK'),
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     if name and not re.fullmatch(r'[A-Za-z0-9_]+', name):
@@ -90,22 +74,21 @@ def import_urdf(
             raise WrongUsage('--ur-calibration: give the nominal arm with --robot, and no --urdf')
         _import_ur_calibration(ur_calibration, robot, out)
         return
-    if urdf is None or base is None or tip is None:
-        raise WrongUsage(
-            'give --urdf FILE with --base LINK and --tip LINK, or --ur-calibration FILE with '
-            '--robot NAME'
-        )
+    if urdf is None:
+        raise WrongUsage('give --urdf FILE, or --ur-calibration FILE with --robot NAME')
     found = imported(urdf, base, tip, name, convention.value, round_angles, point or ())
     write_document(out, found.text)
     # On the screen the robot file itself is standard output, so that it can be redirected.
     report = sys.stderr if out == '-' else sys.stdout
     print(f'{found.robot.name}: {found.certificate}', file=report)
+    for doubt in found.doubts:
+        print(doubt_text(doubt), file=sys.stderr)
 
 
 def _import_ur_calibration(file: Path, robot: str, out: str) -> None:
     arm = given_robot(robot)
     date = datetime.now().astimezone().date().isoformat()
-    text = find_robot_file(robot).read_text(encoding='utf-8')
+    text = robot_file_text(*find_robot(robot))
     found = import_ur_calibration(file, arm, text, date)
     write_document(out, found.text)
     print(f'{arm.name}: {found}', file=sys.stderr if out == '-' else sys.stdout)

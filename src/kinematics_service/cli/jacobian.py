@@ -26,6 +26,7 @@ from .options import (
     given_positions,
     given_robot,
     joint_values,
+    option,
 )
 from .singularity_report import (
     DEGREES,
@@ -70,10 +71,7 @@ The keys of --json, in m, rad, s; null: infinite, undefined, not asked for:
 def jacobian(
     robot: RobotOption,
     q: PositionsOption,
-    qdot: Annotated[
-        Optional[str],
-        typer.Option(metavar='NUMBERS', help='Joint velocities in rad/s and m/s, for the twist.'),
-    ] = None,
+    qdot: Optional[str] = option('Joint velocities in rad/s and m/s, for the twist.', 'NUMBERS'),
     of: OfOption = None,
     at: AtOption = None,
     axes: Annotated[

@@ -80,20 +80,19 @@ def kept_when_refused(robot: Robot, poses: CollectedPoses) -> Iterator[None]:
 
 
 def _lines(robot: Robot, found: Calibration, complete: bool, propose: int) -> Iterator[str]:
-    yield f'{found.count} poses: {found.known} of {found.possible} directions are known'
+    yield f'{found.count} poses: {found.known} of {found.possible} combinations are identified'
     table = [one for one in found.parameters if one.group in TABLE_GROUPS]
-    for words, told in (('known', True), ('not by itself, or not yet', False)):
+    for words, told in (('identified', True), ('not yet, or not by itself', False)):
         names = ', '.join(one.name for one in table if one.told == told)
         yield f'  {words}: {names or "none"}'
     if not found.accepted:
         yield f'  no calibration so far: {"; ".join(found.refusals)}'
     if complete:
-        yield '  all is known that such poses tell; more make it better; Ctrl-C ends it'
+        yield '  all that such poses identify is identified; more poses refine it; Ctrl-C ends it'
         return
-    sliding = [kind == 'prismatic' for kind in robot.joint_types]
     for q in propose_poses(robot, propose, found).q.tolist():
         values = (
             f'{x:.4f} m' if slides else f'{math.degrees(x):.1f} deg'
-            for x, slides in zip(q, sliding)
+            for x, slides in zip(q, robot.prismatic)
         )
-        yield f'  a pose that tells more: {", ".join(values)}'
+        yield f'  a pose that identifies more: {", ".join(values)}'

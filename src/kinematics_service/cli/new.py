@@ -13,7 +13,7 @@ from ..robot.file.parts.description import AngleUnit, LengthUnit
 from ..robot.file.parts.quantities import Units
 from ..robot.file.writing.new_robot import MOST_JOINTS, NEW_CONVENTIONS, new_robot_text
 from .export import write_document
-from .options import WrongUsage, refuse_unwritable
+from .options import WrongUsage, flag, option, refuse_unwritable
 
 HELP = """
 Write a robot file to begin with: an example arm whose comments say what each part means.
@@ -42,33 +42,18 @@ NewConvention = Enum(  # type: ignore[misc]
 
 def new(
     name: Annotated[str, typer.Argument(metavar='NAME', help='Name of the robot.')],
-    dof: Annotated[
-        Optional[int],
-        typer.Option(
-            metavar='N', help='Number of joints, 1 to 12.', show_default=str(DEFAULT_DOF)
-        ),
-    ] = None,
-    convention: Annotated[
-        Optional[NewConvention],
-        typer.Option(help='Convention of the table.', show_default=DEFAULT_CONVENTION),
-    ] = None,
-    units: Annotated[
-        Optional[str],
-        typer.Option(metavar='ANGLE,LENGTH', help='rad or deg, m or mm.', show_default='rad,m'),
-    ] = None,
-    source: Annotated[
-        Optional[str],
-        typer.Option(
-            '--from', metavar='ROBOT', help="A bundled robot to begin with (see 'robots')."
-        ),
-    ] = None,
-    out: Annotated[
-        str,
-        typer.Option(
-            metavar='FILE', help="Where to write it; '-': the screen.", show_default='NAME.yaml'
-        ),
-    ] = '',
-    force: Annotated[bool, typer.Option('--force', help='Overwrite the file.')] = False,
+    dof: Optional[int] = option('Number of joints, 1 to 12.', 'N', shown=str(DEFAULT_DOF)),
+    convention: Optional[NewConvention] = option(
+        'Convention of the table.', shown=DEFAULT_CONVENTION
+    ),
+    units: Optional[str] = option('rad or deg, m or mm.', 'ANGLE,LENGTH', shown='rad,m'),
+    source: Optional[str] = option(
+        "A bundled robot to begin with (see 'robots').", 'ROBOT', name='--from'
+    ),
+    out: str = option(
+        "Where to write it; '-': the screen.", 'FILE', default='', shown='NAME.yaml'
+    ),
+    force: bool = flag('--force', 'Overwrite the file.'),
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     if not re.fullmatch(r'[A-Za-z0-9_]+', name):

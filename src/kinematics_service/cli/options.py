@@ -2,27 +2,30 @@
 
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Optional
 
 import numpy as np
 import typer
 
-from ..errors import PointError, RobotNotFoundError
+from ..errors import Fault, PointError, RobotNotFoundError
 from ..kernel import Floats
 from ..output_file import unwritable
 from ..robot.bundled import find_robot_file
+from ..robot.file.translation import translator_of
 from ..robot.points import TOOL
 from ..robot.robot import Robot, load_robot
 
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 
-RobotOption = Annotated[
-    str, typer.Option('--robot', metavar='FILE|NAME', help='A robot file, or a bundled robot.')
-]
+ROBOT_WORDS = 'A robot file, a URDF, or a bundled robot.'
+RobotOption = Annotated[str, typer.Option('--robot', metavar='FILE|NAME', help=ROBOT_WORDS)]
 RobotArgument = Annotated[
     str,
-    typer.Argument(metavar='ROBOT', help='A robot file, or a bundled robot; also with --robot.'),
+    typer.Argument(
+        metavar='ROBOT', help='A robot file, a URDF, or a bundled robot; also with --robot.'
+    ),
 ]
 PositionsOption = Annotated[
     str,
@@ -52,10 +55,40 @@ AtOption = Annotated[
 JsonOption = Annotated[bool, typer.Option('--json', help='Print one JSON object, in SI units.')]
 
 
-def default_robot(default: str) -> Any:
-    """Return the option of a robot that need not be given, and what it is then."""
-    words = 'A robot file, or a bundled robot.'
-    return typer.Option('--robot', metavar='FILE|NAME', help=words, show_default=default)
+def option(
+    words: str,
+    metavar: str | None = None,
+    default: Any = None,
+    name: str | None = None,
+    shown: str | bool = True,
+    least: float | None = None,
+    most: float | None = None,
+) -> Any:
+    """
+    Return an option that takes a value.
+
+    Parameters
+    ----------
+    words, metavar
+        Its help, and the word for its value there.
+    default
+        Its value where it is not given; `...` where it must be.
+    name
+        `--name` where it is not that of the parameter.
+    shown
+        The default in words.
+    least, most
+        The bounds of a number.
+    """
+    names = () if name is None else (name,)
+    return typer.Option(
+        default, *names, metavar=metavar, help=words, show_default=shown, min=least, max=most
+    )
+
+
+def flag(name: str, words: str) -> Any:
+    """Return an option without a value."""
+    return typer.Option(False, name, help=words)
 
 
 class WrongUsage(typer.BadParameter):
@@ -90,20 +123,29 @@ def refuse_unknown_robot(name: str) -> None:
     except RobotNotFoundError as error:
         raise WrongUsage(f'--robot: {error}') from None
     if not path.exists():
-        raise WrongUsage(f'--robot: there is no file {name}')
+        raise WrongUsage(f'--robot: there is no file {path}')
 
 
 def given_robot(name: str) -> Robot:
     """
-    Return the robot of a name.
+    Return the robot of a name; what is doubtful in a URDF is printed.
 
     Raises
     ------
-    RobotFileError
+    RobotFileError, UrdfError
         The file exists but holds no valid robot.
     """
     refuse_unknown_robot(name)
-    return load_robot(name)
+    robot = load_robot(name)
+    if translator_of(robot.description.file):  # a robot file has been checked by its author
+        for doubt in robot.description.warnings:
+            print(doubt_text(doubt), file=sys.stderr)
+    return robot
+
+
+def doubt_text(doubt: Fault) -> str:
+    """Return what is allowed but most likely a mistake, as a line for the user."""
+    return str(replace(doubt, where=f'WARN {doubt.where}'))
 
 
 def given_point(text: str) -> str | int:
@@ -146,7 +188,7 @@ def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
 
 def _look_like_degrees(robot: Robot, q: Floats) -> bool:
     # More than a turn and beyond the limits in radians, while all would fit in degrees.
-    turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
+    turning = ~robot.prismatic
     low, high = robot.limits.T
     bounded = np.isfinite(high - low)
     far = turning & (np.abs(q) > 2 * np.pi) & ((q < low) | (q > high) | ~bounded)
@@ -176,6 +218,5 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
         )
     values = np.array([float(word) for word in words])
     if degrees:
-        turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
-        values[turning] = np.radians(values[turning])
+        return np.where(robot.prismatic, values, np.radians(values))
     return values

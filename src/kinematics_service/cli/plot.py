@@ -39,9 +39,11 @@ from .options import (
     RobotArgument,
     WrongUsage,
     ending_at,
+    flag,
     given_positions,
     given_robot,
     joint_values,
+    option,
 )
 
 HELP = """
@@ -85,74 +87,41 @@ POINTS = {'map': (2, 4000), 'workspace': (1000, 100_000_000)}
 def plot(
     robot: RobotArgument,
     kind: Annotated[str, typer.Argument(metavar='KIND', help='What to draw.')] = 'arm',
-    q: Annotated[
-        Optional[str],
-        typer.Option(
-            metavar='NUMBERS',
-            help='Joint positions in rad and m.',
-            show_default='a pose far from singular ones',
-        ),
-    ] = None,
-    xyz: Annotated[
-        Optional[str],
-        typer.Option('--xyz', metavar='NUMBERS', help='Position of the tool, m.'),
-    ] = None,
+    q: Optional[str] = option(
+        'Joint positions in rad and m.', 'NUMBERS', shown='a pose far from singular ones'
+    ),
+    xyz: Optional[str] = option('Position of the tool, m.', 'NUMBERS'),
     rpy: RpyOption = None,
     quaternion: QuaternionOption = None,
     near: NearOption = None,
-    path: Annotated[
-        Optional[str],
-        typer.Option(
-            metavar='smooth|sine|FILE.csv',
-            help='A built-in trajectory, or a recording: stamp,position.<joint>,...',
-            show_default='smooth',
-        ),
-    ] = None,
-    joints: Annotated[
-        Optional[str],
-        typer.Option(
-            metavar='ACROSS,UP', help='Two joints.', show_default='those that matter most'
-        ),
-    ] = None,
-    plane: Annotated[
-        Optional[str],
-        typer.Option(
-            metavar='rz|xy|xz|yz',
-            help="Radius and height about joint 1's axis, or two base axes.",
-            show_default='whichever shows most',
-        ),
-    ] = None,
-    at: Annotated[
-        Optional[float],
-        typer.Option(
-            metavar='M', help='Where --plane xy, xz or yz cuts the third axis.', show_default='0'
-        ),
-    ] = None,
-    points: Annotated[
-        Optional[int],
-        typer.Option(
-            metavar='N',
-            help='Points on each side of the map, or random poses of the workspace.',
-            show_default=f'{MAP_POINTS}; {WORKSPACE_POINTS}; fewer with closed loops',
-        ),
-    ] = None,
-    workers: Annotated[
-        Optional[str],
-        typer.Option(
-            metavar='dask://HOST:PORT',
-            help='Have the poses of map or workspace computed by a dask cluster.',
-            show_default='here',
-        ),
-    ] = None,
+    path: Optional[str] = option(
+        'A built-in trajectory, or a recording: stamp,position.<joint>,...',
+        'smooth|sine|FILE.csv',
+        shown='smooth',
+    ),
+    joints: Optional[str] = option('Two joints.', 'ACROSS,UP', shown='those that matter most'),
+    plane: Optional[str] = option(
+        "Radius and height about joint 1's axis, or two base axes.",
+        'rz|xy|xz|yz',
+        shown='whichever shows most',
+    ),
+    at: Optional[float] = option(
+        'Where --plane xy, xz or yz cuts the third axis.', 'M', shown='0'
+    ),
+    points: Optional[int] = option(
+        'Points on each side of the map, or random poses of the workspace.',
+        'N',
+        shown=f'{MAP_POINTS}; {WORKSPACE_POINTS}; fewer with closed loops',
+    ),
+    workers: Optional[str] = option(
+        'Have the poses of map or workspace computed by a dask cluster.',
+        'dask://HOST:PORT',
+        shown='here',
+    ),
     of: OfOption = None,
     deg: DegreesOption = False,
-    save: Annotated[
-        Optional[Path],
-        typer.Option(
-            metavar='FILE', help='A .png, .svg or .pdf.', show_default='ROBOT_KIND.png, here'
-        ),
-    ] = None,
-    show: Annotated[bool, typer.Option('--show', help='Open a window instead.')] = False,
+    save: Optional[Path] = option('A .png, .svg or .pdf.', 'FILE', shown='ROBOT_KIND.png, here'),
+    show: bool = flag('--show', 'Open a window instead.'),
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     given = {

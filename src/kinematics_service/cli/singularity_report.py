@@ -122,7 +122,7 @@ def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> No
         column.justify = 'right'
         column.no_wrap = True
     for j, name in enumerate(robot.joint_names):
-        slides = robot.joint_types[j] == 'prismatic'
+        slides = robot.prismatic[j]
         joints.add_row(
             f'  {plain(name)}',
             f'{number(state.q[j], 4)} {"m  " if slides else "rad"}',

@@ -2,18 +2,18 @@
 
 import sys
 from collections.abc import Callable
-from typing import Annotated, Optional
+from typing import Optional
 
 import typer
 
-from ..errors import ViewerMissingError
+from ..errors import ViewError
 from ..stop_signals import stop_signals
 from .missing_ros import RosMissingError, is_ours, ros_module
-from .options import OfOption, WrongUsage, default_robot, ending_at, given_robot
+from .options import ROBOT_WORDS, OfOption, WrongUsage, ending_at, flag, given_robot, option
 
 DEFAULT = 'puma560'
 WITHOUT_VISER = (
-    'kinematics_service: view needs viser, which cannot be imported here ({reason}): '
+    'view needs viser, which cannot be imported here ({reason}): '
     "pip install '.[view]' in its checkout"
 )
 
@@ -38,33 +38,23 @@ joint states, for a node without a robot. Without ROS there are sliders only.
 
 def view(
     context: typer.Context,
-    robot: Annotated[Optional[str], default_robot(f"the node's, or {DEFAULT}")] = None,
+    robot: Optional[str] = option(ROBOT_WORDS, 'FILE|NAME', shown=f"the node's, or {DEFAULT}"),
     of: OfOption = None,
-    node: Annotated[
-        str,
-        typer.Option(
-            metavar='NAME',
-            help='The full name of the node.',
-            show_default='/kinematics, or the first one found',
-        ),
-    ] = '',
-    port: Annotated[
-        int, typer.Option(min=0, max=65535, help='Port of the page; 0: any free one.')
-    ] = 8080,
-    host: Annotated[
-        str,
-        typer.Option(help='Address to serve it at; 0.0.0.0: all of the network, with a token.'),
-    ] = '127.0.0.1',
-    allow_host: Annotated[
-        Optional[list[str]],
-        typer.Option(metavar='NAME', help='Another name under which it is reached; repeatable.'),
-    ] = None,
-    sliders: Annotated[
-        bool, typer.Option('--sliders', help='Use sliders only, without ROS.')
-    ] = False,
-    publish: Annotated[
-        bool, typer.Option('--publish', help='Let the sliders publish joint states.')
-    ] = False,
+    node: str = option(
+        'The full name of the node.',
+        'NAME',
+        default='',
+        shown='/kinematics, or the first one found',
+    ),
+    port: int = option('Port of the page; 0: any free one.', default=8080, least=0, most=65535),
+    host: str = option(
+        'Address to serve it at; 0.0.0.0: all of the network, with a token.', default='127.0.0.1'
+    ),
+    allow_host: Optional[list[str]] = option(
+        'Another name under which it is reached; repeatable.', 'NAME'
+    ),
+    sliders: bool = flag('--sliders', 'Use sliders only, without ROS.'),
+    publish: bool = flag('--publish', 'Let the sliders publish joint states.'),
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
     if sliders and publish:
@@ -77,7 +67,7 @@ def view(
     except ImportError as error:
         if is_ours(error):
             raise
-        raise ViewerMissingError(WITHOUT_VISER.format(reason=error)) from error
+        raise ViewError(WITHOUT_VISER.format(reason=error)) from error
     check_address(host, port)
     address = Address(host, port, tuple(allow_host or ()))
     arm = None if robot is None else ending_at(given_robot(robot), of)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import CdrError
-from ..kernel import Bytes, Floats, FormTable, IncomingForm, OurJoints
+from ..kernel import Bytes, Floats, IncomingForm, OurJoints
 from .cdr import (
     DOUBLE,
     ENCAPSULATION_SAYS,
@@ -39,7 +39,7 @@ class JointStateForm:
     size
         Bytes of a message.
     positions, velocities
-        Their offsets, in doubles of this machine's memory; the stamp is at `cdr.STAMP_AT`.
+        Where they are, doubles as in this machine's memory; the stamp is at `cdr.STAMP_AT`.
     fixed : shape (size,)
         The bits that are the same in all of them: 255 for a byte of these, 0 for another.
     same : shape (size,)
@@ -70,15 +70,7 @@ class JointStateForm:
 
     def for_joints(self, ours: OurJoints) -> IncomingForm:
         """Return the form as the kernel takes it, for messages with these joints of the arm."""
-        table = FormTable(
-            self.fixed,
-            self.same,
-            STAMP_AT,
-            self.positions.start,
-            self.velocities.start,
-            *self.counts,
-        )
-        return IncomingForm(table, ours)
+        return IncomingForm(self.fixed, self.same, STAMP_AT, self.positions, self.velocities, ours)
 
 
 def doubles_of(data: bytes) -> Floats:

@@ -62,7 +62,6 @@ from .measures.singular_values import decompose as decompose
 from .measures.singular_values import determinant_of as determinant_of
 from .measures.symmetric import eigenvectors as eigenvectors
 from .measures.task_rows import TaskRows as TaskRows
-from .messages import FormTable as FormTable
 from .messages import IncomingForm as IncomingForm
 from .messages import observe_bytes as observe_bytes
 from .nearest.arm import Arm as Arm

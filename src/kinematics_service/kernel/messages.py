@@ -1,6 +1,6 @@
 """Serialized messages: joint states taken from their bytes, and answered."""
 
-from typing import NamedTuple
+from typing import Any
 
 from . import judging, observing, outgoing
 from .joint_memory import JointMemory, OurJoints
@@ -10,66 +10,56 @@ from .nearest.nearest_singular import NearestSearch
 from .outgoing import OutgoingMessages
 
 
-class FormTable(NamedTuple):
+class IncomingForm:
     """
-    What serialized joint states of one form have in common.
+    A form of serialized joint states, and the joints of ours in them.
 
-    Attributes
+    Parameters
     ----------
     fixed, same : shape (size,)
         Bytes that select what must not change, and what stands there.
-    stamp, positions, velocities
-        Where they begin: int32 seconds and uint32 nanoseconds, then doubles, as in this machine's
-        memory.
-    position_count, velocity_count
-        Their number.
-    """
-
-    fixed: Bytes
-    same: Bytes
-    stamp: int
-    positions: int
-    velocities: int
-    position_count: int
-    velocity_count: int
-
-
-class IncomingForm:
-    """
-    A form of joint states, and the joints of ours in them.
+    stamp_at
+        Where int32 seconds and uint32 nanoseconds begin, as in this machine's memory.
+    positions, velocities
+        Where their doubles are.
+    ours
+        Our joints.
 
     Attributes
     ----------
     table
-        What they have in common. The compiled kernel has the addresses of its arrays.
-    ours
-        Our joints.
+        Both arrays, as given; the compiled kernel has their addresses.
     size
         Bytes of a message.
     stamp : ns
         Of the message that was last taken.
     """
 
-    def __init__(self, table: FormTable, ours: OurJoints) -> None:
-        size = arrays.size(table.fixed)
-        ends = (
-            table.stamp + 8,
-            table.positions + 8 * table.position_count,
-            table.velocities + 8 * table.velocity_count,
-        )
-        if min(table[2:]) < 0 or max(ends) > size or ours.places_needed > table.position_count:
-            raise ValueError('a place outside of the message')
-        self.table: FormTable = table
+    def __init__(
+        self,
+        fixed: Bytes,
+        same: Bytes,
+        stamp_at: int,
+        positions: slice,
+        velocities: slice,
+        ours: OurJoints,
+    ) -> None:
+        self.table: tuple[Any, ...] = (fixed, same)
         self.ours: OurJoints = ours
-        self.size: int = size
+        self.size: int = arrays.size(fixed)
         self.stamp: Nanoseconds = 0
-        self.stamp_at: int = table.stamp
-        self.positions_at: int = table.positions
-        self.velocities_at: int = table.velocities
-        self.position_count: int = table.position_count
-        self.velocity_count: int = table.velocity_count
-        self.fixed: FlatBytes = arrays.octets(table.fixed, size)
-        self.same: FlatBytes = arrays.octets(table.same, size)
+        self.stamp_at: int = stamp_at
+        self.positions_at: int = positions.start
+        self.velocities_at: int = velocities.start
+        self.position_count: int = (positions.stop - positions.start) // 8
+        self.velocity_count: int = (velocities.stop - velocities.start) // 8
+        begins = (stamp_at, positions.start, velocities.start)
+        ends = (stamp_at + 8, positions.stop, velocities.stop)
+        counts = (self.position_count - ours.places_needed, self.velocity_count)
+        if min(begins) < 0 or max(ends) > self.size or min(counts) < 0:
+            raise ValueError('a place outside of the message')
+        self.fixed: FlatBytes = arrays.octets(fixed, self.size)
+        self.same: FlatBytes = arrays.octets(same, self.size)
 
 
 def _fits(form: IncomingForm, data: FlatBytes) -> bool:

@@ -18,7 +18,8 @@ from ..errors import JointVectorError
 from ..kernel import Chain, Closure, Floats, Integers, groups_from
 from ..robot.chain import first_entries
 from ..robot.points import TOOL, Point
-from ..robot.robot import AnyRobot, Robot, as_robot
+from ..robot.robot import AnyRobot, as_robot
+from .arguments import finite_rows, not_together
 from .forward import BASE, chosen, cross, offset_of, state_of, with_point_at
 from .tool_state import ToolState
 
@@ -100,7 +101,7 @@ def acceleration(
     """
     robot = as_robot(robot)
     state, point = state_of(robot, of, q, qdot), robot.point(of)
-    accelerations = _accelerations(robot, qddot)
+    accelerations = finite_rows(JointVectorError, 'qddot', qddot, robot.dof)
     J, rates = state.jacobian, state.qdot
     assert rates is not None  # they have been given
     if at is not None:
@@ -108,29 +109,9 @@ def acceleration(
     try:
         total = J @ accelerations[..., None] + _rate(state, point, at) @ rates[..., None]
     except ValueError:
-        raise JointVectorError(
-            f'q and qddot have shapes {state.q.shape} and {accelerations.shape}, which do not go '
-            'together',
-            'qddot',
-            [state.q.shape],
-            accelerations.shape,
-        ) from None
+        shapes = state.q.shape, accelerations.shape
+        raise not_together(JointVectorError, ('q', 'qddot'), shapes, state.q.shape) from None
     return chosen(robot, q, state, total, of, None, axes)[..., 0]
-
-
-def _accelerations(robot: Robot, qddot: npt.ArrayLike) -> Floats:
-    try:
-        array = np.asarray(qddot, dtype=np.float64)
-    except (TypeError, ValueError):
-        array = np.empty(0)
-    if array.ndim == 0 or array.shape[-1] != robot.dof or not np.isfinite(array).all():
-        raise JointVectorError(
-            f'qddot must be finite numbers of shape (..., {robot.dof}), not of {array.shape}',
-            'qddot',
-            [(robot.dof,)],
-            array.shape,
-        )
-    return array
 
 
 def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:

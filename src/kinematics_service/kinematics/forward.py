@@ -15,6 +15,7 @@ from ..errors import PointError, TwistError
 from ..kernel import Floats
 from ..robot.points import TOOL, place_in_frame
 from ..robot.robot import AnyRobot, Robot, as_robot
+from .arguments import finite_rows, not_together
 from .tool_state import ToolState, evaluate, evaluate_point
 
 BASE = 'base'
@@ -206,34 +207,12 @@ def twist_at(twist: npt.ArrayLike, r: npt.ArrayLike) -> Floats:
     >>> ks.twist_at([0, 0, 0, 0, 0, 2.0], [0.5, 0, 0]).tolist()
     [0.0, 1.0, 0.0, 0.0, 0.0, 2.0]
     """
-    V, offset = _numbers(twist, 'twist', 6), _numbers(r, 'r', 3)
+    V, offset = finite_rows(TwistError, 'twist', twist, 6), finite_rows(TwistError, 'r', r, 3)
     try:
         linear = V[..., :3] + cross(V[..., 3:, None], offset[..., None])[..., 0]
     except ValueError:
-        raise TwistError(
-            f'twist and r have shapes {V.shape} and {offset.shape}, which do not go together',
-            'r',
-            [(3,)],
-            offset.shape,
-        ) from None
+        raise not_together(TwistError, ('twist', 'r'), (V.shape, offset.shape), (3,)) from None
     return np.concatenate([linear, np.broadcast_to(V[..., 3:], linear.shape)], axis=-1)
-
-
-def _numbers(given: npt.ArrayLike, name: str, count: int) -> Floats:
-    try:
-        array = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise TwistError(
-            f'{name} must be numbers, shape (..., {count})', name, [(count,)]
-        ) from None
-    if array.ndim == 0 or array.shape[-1] != count or not np.isfinite(array).all():
-        raise TwistError(
-            f'{name} has shape {array.shape}; it must be (..., {count}) and finite',
-            name,
-            [(count,)],
-            array.shape,
-        )
-    return array
 
 
 def state_of(

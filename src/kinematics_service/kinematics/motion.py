@@ -36,11 +36,6 @@ class Trajectory(Protocol):
         """Return positions and velocities at times t (...,) in s."""
 
 
-def slides(robot: Robot) -> npt.NDArray[np.bool_]:
-    """Return for each joint whether it slides, shape (n,)."""
-    return np.array([kind == 'prismatic' for kind in robot.joint_types])
-
-
 def inside_limits(robot: Robot) -> Floats:
     """Return the limits, a little narrower, shape (n, 2), rad or m."""
     low, high = np.array(robot.limits[:, 0]), np.array(robot.limits[:, 1])
@@ -55,5 +50,5 @@ def allowed_speeds(robot: Robot, turning: float, sliding: float) -> Floats:
     without a limit.
     """
     limits = robot.velocity_limits
-    free = np.where(slides(robot), sliding, turning)
+    free = np.where(robot.prismatic, sliding, turning)
     return np.where(np.isinf(limits), free, SPEED_SHARE * limits)

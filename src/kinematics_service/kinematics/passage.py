@@ -13,7 +13,7 @@ from ..robot.closed_poses import close_at
 from ..robot.measures import Level
 from ..robot.robot import Robot
 from ..robot.task import ROW_NAMES, seeded_poses
-from .motion import JointMotion, allowed_speeds, inside_limits, slides
+from .motion import JointMotion, allowed_speeds, inside_limits
 from .singular_poses import STARTS, singular_poses
 from .singularity import singularity
 from .tool_state import evaluate
@@ -119,7 +119,7 @@ def smooth_trajectory(robot: Robot) -> Passage:
     inside = inside_limits(robot)
     path = _clearest_way(robot, singular_poses(robot, inside), inside)
     if path is None:
-        anywhere = seeded_poses(inside, slides(robot).tolist())[:STARTS]
+        anywhere = seeded_poses(inside, robot.prismatic)[:STARTS]
         path = _clearest_way(robot, anywhere, inside)
     still = np.zeros(robot.dof)
     return _clocked(robot, path or _Way(still, still, still))
@@ -158,7 +158,7 @@ def _clearest_way(robot: Robot, middles: Floats, inside: Floats) -> _Way | None:
     if not len(middles):
         return None
     random = np.random.default_rng(SEED)
-    reach = np.where(slides(robot), SLIDING_REACH, TURNING_REACH)
+    reach = np.where(robot.prismatic, SLIDING_REACH, TURNING_REACH)
     shape = (len(middles), WAYS, robot.dof)
     # Every joint takes part, so that there is something to see.
     d = reach * random.choice([-1.0, 1.0], shape) * random.uniform(LEAST_SHARE, 1.0, shape)

@@ -16,6 +16,7 @@ from ..kernel import Floats
 from ..robot.chain import FrozenArrays
 from ..robot.points import TOOL
 from ..robot.robot import AnyRobot, as_robot
+from .arguments import finite_rows, not_together
 from .forward import BASE, jacobian
 
 
@@ -91,27 +92,12 @@ def joint_torques(
     """
     robot = as_robot(robot)
     J = jacobian(robot, q, axes, of=of, at=at)
-    try:
-        F = np.asarray(wrench, dtype=np.float64)
-    except (TypeError, ValueError):
-        F = np.empty(0)
-    if F.ndim == 0 or F.shape[-1] != 6 or not np.isfinite(F).all():
-        raise WrenchError(
-            f'wrench must be finite numbers of shape (..., 6), not of {F.shape}',
-            'wrench',
-            [(6,)],
-            F.shape,
-        )
+    F = finite_rows(WrenchError, 'wrench', wrench, 6)
     try:
         return np.asarray(np.einsum('...ij,...i->...j', J, F))
     except ValueError:
-        raise WrenchError(
-            f'q and wrench have shapes {(*J.shape[:-2], robot.dof)} and {F.shape}, which do not '
-            'go together',
-            'wrench',
-            [(6,)],
-            F.shape,
-        ) from None
+        shapes = (*J.shape[:-2], robot.dof), F.shape
+        raise not_together(WrenchError, ('q', 'wrench'), shapes, (6,)) from None
 
 
 def wrench_from_torques(
@@ -148,17 +134,7 @@ def wrench_from_torques(
     """
     robot = as_robot(robot)
     J = jacobian(robot, q, axes, of=of, at=at)
-    try:
-        tau = np.asarray(torques, dtype=np.float64)
-    except (TypeError, ValueError):
-        tau = np.empty(0)
-    if tau.ndim == 0 or tau.shape[-1] != robot.dof or not np.isfinite(tau).all():
-        raise JointVectorError(
-            f'torques must be finite numbers of shape (..., {robot.dof}), not of {tau.shape}',
-            'torques',
-            [(robot.dof,)],
-            tau.shape,
-        )
+    tau = finite_rows(JointVectorError, 'torques', torques, robot.dof)
     length = robot.task.length
     # F' = (force, torque / length) and tau' = tau times the scale of each joint: tau' = J'^T F'.
     row_scales = np.array([1.0, 1.0, 1.0, length, length, length])
@@ -170,13 +146,8 @@ def wrench_from_torques(
     try:
         along = np.einsum('...kj,...j->...k', Vt[..., :count, :], tau * column_scales)
     except ValueError:
-        raise JointVectorError(
-            f'q and torques have shapes {(*J.shape[:-2], robot.dof)} and {tau.shape}, which do '
-            'not go together',
-            'torques',
-            [(robot.dof,)],
-            tau.shape,
-        ) from None
+        shapes = (*J.shape[:-2], robot.dof), tau.shape
+        raise not_together(JointVectorError, ('q', 'torques'), shapes, (robot.dof,)) from None
     wrench = np.einsum('...ik,...k->...i', U[..., :, :count], gains * along) * row_scales
     rank = np.asarray(np.sum(kept, axis=-1), dtype=np.int64)
     felt = np.arange(6) < rank[..., None]

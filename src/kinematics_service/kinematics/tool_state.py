@@ -12,6 +12,7 @@ from ..errors import JointVectorError, LoopError
 from ..kernel import Chain, Floats
 from ..robot.points import Point
 from ..robot.robot import AnyRobot, Robot, as_robot
+from .arguments import not_together
 from .closure import LoopClosure, closure_in, why_not_closed
 from .threads import in_parts
 
@@ -315,12 +316,8 @@ def _broadcast(q: Floats, qdot: Floats) -> tuple[Floats, Floats]:
     try:
         shape = np.broadcast_shapes(q.shape, qdot.shape)
     except ValueError:
-        raise JointVectorError(
-            f'q and qdot have shapes {q.shape} and {qdot.shape}, which do not go together',
-            'qdot',
-            [q.shape],
-            qdot.shape,
-        ) from None
+        shapes = q.shape, qdot.shape
+        raise not_together(JointVectorError, ('q', 'qdot'), shapes, q.shape) from None
     # A copy in C order: by itself numpy would keep the order of the repeated axis.
     return (
         np.array(np.broadcast_to(q, shape), order='C'),

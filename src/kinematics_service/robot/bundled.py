@@ -5,8 +5,10 @@ import os
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
+from typing import NamedTuple
 
 from ..errors import RobotNotFoundError
+from .file.translation import translator_of
 
 # What a person looks for; a robot that stands in no group is listed after them.
 GROUPS: Mapping[str, tuple[str, ...]] = {
@@ -52,6 +54,8 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     ),
 }
 OTHERS = 'Others'
+# Before the name of a topic that a URDF is published on: a node takes its robot from there, too.
+TOPIC = 'topic:'
 
 
 def _folder() -> Path:
@@ -79,6 +83,21 @@ def grouped_robots() -> Mapping[str, Mapping[str, Path]]:
     return {**groups, OTHERS: others} if others else groups
 
 
+class RobotSource(NamedTuple):
+    """
+    Where a robot is to be read.
+
+    Attributes
+    ----------
+    base, tip
+        Of a URDF, the links at which its chain begins and ends; empty where they are not given.
+    """
+
+    file: Path
+    base: str = ''
+    tip: str = ''
+
+
 def find_robot_file(name: str | os.PathLike[str]) -> Path:
     """
     Return the file of a robot given by bundled name or by path.
@@ -88,18 +107,47 @@ def find_robot_file(name: str | os.PathLike[str]) -> Path:
     RobotNotFoundError
         Neither a file nor a bundled robot; the message lists the names.
     """
+    return find_robot(name).file
+
+
+def find_robot(name: str | os.PathLike[str]) -> RobotSource:
+    """
+    Return where the robot of a name is to be read: a bundled name, a path, or URDF:BASE:TIP.
+
+    Raises
+    ------
+    RobotNotFoundError
+        Neither a file nor a bundled robot; the message lists the names.
+    """
     text = os.fspath(name)
     bundled = bundled_robots()
     if text in bundled:
-        return bundled[text]
+        return RobotSource(bundled[text])
     path = Path(text)
-    looks_like_a_path = path.suffix in ('.yaml', '.yml') or path.name != text
+    urdf, *ends = split_ends(text)
+    if translator_of(urdf) and not path.exists():
+        return RobotSource(Path(urdf), *ends)
+    if text.startswith(TOPIC):
+        raise RobotNotFoundError(
+            f'{text}: only the node takes a robot from a topic: give a file', text, tuple(bundled)
+        )
+    looks_like_a_path = (
+        path.suffix in ('.yaml', '.yml') or bool(translator_of(text)) or path.name != text
+    )
     if path.exists() or looks_like_a_path:
-        return path
+        return RobotSource(path)
     near = difflib.get_close_matches(text, bundled, n=1)
     hint = f'did you mean {near[0]!r}? ' if near else ''
     raise RobotNotFoundError(
-        f'no robot {text!r}: {hint}give a YAML file or one of: {", ".join(bundled)}',
+        f'no robot {text!r}: {hint}give a robot file, a URDF or one of: {", ".join(bundled)}',
         text,
         tuple(bundled),
     )
+
+
+def split_ends(name: str) -> tuple[str, str, str]:
+    """Return the parts of SOURCE:BASE:TIP; base and tip are empty where there is but a source."""
+    source, *ends = name.removeprefix(TOPIC).rsplit(':', 2)
+    if len(ends) != 2:
+        return name, '', ''
+    return name.removesuffix(':'.join(['', *ends])), ends[0], ends[1]

@@ -28,7 +28,7 @@ def _volume_power(robot: Robot) -> int | None:
     # of a J_t that is not square differ.
     rows, n = robot.task.rows, robot.dof
     linear = sum(row in ('x', 'y', 'z') for row in rows)
-    slides = sum(kind == 'prismatic' for kind in robot.joint_types)
+    slides = int(robot.prismatic.sum())
     if len(rows) > n:
         return (n if linear else 0) - slides if linear in (0, len(rows)) else None
     return linear - slides if len(rows) == n or slides == 0 else None

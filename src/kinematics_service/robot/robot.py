@@ -3,7 +3,6 @@
 import os
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy.typing as npt
 
 from ..errors import Fault, KinematicsError, PointError, RobotFileError
 from ..kernel import Arm, Chain, Floats
-from .bundled import find_robot_file
+from .bundled import RobotSource, find_robot
 from .chain import FrozenArrays
 from .closed_poses import closed_poses
 from .factors import Factors, read_factors, with_loops
@@ -78,6 +77,18 @@ class Robot(FrozenArrays):
     def dof(self) -> int:
         """Return the number of joints n."""
         return len(self.joint_names)
+
+    @cached_property
+    def prismatic(self) -> npt.NDArray[np.bool_]:
+        """Return for each joint whether it slides, shape (n,); read-only."""
+        slides = np.array([kind == 'prismatic' for kind in self.joint_types])
+        slides.setflags(write=False)
+        return slides
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Return the unit of each joint position, `rad` or `m`."""
+        return tuple('m' if slides else 'rad' for slides in self.prismatic)
 
     @property
     def continuous(self) -> tuple[bool, ...]:
@@ -272,9 +283,8 @@ def with_singularity(
     """Return the same robot judged with another characteristic length (m) or other thresholds."""
     task = robot.task
     if length is not None and length != task.length:
-        prismatic = [kind == 'prismatic' for kind in robot.joint_types]
         task = find_task(
-            robot.chain, robot.joint_names, robot.limits, prismatic, task.rows, length
+            robot.chain, robot.joint_names, robot.limits, robot.prismatic, task.rows, length
         )
     return replace(robot, task=task, thresholds=thresholds or robot.thresholds)
 
@@ -323,9 +333,8 @@ def _with_factors(description: RobotDescription, factors: tuple[Factor, ...]) ->
 def _holds(robot: Robot, factor: Factor) -> bool:
     # Whether a factor is zero at singular poses alone.
     description = _with_factors(robot.description, (factor,))
-    q = seeded_poses(robot.limits, [kind == 'prismatic' for kind in robot.joint_types])
     try:
-        q = closed_poses(robot.chain, q)
+        q = closed_poses(robot.chain, seeded_poses(robot.limits, robot.prismatic))
         read_factors(description, robot.chain, robot.task, q)
     except KinematicsError:
         return False
@@ -334,12 +343,14 @@ def _holds(robot: Robot, factor: Factor) -> bool:
 
 def load_robot(name: str | os.PathLike[str]) -> Robot:
     """
-    Return the robot of a YAML file, or a bundled one by its name.
+    Return the robot of a YAML file or of a URDF, or a bundled one by its name.
 
     Parameters
     ----------
     name
-        A path such as `config/craig_3r.yaml`, or a bundled name such as `puma560`.
+        A path such as `config/craig_3r.yaml`, or a bundled name such as `puma560`. Of a URDF
+        `arm.urdf` is the longest chain of moving joints, `arm.urdf:BASE:TIP` that between two
+        links.
 
     Raises
     ------
@@ -347,8 +358,10 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
         Neither a file nor a bundled robot.
     RobotFileError
         The file is not a valid robot; the message has a line for each fault.
+    UrdfError
+        The URDF holds no such chain, or a joint that no robot file can express.
     """
-    return build_robot(read_robot_file(find_robot_file(name)))
+    return build_robot(read_robot_file(*find_robot(name)))
 
 
 # What every function of the library takes for an arm: a robot, a bundled name or a file's path.
@@ -363,7 +376,7 @@ def as_robot(robot: AnyRobot) -> Robot:
 
     Raises
     ------
-    RobotNotFoundError, RobotFileError
+    RobotNotFoundError, RobotFileError, UrdfError
         As `load_robot`.
     TypeError
         It is neither.
@@ -375,17 +388,18 @@ def as_robot(robot: AnyRobot) -> Robot:
             'robot must be a Robot, the name of a bundled robot or the path of a robot file, '
             f'not {type(robot).__name__}'
         )
-    file = find_robot_file(robot)
+    source = find_robot(robot)
     try:
-        state = file.stat()
+        state = source.file.stat()
     except OSError:
-        return load_robot(file)  # which says what is wrong
-    return _robot_of(file.absolute(), state.st_mtime_ns, state.st_size, state.st_ino)
+        return load_robot(robot)  # which says what is wrong
+    there = source._replace(file=source.file.absolute())
+    return _robot_of(there, state.st_mtime_ns, state.st_size, state.st_ino)
 
 
 @lru_cache(maxsize=32)
-def _robot_of(file: Path, *_state: int) -> Robot:
-    return load_robot(file)
+def _robot_of(source: RobotSource, *_state: int) -> Robot:
+    return build_robot(read_robot_file(*source))
 
 
 def robot_from_text(text: str, file: str = '<text>') -> Robot:

@@ -1,7 +1,7 @@
 """The task: which rows of the Jacobian singularities are judged by, and how the arm moves them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -89,7 +89,7 @@ class Task(FrozenArrays):
         return self.generic_rank < min(len(self.rows), len(self.column_scales))
 
 
-def seeded_poses(limits: Floats, prismatic: Sequence[bool]) -> Floats:
+def seeded_poses(limits: Floats, prismatic: Iterable[bool]) -> Floats:
     """
     Return the same random joint positions inside the limits each time.
 
@@ -166,7 +166,7 @@ def find_task(
     chain: Chain,
     joint_names: Sequence[str],
     limits: Floats,
-    prismatic: Sequence[bool],
+    prismatic: Iterable[bool],
     rows: tuple[str, ...] | None = None,
     length: float | None = None,
 ) -> Task:

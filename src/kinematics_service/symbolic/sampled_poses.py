@@ -68,11 +68,10 @@ class PoseSampler:
             Inside the joint limits; otherwise anywhere near them, full turns for angles.
         """
         robot = self.robot
-        prismatic = [kind == 'prismatic' for kind in robot.joint_types]
         limits = np.array(robot.limits)
         if not within:
-            limits[~np.array(prismatic)] = (-np.inf, np.inf)
-        q = seeded_poses(limits, prismatic)[:count]
+            limits[~robot.prismatic] = (-np.inf, np.inf)
+        q = seeded_poses(limits, robot.prismatic)[:count]
         return np.asarray(q[:, list(self.moving)] / self.to_si)
 
     def limits(self, periods: Floats) -> Box:
@@ -104,7 +103,6 @@ class PoseSampler:
             velocity = np.swapaxes(J[:, :3], 1, 2) / size
         # v = w x r with r from the axis to the tool: its foot on the axis is p + z x v.
         origins = tool[:, None] + np.cross(axes, velocity)
-        types = robot.joint_types
         return ArmAtPoses(
             J,
             task_rows(robot, J, frames[:, 0, :3, :3])
@@ -114,7 +112,7 @@ class PoseSampler:
             axes,
             origins,
             tool,
-            tuple(types[j] != 'prismatic' for j in moving),
+            tuple((~self.slides).tolist()),
             tuple(robot.variables[j] for j in moving),
         )
 
@@ -147,7 +145,7 @@ class PoseSampler:
     @property
     def slides(self) -> npt.NDArray[np.bool_]:
         """Return which of the moving joints are prismatic, shape (moving,)."""
-        return np.array([self.robot.joint_types[j] == 'prismatic' for j in self.moving])
+        return self.robot.prismatic[list(self.moving)]
 
     @property
     def column_scales(self) -> Floats:

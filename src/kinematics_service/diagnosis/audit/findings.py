@@ -22,7 +22,7 @@ def seconds(time: float) -> str:
 
 
 def count(number: int, noun: str) -> str:
-    """Return a number with its noun: `1 message`, `2 stretches`, `3 trajectories`."""
+    """Return a number with its noun: `1 message`, `2 intervals`, `3 trajectories`."""
     if number == 1:
         return f'1 {noun}'
     if noun.endswith('y'):

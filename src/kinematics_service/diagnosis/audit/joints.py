@@ -83,7 +83,7 @@ def joint_reports(robot: Robot, timeline: Timeline) -> tuple[JointReport, ...]:
 
 def _report(robot: Robot, timeline: Timeline, j: int) -> JointReport:
     lower, upper = robot.limits[j].tolist()
-    sliding = robot.joint_types[j] == 'prismatic'
+    sliding = bool(robot.prismatic[j])
     top = robot.velocity_limits[j] * (1.0 + LIMIT_SLACK)
     least, greatest, worst, fastest = math.inf, -math.inf, 0.0, math.nan
     beyond = touching = too_fast = 0
@@ -166,7 +166,7 @@ def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
 def _explained(robot: Robot, j: int, speeds: Floats, intervals: Floats) -> Floats:
     # Returns the steps of a joint that are no jumps, from speeds (N + 1,) at the ends of intervals
     # (N,).
-    sliding = robot.joint_types[j] == 'prismatic'
+    sliding = bool(robot.prismatic[j])
     reported = SPEED_MARGIN * np.fmax(speeds[1:], speeds[:-1])
     limit = LIMIT_MARGIN * float(robot.velocity_limits[j])
     otherwise = limit if math.isfinite(limit) else FREE_SPEED[sliding]

@@ -121,7 +121,7 @@ def _not_proved(robot: Robot, where: str, found: PlanSingularity) -> Finding:
         return Finding(Level.ERROR, f'{where}{text} ({found.threshold:g} asked).')
     if robot.loop_names:
         text = f'no singular pose was found within {asked} of {found.evaluations:,} sampled'
-        bent = 'for loops bend the arm none is excluded'
+        bent = 'none is excluded, because closed loops bend the arm'
         return Finding(Level.WARN, f'{where}Not decided: {text} positions; {bent}.')
     begin, end = found.undecided[0]
     span = seconds(sum(end - begin for begin, end in found.undecided))
@@ -130,9 +130,9 @@ def _not_proved(robot: Robot, where: str, found: PlanSingularity) -> Finding:
         nearest = f'the nearest found is {rounded_up(found.upper)} rad away'
     return Finding(
         Level.WARN,
-        f'{where}Not decided in {count(len(found.undecided), "stretch")} ({span}), the first from '
-        f'{begin:.3f} to {end:.3f} s: that it keeps {asked} from every singular pose is neither '
-        f'proved (there {rounded_down(found.lower)} is) nor refuted ({nearest}).',
+        f'{where}Not decided in {count(len(found.undecided), "interval")} ({span}), the first '
+        f'from {begin:.3f} to {end:.3f} s: there it is neither proved that the plan keeps {asked} '
+        f'from every singular pose (proved: {rounded_down(found.lower)}) nor refuted ({nearest}).',
     )
 
 

@@ -116,7 +116,7 @@ def _singular_poses(audit: Audit) -> Finding:
     if not audit.stretches:
         return Finding(
             Level.OK,
-            f'{who} {_away(audit)}: the nearest is {value} (warning at {thresholds.warn:g}).',
+            f'{who} {_away(audit)}: the nearest is {value} (WARN at {thresholds.warn:g}).',
         )
     level = max(stretch.level for stretch in audit.stretches)
     stretch = max(audit.stretches, key=lambda one: (one.level, -_goodness(audit, one.value)))
@@ -125,14 +125,14 @@ def _singular_poses(audit: Audit) -> Finding:
     names = dict.fromkeys([stretch.factor, *(one.name for one in stretch.factors)])
     named = f' ({", ".join(names)})' if stretch.factor else ''
     where = (
-        f'{count(len(audit.stretches), "stretch")} near it, {seconds(near)} of {seconds(total)}'
+        f'{count(len(audit.stretches), "interval")} near it, {seconds(near)} of {seconds(total)}'
     )
     how = 'too close to' if level == Level.ERROR else 'near'
     text = f'{who} comes {how} a singularity{named}'
     at = seconds(float(audit.timeline.t[stretch.worst]))
     return Finding(
         level,
-        f'{text}: {value} at {at} (warning at {thresholds.warn:g}, stop at '
+        f'{text}: {value} at {at} (WARN at {thresholds.warn:g}, ERROR at '
         f'{thresholds.stop:g}); {where}.',
     )
 

@@ -87,7 +87,8 @@ def _contradicted(fit: JudgedFit) -> Iterator[str]:
     left, count = int(np.sum(fit.contradicting)), len(fit.out)
     if left > FEW_OUTLIERS * count:
         yield (
-            f'{left} of {count} {fit.row}s contradict the arm: more than a tenth are no outliers'
+            f'{left} of {count} {fit.row}s contradict the arm: that is more than a tenth, too '
+            'many for outliers'
         )
     if by_joint := _by_joint(fit):
         yield by_joint
@@ -97,13 +98,13 @@ def _remaining(fit: JudgedFit, errors: Errors) -> Iterator[str]:
     limit = fit.limit
     if errors.position_rms >= limit.position:
         yield (
-            f'{length_in_words(errors.position_rms)} remain (rms), and less than '
-            f'{length_in_words(limit.position)} would be left'
+            f'{length_in_words(errors.position_rms)} remain (rms), where less than '
+            f'{length_in_words(limit.position)} is required'
         )
     if not fit.positions and errors.rotation_rms >= limit.angle:
         yield (
-            f'{angle_in_words(errors.rotation_rms)} remain (rms), and less than '
-            f'{angle_in_words(limit.angle)} would be left'
+            f'{angle_in_words(errors.rotation_rms)} remain (rms), where less than '
+            f'{angle_in_words(limit.angle)} is required'
         )
 
 
@@ -118,7 +119,7 @@ def _by_joint(fit: JudgedFit) -> str:
     tests = 3 * fit.q.shape[1] * left
     for j, name in enumerate(fit.robot.joint_names):
         q, middle = fit.q[:, j], float(np.median(fit.q[:, j]))
-        words = angle_in_words if fit.robot.joint_types[j] != 'prismatic' else length_in_words
+        words = length_in_words if fit.robot.prismatic[j] else angle_in_words
         for side, values in (('above', q), ('below', -q), ('away', np.abs(q - middle))):
             for value in np.unique(values[out]).tolist():
                 beyond = values >= value

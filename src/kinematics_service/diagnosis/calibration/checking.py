@@ -79,35 +79,36 @@ def measured(
         Shapes do not fit, a number is not finite, there are too few poses, they are all alike, or
         an orientation is no rotation.
     """
-    positions_of_joints = np.array(q, dtype=np.float64)
+    at = np.array(q, dtype=np.float64)
     given = np.array(poses, dtype=np.float64)
-    count = len(positions_of_joints) if positions_of_joints.ndim else 0
-    if positions_of_joints.shape != (count, robot.dof) or given.shape not in (
-        (count, 4, 4),
-        (count, 3),
-    ):
+    count = len(at) if at.ndim else 0
+    if at.shape != (count, robot.dof) or given.shape not in ((count, 4, 4), (count, 3)):
         raise CalibrationError(
             f'q must have the shape (N, {robot.dof}) and poses (N, 4, 4) or (N, 3), '
-            f'not {positions_of_joints.shape} and {given.shape}'
+            f'not {at.shape} and {given.shape}'
         )
     positions = given.ndim == 2
     T = rigid_positions(given if positions else given[:, :3, 3])
     if not positions:
         T[:, :3, :3] = given[:, :3, :3]
-    if not (np.all(np.isfinite(positions_of_joints)) and np.all(np.isfinite(T))):
+    if not (np.all(np.isfinite(at)) and np.all(np.isfinite(T))):
         raise CalibrationError('joint positions and poses must be finite')
-    groups = np.zeros(count, dtype=np.int64) if sets is None else np.array(sets, dtype=np.int64)
-    if groups.shape != (count,) or np.any(np.unique(groups) != np.arange(len(np.unique(groups)))):
-        raise CalibrationError(f'sets must be {count} whole numbers from 0 on, none left out')
-    speeds = None if qdot is None else np.array(qdot, dtype=np.float64)
-    if speeds is not None and not (
-        speeds.shape == positions_of_joints.shape and np.all(np.isfinite(speeds))
-    ):
-        raise CalibrationError(f'qdot must be finite, of the shape {positions_of_joints.shape}')
-    result = Measured(positions_of_joints, T, positions, groups, speeds)
+    rates = None if qdot is None else np.array(qdot, dtype=np.float64)
+    if rates is not None and not (rates.shape == at.shape and np.all(np.isfinite(rates))):
+        raise CalibrationError(f'qdot must be finite, of the shape {at.shape}')
+    result = Measured(at, T, positions, _sets(sets, count), rates)
     for k in range(result.set_count if count else 1):
         _check_set(robot, result, k)
     return result
+
+
+def _sets(given: npt.ArrayLike | None, count: int) -> Integers:
+    # Of each pose the number of its set.
+    sets = np.zeros(count, dtype=np.int64) if given is None else np.array(given, dtype=np.int64)
+    numbers = np.unique(sets)
+    if sets.shape != (count,) or np.any(numbers != np.arange(len(numbers))):
+        raise CalibrationError(f'sets must be {count} whole numbers from 0 on, none left out')
+    return sets
 
 
 def rigid_positions(points: Floats) -> Floats:
@@ -123,8 +124,8 @@ def _check_set(robot: Robot, given: Measured, k: int) -> None:
     if count < LEAST:
         few = '1 pose is' if count == 1 else f'{count} poses are'
         raise CalibrationError(
-            f'{few} too few: at least {LEAST} are needed, and some {robot.dof + 4} or more tell '
-            'most of an arm'
+            f'{few} too few: at least {LEAST} are needed, and some {robot.dof + 4} or more '
+            'identify most of an arm'
         )
     if not given.positions:
         try:
@@ -152,7 +153,7 @@ def check_different(q: Floats, whose: str, least: int = LEAST) -> None:
         moved = float(np.max(np.ptp(q, axis=0)))
         raise CalibrationError(
             f'{whose} are all alike (no joint moves by more than {moved:.2g} rad or m): '
-            'they tell nothing of the arm; take poses far apart'
+            'nothing of the arm is identifiable from them; take poses far apart'
         )
     if different < least:
         raise CalibrationError(
@@ -290,8 +291,7 @@ def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free
 
 def from_degrees(robot: Robot, q: Floats) -> Floats:
     """Return joint positions (N, n) whose angles were in degrees, rad or m."""
-    turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
-    return np.where(turning, np.radians(q), q)
+    return np.where(robot.prismatic, q, np.radians(q))
 
 
 def refuse_mistake(sentence: str, left: float, middle: float) -> None:

@@ -1,4 +1,4 @@
-"""Which parameters measured poses tell, and which only together with others, in words."""
+"""Which parameters measured poses identify, and which only in combinations, in words."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -99,15 +99,15 @@ def _combination(
     names = tuple(one.name for one in chosen)
     determined = len(own) - len(part)
     if determined == 0:
-        return ParameterCombination(names, 0, (), f'nothing is told of {_listed(names)}')
+        return ParameterCombination(names, 0, (), f'not identifiable: {_listed(names)}')
     if determined > 1:
-        sentence = f'of {_listed(names)} only {determined} combinations are told'
+        sentence = f'only {determined} combinations of {_listed(names)} are identifiable'
         return ParameterCombination(names, determined, (), sentence)
     # What the poses see is at right angles to what they do not see.
     seen = np.linalg.svd(part)[2][-1] / np.array([one.scale for one in chosen])
     seen = seen / seen[0]
     terms = ' '.join(_term(float(c), name, k == 0) for k, (c, name) in enumerate(zip(seen, names)))
-    sentence = f'only {terms} is told, not each of them'
+    sentence = f'only {terms} is identifiable, not each of them'
     return ParameterCombination(names, 1, tuple(seen.tolist()), sentence)
 
 

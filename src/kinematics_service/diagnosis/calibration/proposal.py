@@ -115,12 +115,11 @@ def propose_poses(
 
 
 def _candidates(robot: Robot) -> Floats:
-    prismatic = np.array([kind == 'prismatic' for kind in robot.joint_types])
-    q = seeded_poses(robot.limits, prismatic.tolist())
+    q = seeded_poses(robot.limits, robot.prismatic)
     # A turn more brings the tool nowhere else.
     low, high = q.min(axis=0), q.max(axis=0)
-    low = np.where(prismatic, low, np.maximum(low, -np.pi))
-    high = np.where(prismatic, high, np.minimum(high, np.pi))
+    low = np.where(robot.prismatic, low, np.maximum(low, -np.pi))
+    high = np.where(robot.prismatic, high, np.minimum(high, np.pi))
     share = (q - q.min(axis=0)) / np.ptp(q, axis=0)
     q = low + (MARGIN + (1.0 - 2.0 * MARGIN) * share) * (high - low)
     away = np.asarray(singularity(robot, q).level) == Level.OK

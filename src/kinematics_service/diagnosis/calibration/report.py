@@ -35,33 +35,33 @@ def sentences_of(found: Calibration) -> Iterator[str]:
     yield from _verdict(found)
     fitted = 'tip and points' if found.points else 'base and tool'
     yield (
-        f'With {fitted} fitted alone {rms(found.before)} remain (rms); with the calibrated '
+        f'{rms(found.before)} remain (rms) where only {fitted} are fitted; with the calibrated '
         f'table {rms(found.after)}'
     )
     yield (
-        f'Of {kind_of(found)} held out, over {BLOCKS} blocks of rows: '
+        f'The errors of held-out {kind_of(found)} ({BLOCKS} blocks of rows) are '
         f'{rms(found.held_out_before)} before, {rms(found.held_out)} after'
     )
     if found.outliers:
         every = found.with_outliers
         yield (
-            f'With the {len(found.outliers)} left out as well: {rms(every.before)} before, '
+            f'With the outliers included they are {rms(every.before)} before, '
             f'{rms(every.after)} after; held out {rms(every.held_out_before)} before, '
             f'{rms(every.held_out)} after'
         )
     row = 'touch' if found.points else 'pose'
     noise = in_words(found.noise.position, found.noise.rotation, found.positions)
     if found.noise_told:
-        yield f'What the arm cannot explain is {noise} for each number of a {row}'
+        yield f'The noise, which the arm cannot explain, is {noise} for each number of a {row}'
     else:
         yield (
-            f'So few numbers do not tell the noise: {noise} for each number of a {row} is '
-            'assumed, and deviations are by that (--noise gives that of the instrument)'
+            f'There are too few numbers to estimate the noise: {noise} for each number of a {row} '
+            'is assumed, and the deviations rest on it (--noise gives that of the instrument)'
         )
     kind = kind_of(found)
     yield (
-        f'These {kind} tell {found.known} directions of the {len(found.parameters)} parameters; '
-        f'any such {kind} could tell {found.possible}'
+        f'{found.known} independent combinations of the {len(found.parameters)} parameters are '
+        f'identifiable from these {kind}; from any such {kind} at most {found.possible} are'
     )
     for point in found.points:
         xyz = ', '.join(f'{x:.5f}' for x in point.position)
@@ -74,7 +74,7 @@ def sentences_of(found: Calibration) -> Iterator[str]:
         yield one.sentence[0].upper() + one.sentence[1:]
     together = {name for one in found.combinations for name in one.names}
     if untold := [name for name in found.untold if name not in together]:
-        yield f'Too little is told of {", ".join(untold)}: they mostly stay as they were'
+        yield f'Not identifiable: {", ".join(untold)}; these mostly keep their nominal values'
     if found.outliers:
         yield _outliers(found)
     yield from _starts(found)
@@ -122,11 +122,12 @@ def _outliers(found: Calibration) -> str:
 
 
 def cells_of(one: CalibratedParameter) -> tuple[str, str, str, str]:
-    """Return name, correction, deviation and whether the poses tell it, as cells of a table."""
+    """Return name, correction, deviation and whether it is identifiable, as cells of a table."""
     words = one.in_words
     sign = '+' if one.correction > 0.0 else ''
-    told = 'told' if one.told else 'by its prior' if one.group in TABLE_GROUPS else 'together'
-    return one.name, f'{sign}{words(one.correction)}', not_nothing(words(one.deviation)), told
+    alone = 'assumed' if one.group in TABLE_GROUPS else 'in a combination'
+    known = 'identifiable' if one.told else alone
+    return one.name, f'{sign}{words(one.correction)}', not_nothing(words(one.deviation)), known
 
 
 def not_nothing(words: str) -> str:

@@ -141,7 +141,8 @@ def placed_robot(found: Calibration, frames: Frames) -> Robot:
         return found.calibrated
     if found.positions:
         raise CalibrationError(
-            'positions alone do not tell the axes of the tool: its frame stays that of the file'
+            'the axes of the tool are not identifiable from positions: its frame stays that of '
+            'the file'
         )
     description = found.calibrated.description
     base = found.base_offsets[0] @ description.base.motion.matrix
@@ -185,13 +186,13 @@ def certificate(
         f'Calibrated by kinematics_service {__version__} on {origin.date}.',
         f'data: {origin.data}, {found.count} {kind_of(found)}{of_points}{left_out}',
         f'error before ({fitted} fitted): {errors("before")} rms; after: {errors("after")}',
-        f'error of {kind_of(found)} held out, over {BLOCKS} blocks of rows: before '
+        f'error of held-out {kind_of(found)} ({BLOCKS} blocks of rows): before '
         f'{errors("held_out_before")}; after {errors("held_out")}',
         f'noise{"" if found.noise_told else " (assumed)"}: '
         f'{in_words(found.noise.position, found.noise.rotation, found.positions)} of '
         f'each number of a {"touch" if found.points else "pose"}',
-        f'told by these {kind_of(found)}: {found.known} directions of {len(found.parameters)} '
-        f'parameters; by any such {kind_of(found)}: {found.possible}',
+        f'identifiable from these {kind_of(found)}: {found.known} independent combinations of '
+        f'{len(found.parameters)} parameters; from any such {kind_of(found)}: {found.possible}',
         f'base and tool: {ends}',
     ]
     facts += [one.sentence for one in found.combinations]
@@ -247,11 +248,10 @@ def _known_poses(
     ]
     what = 'the tip touched a point' if found.points else 'measured'
     lines = [f'known_poses:  # {what}']
-    sliding = [kind == 'prismatic' for kind in robot.joint_types]
     for joints, pose in zip(q[rows], T):
         numbers = [
             number_text(in_file_units(float(x), not slides, description))
-            for x, slides in zip(joints, sliding)
+            for x, slides in zip(joints, robot.prismatic)
         ]
         xyz = [number_text(in_file_units(float(x), False, description)) for x in pose[:3, 3]]
         entry = f'q: [{", ".join(numbers)}], xyz: [{", ".join(xyz)}]'

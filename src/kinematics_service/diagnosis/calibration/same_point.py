@@ -126,7 +126,7 @@ def touches_of(robot: Robot, q: npt.ArrayLike, same_point: Sequence[object]) -> 
             raise CalibrationError(
                 f'point {name} is touched from {len(own)} '
                 f'{"pose" if len(own) == 1 else "poses"}: at least {LEAST} are needed, and some '
-                f'{2 * robot.dof} or more at each point tell most of an arm'
+                f'{2 * robot.dof} or more at each point identify most of an arm'
             )
         # An arm of three joints has no more than a few poses there.
         check_different(own, f'the {len(own)} poses at point {name}', least=2)
@@ -232,8 +232,7 @@ class SamePointParameters(ChosenParameters):
 
     def possible(self, problem: FitProblem) -> int:
         """Return the number of directions that any touches of these points could tell."""
-        prismatic = [kind == 'prismatic' for kind in self.robot.joint_types]
-        q = seeded_poses(self.robot.limits, prismatic)
+        q = seeded_poses(self.robot.limits, self.robot.prismatic)
         point = np.arange(len(q)) % len(self.touches.names)
         noise = Noise(LENGTH, 1.0)
         return structural_rank(self._exact_jacobian(problem, noise, q, point))
@@ -250,9 +249,9 @@ class SamePointParameters(ChosenParameters):
             names,
             len(names) - 1,
             (),
-            'no length is told by itself: arm, tip and points, all larger or smaller by one '
-            'factor, touch as well, and the priors decide; a known distance between two points '
-            'tells it',
+            'the scale of the lengths is not identifiable: if arm, tip and points are all larger '
+            'by one factor, they touch in the same way; the priors decide the scale, and a known '
+            'distance between two points makes it identifiable',
         )
         # Beside that, what is not told were one length known: of those that name fewest others.
         size = float(np.max(np.abs(J)))
@@ -365,9 +364,9 @@ def _on_deviations(problem: FitProblem, found: Identified) -> list[str]:
     far = value_in_words(one.group, one.angle, float(deviations[widest]))
     return [
         f'The deviations are of first order, and {one.name} is known to '
-        f'{far} alone: as far from there the others are not where they say, and combinations of '
-        'them may be off by many of their deviations; a tip that the robot file has (--fix tool) '
-        'tells more'
+        f'{far} only: so far from the estimate the other deviations do not hold, and combinations '
+        'of parameters may be off by many of them; fix the tip to that of the robot file '
+        '(--fix tool) if it has one'
     ]
 
 
@@ -410,8 +409,7 @@ def _check_touches(robot: Robot, touches: Touches, start: _Start) -> None:
         return
     left = _started(robot, from_degrees(robot, touches.q), touches.point, free=True).distances
     # Angles so small bring the tip to nearly one point, whatever was touched.
-    turning = [kind != 'prismatic' for kind in robot.joint_types]
-    if np.max(np.abs(touches.q[:, turning]), initial=0.0) > FAR_TURNED:
+    if np.max(np.abs(touches.q[:, ~robot.prismatic]), initial=0.0) > FAR_TURNED:
         refuse_mistake(DEGREES, float(np.median(left)), middle)
     if middle > NO_CALIBRATION:
         raise CalibrationError(

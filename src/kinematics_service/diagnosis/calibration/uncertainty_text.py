@@ -110,8 +110,8 @@ def _of_joints(joints: Uncertainty, robot: Robot) -> list[str]:
         values = getattr(joints, name)
         if values is not None and any(values):
             texts = (
-                _scaled(value, kind != 'prismatic', robot.description)
-                for value, kind in zip(values, robot.joint_types)
+                _scaled(value, not slides, robot.description)
+                for value, slides in zip(values, robot.prismatic)
             )
             lines.append(f'  {key}: [{", ".join(texts)}]')
     return lines

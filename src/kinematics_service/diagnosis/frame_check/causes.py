@@ -2,6 +2,7 @@
 Causes of the remainder between two sources of poses: each is undone, and the remainders compared.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -153,9 +154,9 @@ def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
     # All are tried with a few poses; the best are fitted with all of them.
     every = np.unique(np.linspace(0, len(given.q) - 1, SIFTED).astype(int))
     few = given._replace(q=given.q[every], poses=given.poses[every])
-    possible = _possible(given)
-    changes = [change for k, change in enumerate(hypotheses_of(few)) if k in possible]
-    sifted = fit_offsets(*_undone(few, changes), steps=SIFT_STEPS)
+    places = possible(given)
+    changes = [change for k, change in enumerate(hypotheses_of(few)) if k in places]
+    sifted = fit_offsets(*undone(few, changes), steps=SIFT_STEPS)
     wanted = [
         k
         for k in np.argsort(sifted.score, kind='stable')[:KEPT].tolist()
@@ -163,11 +164,11 @@ def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
     ]
     if not wanted:
         return []
-    kept = {possible[k] for k in wanted}
+    kept = {places[k] for k in wanted}
     changes = [change for k, change in enumerate(hypotheses_of(given)) if k in kept]
     wanted.sort()
     begin = Fit(*(values[wanted] for values in sifted))
-    fits = fit_offsets(*_undone(given, changes), begin=begin)
+    fits = fit_offsets(*undone(given, changes), begin=begin)
     return [
         _cause(change.key, change.sentence, None, fit, fits.one(k), change.unit)
         for k, change in enumerate(changes)
@@ -179,18 +180,18 @@ def _orders(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
         return []  # angles so small hardly depend on their order
     changes = list(order_hypotheses_of(given.poses, A, given.read))
     few = np.unique(np.linspace(0, len(A) - 1, SIFTED).astype(int))
-    of_file, undone = _undone(given, changes)
-    sifted = fit_offsets(of_file[:, few], undone[:, few], steps=SIFT_STEPS)
+    of_file, others = undone(given, changes)
+    sifted = fit_offsets(of_file[:, few], others[:, few], steps=SIFT_STEPS)
     changes = [changes[k] for k in np.argsort(sifted.score, kind='stable')[:KEPT].tolist()]
-    fits = fit_offsets(*_undone(given, changes))
+    fits = fit_offsets(*undone(given, changes))
     return [
         _cause(change.key, change.sentence, None, fit, fits.one(k))
         for k, change in enumerate(changes)
     ]
 
 
-def _possible(given: ComparedData) -> list[int]:
-    # The hypotheses whose joint positions close the loops of the arm, by their places.
+def possible(given: ComparedData) -> list[int]:
+    """Return the places of the hypotheses whose joint positions close the loops of the arm."""
     chain = given.robot.chain
     return [
         k
@@ -199,8 +200,8 @@ def _possible(given: ComparedData) -> list[int]:
     ]
 
 
-def _undone(given: ComparedData, changes: list[Hypothesis]) -> tuple[Floats, Floats]:
-    # Poses of both sources with each change undone, shape (H, N, 4, 4).
+def undone(given: ComparedData, changes: Sequence[Hypothesis]) -> tuple[Floats, Floats]:
+    """Return the poses of both sources with each change undone, shape (H, N, 4, 4)."""
     q = np.stack([given.q if change.q is None else change.q for change in changes])
     A = evaluate(given.robot, q, depth=kernel.POSE).pose
     for k, change in enumerate(changes):
@@ -246,13 +247,16 @@ def _fitted(
         except LoopError:
             return None
         fit = fit_offsets(A[None], given.poses[None], begin=lifted(fit), steps=2).one(0)
+    return _cause(hypothesis.key, number_in_words(hypothesis, value), value, before, fit)
+
+
+def number_in_words(hypothesis: NumberHypothesis, value: float) -> str:
+    """Return the sentence that a number of the robot needs a correction."""
     shown = length_in_words(value) if hypothesis.unit == 'm' else angle_in_words(value)
     shown = shown if value < 0.0 else f'+{shown}'
     if hypothesis.key == 'joint_offset':
-        sentence = f'the zero of joint {hypothesis.name} is off: its positions need {shown}'
-    else:
-        sentence = f'a length of the table is off: {hypothesis.name} needs {shown}'
-    return _cause(hypothesis.key, sentence, value, before, fit)
+        return f'the zero of joint {hypothesis.name} is off: its positions need {shown}'
+    return f'a length of the table is off: {hypothesis.name} needs {shown}'
 
 
 def _lag(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:

@@ -1,7 +1,7 @@
 """Hypotheses about differences between a robot file and a second source of poses."""
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -12,13 +12,16 @@ from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from ...rigid_motion import rotation_of_quaternion
 from ...robot.chain import fold
-from ...robot.conventions import fixed_lengths, row_of, table_rows
+from ...robot.conventions import Row, fixed_lengths, row_of, table_rows
 from ...robot.file.parts.convention_table import CONVENTIONS
 from ...robot.file.parts.description import DhRow, ElementaryMotion
 from ...robot.robot import Robot
 from .lag import Later
 from .offsets import PoseDerivative
 
+# The same numbers, said of a source of poses in general; of known poses in `known_pose_causes`.
+RADIANS_TWICE = 'the joint positions were turned from degrees into radians twice'
+LENGTHS_IN_MM = 'the lengths of the table are in millimetres, not metres'
 # Arms with more joints than this are not searched for two joints that are swapped, or that turn
 # together.
 MOST_SWAPPED = 12
@@ -111,7 +114,7 @@ def joint_hypotheses_of(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
         if order not in seen:
             seen.add(order)
             yield Hypothesis('joint_order', sentence, q[:, list(order)])
-    turning = np.array([kind != 'prismatic' for kind in robot.joint_types])
+    turning = ~robot.prismatic
     if np.any(turning):
         yield Hypothesis(
             'degrees',
@@ -120,7 +123,7 @@ def joint_hypotheses_of(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
         )
         yield Hypothesis(
             'degrees',
-            'the joint positions were turned from degrees into radians twice',
+            RADIANS_TWICE,
             np.where(turning, np.degrees(q), q),
         )
     if not np.all(turning):
@@ -136,7 +139,7 @@ def joint_hypotheses_of(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
 def _coupled(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
     # A joint behind a parallelogram or a belt turns with the one that carries its motor: joint 3
     # with joint 2, as FANUC and palletizers count.
-    turning = [k for k, kind in enumerate(robot.joint_types) if kind != 'prismatic']
+    turning = np.flatnonzero(~robot.prismatic).tolist()
     if len(turning) > MOST_SWAPPED:
         return
     for (i, j), sign in itertools.product(itertools.permutations(turning, 2), (1.0, -1.0)):
@@ -178,12 +181,51 @@ def _of_table(given: ComparedData) -> Iterator[Hypothesis]:
 
 def read_as(robot: Robot, convention: str) -> Robot:
     """Return the robot whose table of quantities is read by another convention."""
-    description = robot.description
-    rows = tuple(row_of(link, convention) for link in description.links)
-    chain = fold(
-        rows, robot.variables, description.base.motion.matrix, description.tool.motion.matrix
-    )
-    return replace(robot, chain=chain)
+    return _with_rows(robot, [row_of(link, convention) for link in robot.description.links])
+
+
+def _with_rows(
+    robot: Robot, rows: Sequence[Row], base: Floats | None = None, tool: Floats | None = None
+) -> Robot:
+    # The robot with another table, and with another base or tool where they are given.
+    own = robot.description
+    base = own.base.motion.matrix if base is None else base
+    tool = own.tool.motion.matrix if tool is None else tool
+    return replace(robot, chain=fold(rows, robot.variables, base, tool))
+
+
+def number_signs_of(robot: Robot) -> Iterator[Hypothesis]:
+    """Yield every constant of a table whose sign may be wrong."""
+    rows = list(table_rows(robot.description))
+    for k, link in enumerate(robot.description.links):
+        if not isinstance(link, DhRow):
+            continue
+        for j, name in enumerate(link.names):
+            motion = link.motions[j]
+            affine = motion.argument.affine
+            if affine.constant == 0.0:
+                continue
+            other = replace(affine, constant=-affine.constant)
+            turned = replace(motion, argument=replace(motion.argument, affine=other))
+            row = replace(link, motions=(*link.motions[:j], turned, *link.motions[j + 1 :]))
+            changed = [*rows[:k], row_of(row, robot.convention), *rows[k + 1 :]]
+            what = f'the constant of {name}' if affine.coefficients else name
+            yield Hypothesis(
+                'number_sign',
+                f'{what} of links[{k}] has the other sign',
+                robot=_with_rows(robot, changed),
+            )
+
+
+def ends_left_out_of(robot: Robot) -> Iterator[Hypothesis]:
+    """Yield that poses are those of the bare table: without its base, or without its tool."""
+    rows, own, still = table_rows(robot.description), robot.description, np.eye(4)
+    if not np.array_equal(own.base.motion.matrix, still):
+        sentence = "the poses are given in the table's frame 0, without the base of the file"
+        yield Hypothesis('base', sentence, robot=_with_rows(robot, rows, base=still))
+    if not np.array_equal(own.tool.motion.matrix, still):
+        sentence = 'the poses are those of the frame after the last row, without the tool'
+        yield Hypothesis('tool', sentence, robot=_with_rows(robot, rows, tool=still))
 
 
 def _of_poses(poses: Floats) -> Iterator[Hypothesis]:
@@ -203,8 +245,7 @@ def _of_poses(poses: Floats) -> Iterator[Hypothesis]:
         return Hypothesis(key, sentence, poses=T, unit=unit)
 
     yield undone('millimetres', 'the poses are in millimetres, not metres', R, 1e-3 * p)
-    lengths = 'the lengths of the table are in millimetres, not metres'
-    yield undone('millimetres', lengths, R, 1e3 * p, 1e-3)
+    yield undone('millimetres', LENGTHS_IN_MM, R, 1e3 * p, 1e-3)
     positions = 'the positions are in tool axes, not in base axes'
     yield undone('tool_axes', positions, R, _turned(R, p))
     inverse = 'the poses are those of the base in the tool frame'
@@ -232,8 +273,7 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     robot, q = given.robot, given.q
     state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
     J, A = state.jacobian, state.pose
-    for j in range(robot.dof):
-        unit = 'm' if robot.joint_types[j] == 'prismatic' else 'rad'
+    for j, unit in enumerate(robot.units):
 
         def moved(value: float, j: int = j) -> Floats:
             shifted = np.array(q)

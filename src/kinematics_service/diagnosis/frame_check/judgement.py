@@ -38,5 +38,5 @@ class FrameLimits(NamedTuple):
         level = self.level(diagnosis)
         if diagnosis.cause is not None or level == Level.OK:
             return diagnosis.sentence
-        limit, word = (self.bad, 'bad') if level == Level.ERROR else (self.warn, 'a warning')
-        return f'{diagnosis.sentence} ({limit.in_words()} is {word})'
+        limit = self.bad if level == Level.ERROR else self.warn
+        return f'{diagnosis.sentence} ({level.name} at {limit.in_words()})'

@@ -140,16 +140,18 @@ def draw_skeleton(axes: Any, skeleton: Skeleton, cube: Floats, label_size: float
         )
     labels = []
     for axis in skeleton.axes:
-        half = 0.5 * AXIS * edge * axis.direction
-        ends = np.stack([axis.point - half, axis.point + half])
-        axes.plot(
-            *ends.T,
-            color=BLACK,
-            linewidth=1.2 * thick,
-            linestyle=(0, (5, 1.5, 1, 1.5)),
-            zorder=9,
-            gid='axis',
-        )
+        if axis.variables:  # a passive joint of a loop is a point
+            half = 0.5 * AXIS * edge * axis.direction
+            ends = np.stack([axis.point - half, axis.point + half])
+            axes.plot(
+                *ends.T,
+                color=BLACK,
+                linewidth=1.2 * thick,
+                linestyle=(0, (5, 1.5, 1, 1.5)),
+                zorder=9,
+                gid='axis',
+            )
+            labels.append(Label(ends[1], ' '.join(map(short, axis.variables)), BLACK))
         marker = 's' if axis.slides else 'o'
         axes.plot(
             *axis.point[:, None],
@@ -160,7 +162,6 @@ def draw_skeleton(axes: Any, skeleton: Skeleton, cube: Floats, label_size: float
             zorder=10,
             gid='joint',
         )
-        labels.append(Label(ends[1], ' '.join(map(short, axis.variables)), BLACK))
     _draw_frames(axes, skeleton, edge, thick)
     if label_size:
         tool = skeleton.tool

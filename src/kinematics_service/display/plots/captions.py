@@ -12,7 +12,6 @@ from ...robot.file.parts.loop_groups import group_in_words
 from ...robot.measures import MEASURES, Level
 from ...robot.robot import Robot
 from .picture import with_unit, words
-from .ranges import sliding
 
 # Joint names longer than this are cut: pictures have little room.
 LONGEST_NAME = 16
@@ -34,10 +33,9 @@ def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> 
 
     `q1 0.10, q2 −1.57 rad; d3 0.20 m`; without the joints of the indices `skip`.
     """
-    slides = sliding(robot)
     groups = []
-    for kind, unit in ((False, 'rad'), (True, 'm')):
-        chosen = [j for j in range(robot.dof) if slides[j] is kind and j not in skip]
+    for unit in ('rad', 'm'):
+        chosen = [j for j in range(robot.dof) if robot.units[j] == unit and j not in skip]
         if chosen:
             # No break between a name and its number.
             each = (f'{short(robot.variables[j])}\N{NO-BREAK SPACE}{signed(q[j])}' for j in chosen)
@@ -70,4 +68,4 @@ def nearness(robot: Robot, singularity: Singularity) -> str:
 
 def joint_label(robot: Robot, j: int) -> str:
     """Return the label of an axis along which a joint moves, with its unit."""
-    return with_unit(short(robot.variables[j]), 'm' if sliding(robot)[j] else 'rad')
+    return with_unit(short(robot.variables[j]), robot.units[j])

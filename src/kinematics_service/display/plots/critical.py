@@ -11,7 +11,7 @@ from ...robot.closed_poses import closed_poses, closes_at
 from ...robot.robot import Robot
 from ...robot.task import SEED
 from .plane import Plane
-from .ranges import finite_ranges, random_positions, sliding
+from .ranges import finite_ranges, random_positions
 
 # Random starts, and those of arms whose loops have to be closed at each step; steps of Newton's
 # method from each, and its damping.
@@ -67,7 +67,7 @@ def critical_points(robot: Robot, plane: Plane, starts: int | None = None) -> Cr
         step *= 0.5 / np.maximum(longest, 0.5)
         q = q - step[:, : robot.dof] * scales
         c = c - step[:, robot.dof :]
-        q = np.where(sliding(robot), q, np.remainder(q + np.pi, 2.0 * np.pi) - np.pi)
+        q = np.where(robot.prismatic, q, np.remainder(q + np.pi, 2.0 * np.pi) - np.pi)
     F, _ = _system(robot, plane, q, c)
     inside = np.all((q >= ranges[:, 0]) & (q <= ranges[:, 1]), axis=1)
     # A c across the plane only means that the arm cannot leave it, which is no border within it.

@@ -13,7 +13,6 @@ from .captions import joint_label, positions
 from .distance_colours import ColourScale, draw_distances
 from .distance_map import DistanceMap
 from .picture import Draw, words
-from .ranges import sliding
 from .set_styles import set_styles
 
 # A factor that is this small on the border, as a share of its largest value, is zero there.
@@ -43,7 +42,7 @@ def map_picture(robot: Robot, numbers: DistanceMap) -> Draw:
         for axis, joint in zip((axes.xaxis, axes.yaxis), numbers.joints):
             _label(axis, robot, joint)
         axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-        if not sliding(robot)[numbers.joints[0]] and not sliding(robot)[numbers.joints[1]]:
+        if not np.any(robot.prismatic[list(numbers.joints)]):
             axes.set_box_aspect(1.0 if np.ptp(x) == np.ptp(y) else None)
         figure.suptitle(_title(robot, numbers), fontsize=10.5)
         if entries:
@@ -132,7 +131,7 @@ def _label(axis: Any, robot: Robot, joint: int) -> None:
 
     axis.set_label_text(joint_label(robot, joint))
     low, high = axis.get_view_interval()
-    if not sliding(robot)[joint] and high - low > math.pi:
+    if not robot.prismatic[joint] and high - low > math.pi:
         step = QUARTER if high - low <= 1.25 * math.pi else 2.0 * QUARTER
         axis.set_major_locator(MultipleLocator(step))
         axis.set_major_formatter(FuncFormatter(lambda value, _: _in_pi(value)))

@@ -22,11 +22,6 @@ SLIDES = 1.0
 CANDIDATES, FAR, TIDINESS = 4000, 0.9, 0.06
 
 
-def sliding(robot: Robot) -> list[bool]:
-    """Return for each joint whether it slides."""
-    return [kind == 'prismatic' for kind in robot.joint_types]
-
-
 def finite_ranges(robot: Robot) -> Floats:
     """
     Return where each joint is looked at, shape (n, 2), rad or m.
@@ -34,7 +29,7 @@ def finite_ranges(robot: Robot) -> Floats:
     Its limits; a full turn of one that turns farther, and 1 m of one that slides without an end.
     """
     ranges = np.array(robot.limits)
-    for j, slides in enumerate(sliding(robot)):
+    for j, slides in enumerate(robot.prismatic):
         low, high = ranges[j]
         longest = SLIDES if slides else 2.0 * math.pi
         if slides and math.isfinite(high - low):
@@ -81,7 +76,7 @@ def clear_pose(robot: Robot) -> Floats:
     q = closed_poses(robot.chain, np.where(inside[:, None], rounded, q))
     within = np.all((q >= ranges[:, 0]) & (q <= ranges[:, 1]), axis=1)
     q = q[within] if np.any(within) else q
-    bent = np.sum(np.abs(q - middle) * ~np.array(sliding(robot)), axis=1)
+    bent = np.sum(np.abs(q - middle) * ~robot.prismatic, axis=1)
     lowest = np.min(evaluate(robot, q, depth=kernel.ALL_FRAMES).link_frames[..., 2, 3], axis=-1)
     hangs = np.maximum(-lowest, 0.0) / robot.task.reach
     worth = np.minimum(singularity(robot, q).distance, FAR) - TIDINESS * bent - hangs

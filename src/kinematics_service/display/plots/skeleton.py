@@ -8,6 +8,7 @@ import numpy as np
 
 from ... import kernel
 from ...kernel import Floats
+from ...kinematics.loop_links import carried_rows, linked_frames, loop_links
 from ...kinematics.tool_state import evaluate
 from ...rigid_motion import inverse
 from ...robot.conventions import table_rows
@@ -26,7 +27,7 @@ class JointAxis:
     ----------
     point, direction : shape (3,), m; unit vector
     variables
-        The joint variables that move the row.
+        The joint variables that move the row; of a row of a loop those that have a motor.
     slides
         Whether it slides only.
     """
@@ -53,11 +54,12 @@ class Skeleton:
 
     Attributes
     ----------
-    frames : shape (rows + 1, 4, 4)
-        As `link_frames` returns them.
+    frames : shape (k, 4, 4)
+        Those of `link_frames` that belong to a link.
     tool : shape (4, 4)
     segments, axes
-        From the base's origin to the tool's; of every row that moves.
+        From the base's origin to the tool's, then those of the closed loops; of every row that
+        moves.
     """
 
     frames: Floats
@@ -68,7 +70,7 @@ class Skeleton:
     @property
     def points(self) -> Floats:
         """Return the ends of all segments, shape (k, 3), m."""
-        ends = [segment.end for segment in self.segments]
+        ends = [point for segment in self.segments for point in (segment.start, segment.end)]
         return np.array([np.zeros(3), *ends, self.tool[:3, 3]])
 
 
@@ -87,9 +89,14 @@ def skeleton_of(robot: Robot, q: Floats) -> Skeleton:
     """
     state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
     frames, tool = state.link_frames, state.pose
+    same = SAME * robot.task.reach
     corners: list[tuple[Floats, bool]] = [(np.zeros(3), False), (frames[0, :3, 3], False)]
-    axes = []
-    for k, row in enumerate(table_rows(robot.description)):
+    axes, segments = [], []
+    for k, (row, carried) in enumerate(zip(table_rows(robot.description), carried_rows(robot))):
+        if carried:
+            segments += _joined(corners, same)
+            corners = [(frames[k + 1, :3, 3], False)]
+            continue
         before = frames[k] @ row.before
         moving = frames[k + 1] @ inverse(row.after)
         turns = [name for name, c in row.theta.coefficients if c != 0.0]
@@ -103,14 +110,18 @@ def skeleton_of(robot: Robot, q: Floats) -> Skeleton:
             names = tuple(dict.fromkeys([*turns, *slides]))
             axes.append(JointAxis(before[:3, 3], before[:3, 2], names, not turns))
     corners.append((tool[:3, 3], False))
-    return Skeleton(frames, tool, _joined(corners, SAME * robot.task.reach), tuple(axes))
+    segments += _joined(corners, same)
+    for loop in loop_links(state):
+        segments += _joined(list(zip(loop.corners, (False, *loop.slides))), same)
+        axes += [JointAxis(*joint) for joint in loop.joints]
+    return Skeleton(frames[linked_frames(robot)], tool, tuple(segments), tuple(axes))
 
 
-def _joined(corners: list[tuple[Floats, bool]], same: float) -> tuple[Segment, ...]:
+def _joined(corners: list[tuple[Floats, bool]], same: float) -> list[Segment]:
     segments = []
     at = corners[0][0]
     for point, slides in corners[1:]:
         if np.linalg.norm(point - at) > same:
             segments.append(Segment(at, point, slides))
             at = point
-    return tuple(segments)
+    return segments

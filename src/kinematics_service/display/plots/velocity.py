@@ -13,7 +13,6 @@ from .captions import short
 from .motion import PlottedMotion
 from .over_time import draw_curves, draw_legend, panels, shade
 from .picture import AXIS_COLORS, BLACK, Draw, with_unit, words
-from .ranges import sliding
 
 
 def velocity_picture(robot: Robot, motion: PlottedMotion, marked: Sequence[float] = ()) -> Draw:
@@ -29,7 +28,7 @@ def velocity_picture(robot: Robot, motion: PlottedMotion, marked: Sequence[float
     """
     tool = twist(robot, motion.q, motion.qdot)
     levels = singularity(robot, motion.q).level
-    slides = np.array(sliding(robot))
+    slides = robot.prismatic
     joints = [
         (chosen, unit) for chosen, unit in ((~slides, 'rad/s'), (slides, 'm/s')) if np.any(chosen)
     ]

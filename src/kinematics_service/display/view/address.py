@@ -4,7 +4,7 @@ import errno
 import socket
 from typing import NamedTuple
 
-from ...errors import ServerAddressError
+from ...errors import ViewError
 
 
 class Address(NamedTuple):
@@ -30,7 +30,7 @@ def check_address(host: str, port: int) -> None:
 
     Raises
     ------
-    ServerAddressError
+    ViewError
         The port is taken, or the host is no address of this computer.
     """
     try:
@@ -38,23 +38,23 @@ def check_address(host: str, port: int) -> None:
             host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
         )[0]
     except OSError:
-        raise ServerAddressError(f'--host {host}: no such host') from None
+        raise ViewError(f'--host {host}: no such host') from None
     try:
         with socket.socket(family, kind, protocol) as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             probe.bind(address)
             probe.listen()
     except PermissionError:
-        raise ServerAddressError(
+        raise ViewError(
             f'--port {port}: ports below 1024 need privileges; choose another with --port'
         ) from None
     except OSError as error:
         if error.errno == errno.EADDRNOTAVAIL:
-            raise ServerAddressError(
+            raise ViewError(
                 f'--host {host}: not an address of this computer; '
                 '127.0.0.1 is for this computer only, 0.0.0.0 for all of the network'
             ) from None
-        raise ServerAddressError(
+        raise ViewError(
             f'--port {port}: another program uses it on {host}; '
             f'choose another, such as --port {port + 1}, or 0 for any that is free'
         ) from None

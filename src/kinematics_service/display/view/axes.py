@@ -6,12 +6,15 @@ w and moves the tool p with v = w x (p - c), the point p + (w x v) / w.w is on i
 slides moves the tool along v. A joint that several rows depend on (a parallelogram) has several.
 """
 
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ...kernel import Floats
+from ...kinematics.loop_links import LoopLinks, carried_rows
 from ...kinematics.tool_state import ToolState
+from ...robot.robot import Robot
 
 
 class RowAxis(NamedTuple):
@@ -38,14 +41,20 @@ class RowAxis(NamedTuple):
 
 
 def axes_of(state: ToolState) -> tuple[RowAxis, ...]:
-    """Return the axes of the moving rows, base to tool, of one pose evaluated with all frames."""
+    """
+    Return the axes of the moving rows that are links, base to tool, of one pose evaluated with all
+    frames.
+    """
     chain = state.robot.chain
     first, joints = chain.table.first_entry, chain.table.joint
     parents = chain.table.frame_parent.tolist()
     screws = state.numbers[chain.screws_at :][: 6 * chain.entries].reshape(6, chain.entries)
     axes = []
+    carried = carried_rows(state.robot)
     for k in range(chain.elements):
         after = parents.index(k)  # the first frame that this row carries
+        if carried[after - 1]:
+            continue
         beside = state.link_frames[after - 1 : after + 1, :3, 3]
         entry = int(first[k])
         axes.append(
@@ -57,6 +66,14 @@ def axes_of(state: ToolState) -> tuple[RowAxis, ...]:
             )
         )
     return tuple(axes)
+
+
+def motor_axes(robot: Robot, loops: Sequence[LoopLinks]) -> Iterator[RowAxis]:
+    """Yield the axes of the joints of closed loops that have a motor."""
+    places = {joint.variable: k for k, joint in enumerate(robot.description.joints)}
+    for joint in (joint for loop in loops for joint in loop.joints if joint.motors):
+        joints = tuple(sorted(places[name] for name in joint.motors))
+        yield RowAxis(joint.point, joint.direction, joint.slides, joints)
 
 
 def _axis(screw: Floats, tool: Floats, beside: Floats, joints: tuple[int, ...]) -> RowAxis:

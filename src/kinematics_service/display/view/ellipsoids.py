@@ -61,8 +61,7 @@ def ellipsoid_scales(robot: Robot, size: float) -> EllipsoidScales:
     Return the scales that suit an arm of a size (m): constant, so that changes of size are
     visible.
     """
-    slides = [kind == 'prismatic' for kind in robot.joint_types]
-    q = closed_poses(robot.chain, seeded_poses(robot.limits, slides)[:POSES])
+    q = closed_poses(robot.chain, seeded_poses(robot.limits, robot.prismatic)[:POSES])
     J = evaluate(robot, q).jacobian
 
     def scale(block: Floats, share: float) -> float:

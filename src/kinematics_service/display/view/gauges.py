@@ -148,10 +148,9 @@ def joint_readings(seen: Observation) -> tuple[JointReading, ...]:
     """Return each joint's position between its limits."""
     robot = seen.robot
     readings = []
-    for name, kind, q, (lower, upper) in zip(
-        robot.joint_names, robot.joint_types, seen.q.tolist(), robot.limits.tolist()
+    for name, unit, q, (lower, upper) in zip(
+        robot.joint_names, robot.units, seen.q.tolist(), robot.limits.tolist()
     ):
-        unit = 'm' if kind == 'prismatic' else 'rad'
         text = f'{q:+.3f} {unit}' + ('' if unit == 'm' else f' = {math.degrees(q):+.1f}°')
         bounded = math.isfinite(upper - lower)
         margin = NEAR * (upper - lower) if bounded else NEAR

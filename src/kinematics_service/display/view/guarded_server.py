@@ -21,7 +21,7 @@ from websockets.exceptions import ConnectionClosed, ConnectionClosedError, Inval
 from websockets.http11 import Request, Response
 from websockets.sync.client import connect
 
-from ...errors import UnknownViserError
+from ...errors import ViewError
 from .client_messages import MessageError, is_taken
 from .origin_check import FORBIDDEN, OriginCheck
 
@@ -50,7 +50,7 @@ def guarded_server(
 
     Raises
     ------
-    UnknownViserError
+    ViewError
         Foreign pages could connect to it.
     """
     panel: dict[str, Any] = {}
@@ -152,7 +152,7 @@ def _try_out(host: str, port: int, origin_check: OriginCheck) -> None:
         except TimeoutError:
             pass
     if not (refused and closed):
-        raise UnknownViserError(
+        raise ViewError(
             f'viser {viser.__version__} does not let the page refuse pages of others: '
             'nothing is served; install viser 1.1'
         )

@@ -7,11 +7,12 @@ import numpy.typing as npt
 
 from ... import kernel
 from ...kernel import Floats
+from ...kinematics.loop_links import loop_links
 from ...kinematics.singularity import Singularity, singularity_of
 from ...kinematics.tool_state import ToolState, evaluate
 from ...robot.measures import Level
 from ...robot.robot import Robot
-from .axes import RowAxis, axes_of
+from .axes import RowAxis, axes_of, motor_axes
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +35,9 @@ class Observation:
     twist : shape (6,), m/s and rad/s, or None
         J qdot in base axes, if the velocities are known.
     axes
-        The axes of the moving rows.
+        The axes of the moving rows, and of the motors of closed loops.
+    loops : shape (k, 2, 3), m
+        The links of closed loops, some of length 0; their number is that of the arm.
     singularity
         The measures.
     level
@@ -48,6 +51,7 @@ class Observation:
     jacobian: Floats
     twist: Floats | None
     axes: tuple[RowAxis, ...]
+    loops: Floats
     singularity: Singularity
     level: Level
 
@@ -58,6 +62,8 @@ def observation_of(
     """
     Return the observation of a state evaluated with all frames; its own level unless one is given.
     """
+    loops = loop_links(state)
+    corners = [np.stack([loop.corners[:-1], loop.corners[1:]], axis=1) for loop in loops]
     return Observation(
         robot=state.robot,
         q=np.asarray(state.q),
@@ -65,7 +71,8 @@ def observation_of(
         pose=state.pose,
         jacobian=state.jacobian,
         twist=None if state.qdot is None else state.twist,
-        axes=axes_of(state),
+        axes=(*axes_of(state), *motor_axes(state.robot, loops)),
+        loops=np.concatenate([np.empty((0, 2, 3)), *corners]),
         singularity=singularity,
         level=Level(int(singularity.level)) if level is None else level,
     )

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 import viser
 
-from ...errors import ServerAddressError
+from ...errors import ViewError
 from ...kernel import Floats
 from ...robot.robot import Robot
 from .address import Address, check_address
@@ -178,15 +178,14 @@ def serve(address: Address, label: str) -> Iterator[tuple[viser.ViserServer, str
 
     Raises
     ------
-    ServerAddressError
-        The port is taken, or the host is no address of this computer.
-    UnknownViserError
-        Pages of other sites could connect to this one.
+    ViewError
+        The port is taken, the host is no address of this computer, or pages of other sites could
+        connect to this one.
     """
     host, port, more_names = address
     check_address(host, port)
     origin_check = origin_check_of(host, more_names)
     with guarded_server(host, port, label, origin_check) as server:
         if port not in (0, server.get_port()):  # taken in the meantime: viser took the next one
-            raise ServerAddressError(f'--port {port}: another program uses it on {host}')
+            raise ViewError(f'--port {port}: another program uses it on {host}')
         yield server, origin_check.address(host, server.get_port())

@@ -138,7 +138,6 @@ def _value(value: float) -> str:
 
 def jacobian_html(seen: Observation) -> str:
     """Return J as a table: rows vx to wz, columns the joints."""
-    slides = [kind == 'prismatic' for kind in seen.robot.joint_types]
     names = short_names(seen.robot.joint_names)
     head = ''.join(f'<th>{_breakable(name)}</th>' for name in names)
     body = ''.join(
@@ -147,7 +146,7 @@ def jacobian_html(seen: Observation) -> str:
         + '</tr>'
         for label, row in zip(ROWS, seen.jacobian)
     )
-    per = 'rad (m for sliding joints)' if any(slides) else 'rad'
+    per = 'rad (m for sliding joints)' if np.any(seen.robot.prismatic) else 'rad'
     return _box(
         'jacobian',
         f'<table><tr><th></th>{head}</tr>{body}</table>'

@@ -85,10 +85,9 @@ def run_page(
 
     Raises
     ------
-    ServerAddressError
-        The port is taken, or the host is no address of this computer.
-    UnknownViserError
-        Pages of other sites could connect to this one.
+    ViewError
+        The port is taken, the host is no address of this computer, or pages of other sites could
+        connect to this one.
     """
     with serve(address, source.robot.name) as (server, url):
         viewpoint = Viewpoint(server)

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...estimation.status_text import NEGLIGIBLE, direction_in_words, flat_position
 from ...kernel import Floats
+from ...kinematics.loop_links import carried_rows, linked_frames
 from ...kinematics.singularity import flat_loop
 from ...robot.measures import Level
 from ...robot.robot import Robot
@@ -87,9 +88,10 @@ class Scene:
     ----------
     size
         The arm's size, m, the unit of thicknesses.
-    links : shape (rows + 2, 2, 3)
-        Segments from the base to frame 0, between the frames, to the tool; some of length 0.
-    frames : shape (rows + 1, 4, 4)
+    links : shape (k, 2, 3)
+        Segments from the base to frame 0, between the frames, to the tool, and of closed loops;
+        some of length 0. Their number is that of the arm.
+    frames : shape (m, 4, 4)
         Link frames.
     tool : shape (4, 4)
         The tool.
@@ -139,6 +141,8 @@ def scene_of(seen: Observation) -> Scene:
     size, names = size_of(robot), short_names(robot.joint_names)
     movers = (*names, *robot.passive_joint_names)
     points = np.concatenate([np.zeros((1, 3)), seen.frames[:, :3, 3], seen.pose[None, :3, 3]])
+    links = np.stack([points[:-1], points[1:]], axis=1)
+    rows = np.array([False, *carried_rows(robot), False])
     tool = seen.pose[:3, 3]
     velocity = rotation = None
     if seen.twist is not None:
@@ -146,8 +150,8 @@ def scene_of(seen: Observation) -> Scene:
         rotation = _arrow(tool, TURN_LENGTH * size * seen.twist[3:], size)
     return Scene(
         size=size,
-        links=np.stack([points[:-1], points[1:]], axis=1),
-        frames=seen.frames,
+        links=np.concatenate([links[~rows], seen.loops]),
+        frames=seen.frames[linked_frames(robot)],
         tool=seen.pose,
         axes=seen.axes,
         axis_labels=tuple(' & '.join(movers[j] for j in axis.joints) for axis in seen.axes),

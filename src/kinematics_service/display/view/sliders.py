@@ -28,9 +28,9 @@ def slider_ranges(robot: Robot) -> Floats:
     Return the ends of the sliders, shape (n, 2), rad or m: the limits, or a turn, or a metre.
     """
     ranges = np.array(robot.limits)
-    for j, kind in enumerate(robot.joint_types):
+    for j, slides in enumerate(robot.prismatic):
         low, high = ranges[j]
-        reach = (0.0, 1.0) if kind == 'prismatic' else (-math.pi, math.pi)
+        reach = (0.0, 1.0) if slides else (-math.pi, math.pi)
         if math.isinf(low) and math.isinf(high):
             ranges[j] = reach
         elif math.isinf(low):
@@ -42,9 +42,8 @@ def slider_ranges(robot: Robot) -> Floats:
 
 def regular_pose(robot: Robot, inside: Floats) -> Floats:
     """Return joint positions (n,) that are not near a singular pose, near zero where possible."""
-    slides = [kind == 'prismatic' for kind in robot.joint_types]
     zero = np.clip(np.zeros(robot.dof), inside[:, 0], inside[:, 1])
-    poses = np.vstack([zero, inside.mean(axis=1), seeded_poses(inside, slides)[:POSES]])
+    poses = np.vstack([zero, inside.mean(axis=1), seeded_poses(inside, robot.prismatic)[:POSES]])
     poses = closed_poses(robot.chain, poses)
     measures = singularity(robot, poses)
     fine = np.flatnonzero(np.asarray(measures.level) == Level.OK)
@@ -90,9 +89,8 @@ class Sliders:
         start = np.clip(start, self.ranges[:, 0], self.ranges[:, 1])
         self._handles = []
         names = short_names(robot.joint_names)
-        for j, (name, kind) in enumerate(zip(names, robot.joint_types)):
+        for j, (name, unit) in enumerate(zip(names, robot.units)):
             low, high = self.ranges[j].tolist()
-            unit = 'm' if kind == 'prismatic' else 'rad'
             limited = bool(np.all(np.isfinite(robot.limits[j])))
             self._handles.append(
                 server.gui.add_slider(
@@ -102,7 +100,8 @@ class Sliders:
                     step=min(STEP, (high - low) / 100.0) if high > low else STEP,
                     initial_value=float(start[j]),
                     marks=((low, f'{low:.2f}'), (high, f'{high:.2f}')) if limited else None,
-                    hint=f'{kind}; ' + ('it ends at the limits' if limited else 'no limits'),
+                    hint=f'{robot.joint_types[j]}; '
+                    + ('it ends at the limits' if limited else 'no limits'),
                 )
             )
 

@@ -1,37 +1,37 @@
-"""
-Bags of ROS 2 (MCAP, sqlite3) and ROS 1, read without ROS; with the writer the only users of
-rosbags.
-"""
+"""Bags of ROS 2 (MCAP, sqlite3) and ROS 1, read without ROS by rosbags, which not all have."""
 
-import shutil
-import tempfile
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
 
 from ...errors import KinematicsError, RecordingError
 from ...estimation.joint_sample import JointSample
 from .bag_checks import checked, missing
 from .bag_poses import POSES, track_of_messages
 from .between_points import PlannedTrajectory
-from .block import LARGEST_BLOCK, Block, UnreadableMessage, blocks_of
+from .block import LARGEST_BLOCK, LARGEST_BYTES, Block, UnreadableMessage, blocks_of
 from .joint_state_cdr import columns_of
+from .plan_reader import blocks_of_trajectories, trajectory_of_message
+from .ros1_index import LongBag
 from .source import PoseTrack, RecordingSource, Remark, Selection
 from .table_reader import listed
+from .unpacking import (
+    bounded_chunks,
+    leave_messages_packed,
+    refuse_to_grow,
+    refuse_to_hold,
+    unpacked_message,
+)
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
 SECOND = 1_000_000_000
-INSTALL = "bags need rosbags: pip install '.[bag]' in its checkout, or pip install rosbags"
 MOST_LISTED = 20
-# A compressed file of joint states is some ten times as large when it is unpacked, and may be this
-# many times; small ones may have this many bytes.
-MOST_TIMES, LEAST_UNPACKED = 200, 2**26
-# Bytes unpacked at once.
-AT_ONCE = 2**20
 MAGIC = {
     '.mcap': (b'\x89MCAP0\r\n', 'an MCAP file'),
     '.db3': (b'SQLite format 3', 'an sqlite3 bag'),
@@ -49,25 +49,21 @@ def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
     RecordingError
         It cannot be read, or has no such topic.
     """
-    try:
-        from rosbags.highlevel import AnyReader
-        from rosbags.typesys import Stores, get_typestore
-    except ImportError:
-        raise RecordingError(INSTALL) from None
-    with _one_sentence(path):
-        _check(path)
-        # Bags older than ROS 2 Iron do not hold the definitions of their messages.
-        reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
-        if not reader.is2:
-            from .ros1_index import LongBag
-
-            reader.readers = [LongBag(path)]
-        reader.open()
-    try:
+    with bounded_chunks(path):
         with _one_sentence(path):
-            yield _Bag(path, reader, wanted).source()
-    finally:
-        reader.close()
+            _check(path)
+            if path.is_dir():
+                refuse_to_grow(path)
+            # Bags older than ROS 2 Iron do not hold the definitions of their messages.
+            reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
+            if not reader.is2:
+                reader.readers = [LongBag(path)]
+            reader.open()
+        try:
+            with _one_sentence(path):
+                yield _Bag(path, reader, wanted).source()
+        finally:
+            reader.close()
 
 
 @contextmanager
@@ -108,7 +104,6 @@ def _check(path: Path) -> None:
             raise RecordingError(
                 f'{path}: is a directory without metadata.yaml, so it is not a rosbag2 bag'
             )
-        _refuse_to_grow(path)
         return
     with path.open('rb') as stream:
         head = stream.read(16)
@@ -120,27 +115,6 @@ def _check(path: Path) -> None:
     for suffix, (start, what) in MAGIC.items():
         if head.startswith(start) and path.suffix.lower() != suffix:
             raise RecordingError(f'{path}: looks like {what}: rename it to *{suffix}')
-
-
-def _refuse_to_grow(folder: Path) -> None:
-    # rosbags unpacks whole files of a compressed bag before it looks at them.
-    from rosbags.rosbag2 import reader
-
-    zstd = getattr(reader, 'zstd', None) or reader.zstandard  # by the version of rosbags
-    for file in folder.iterdir():
-        if not file.is_file():
-            continue
-        most = max(MOST_TIMES * file.stat().st_size, LEAST_UNPACKED)
-        most = min(most, shutil.disk_usage(tempfile.gettempdir()).free)
-        size = 0
-        with suppress(zstd.ZstdError, EOFError), zstd.open(file, 'rb') as stream:
-            while data := stream.read(AT_ONCE):
-                size += len(data)
-                if size > most:
-                    raise RecordingError(
-                        f'{file}: unpacks to more than {most >> 20} MiB: unpack it yourself (zstd '
-                        '-d) if that is meant'
-                    )
 
 
 def _types_of(fields: Any) -> Iterator[str]:
@@ -155,6 +129,7 @@ def _types_of(fields: Any) -> Iterator[str]:
 class _Bag:
     def __init__(self, path: Path, reader: Any, wanted: Selection) -> None:
         self.path, self.reader, self.wanted = path, reader, wanted
+        self.packed = leave_messages_packed(reader.readers[0])
         self.types: dict[str, str] = {c.topic: c.msgtype for c in reader.connections}
         self.remarks: list[Remark] = []
         self.plans: list[PlannedTrajectory] = []
@@ -172,7 +147,6 @@ class _Bag:
         if self.path.suffix == '.mcap':
             what = 'MCAP file'
         if kind == TRAJECTORY:
-            from .plan_reader import blocks_of_trajectories, trajectory_of_message
 
             def read() -> Iterator[PlannedTrajectory]:
                 for message, _ in self._messages(connections):
@@ -233,8 +207,6 @@ class _Bag:
 
     def _refuse_other_fields(self, topic: str, kind: str) -> None:
         # The bytes are read as the type of this name is everywhere, whatever the file calls so.
-        from rosbags.typesys import Stores, get_typestore
-
         usual = get_typestore(Stores.ROS2_JAZZY if self.reader.is2 else Stores.ROS1_NOETIC)
         own, names = self.reader.typestore.fielddefs, [kind]
         for name in names:
@@ -267,17 +239,19 @@ class _Bag:
             yield self.reader.deserialize(raw, connections[0].msgtype), time
 
     def _raw(self, connections: list[Any]) -> Iterator[tuple[int, bytes]]:
+        refuse_to_hold(self.path, self.reader.readers[0], connections[0].topic)
         self.read = 0
         for _, time, raw in self.reader.messages(connections):
             self.read += 1
-            yield time, raw
+            yield time, unpacked_message(raw, self.path) if self.packed else raw
 
     def _blocks(self, connections: list[Any]) -> Iterator[Block | UnreadableMessage]:
         messages = self._raw(connections)
         raws: list[bytes] = []
         times: list[int] = []
         for time, raw in messages:
-            if raws and (len(raw) != len(raws[0]) or len(raws) >= LARGEST_BLOCK):
+            most = min(LARGEST_BLOCK, LARGEST_BYTES // max(len(raw), 1))
+            if raws and (len(raw) != len(raws[0]) or len(raws) >= most):
                 yield from self._alike(raws, times)
                 raws, times = [], []
             raws.append(bytes(raw))

@@ -13,8 +13,9 @@ from ...kernel import Floats
 Times: TypeAlias = npt.NDArray[np.int64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
-# Most messages of a block: the memory of one stays within some tens of MB.
-LARGEST_BLOCK = 16_384
+# Most messages of a block, and most bytes of serialized ones: the memory of one stays within some
+# tens of MB, unless a single message has more.
+LARGEST_BLOCK, LARGEST_BYTES = 16_384, 2**26
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,12 +7,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ...errors import RecordingError
-from .bag_reader import open_bag
 from .plan_reader import open_planned
 from .pose_format import PoseFormat
 from .source import RecordingSource, Selection
 from .table_reader import open_table
 
+INSTALL = "bags need rosbags: pip install '.[bag]' in its checkout, or pip install rosbags"
 BAGS = ('.mcap', '.db3', '.bag')
 TABLES = ('.csv', '.tsv', '.txt')
 TEXTS = ('.yaml', '.yml', '.json')
@@ -43,6 +43,10 @@ def open_source(file: Path, wanted: Selection) -> Iterator[RecordingSource]:
             raise RecordingError(f'{file}: --columns is for tables; this is a bag')
         if wanted.pose_format != PoseFormat():
             raise RecordingError(f'{file}: --pose-format is for tables; this is a bag')
+        try:
+            from .bag_reader import open_bag
+        except ImportError:
+            raise RecordingError(INSTALL) from None
         with open_bag(file, wanted) as source:
             yield source
         return

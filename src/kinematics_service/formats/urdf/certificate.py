@@ -15,6 +15,8 @@ CONFIGURATIONS = 1000
 SEED = 20240611
 STROKE = 1.0  # m, of a slide without limits
 FULL_TURN = 2.0 * math.pi
+# Nothing is learned farther out than this (rad or m), where round-off grows with the way.
+FARTHEST = 10.0 * FULL_TURN
 
 
 @dataclass(frozen=True)
@@ -46,16 +48,18 @@ def configurations(chain: UrdfChain, count: int = CONFIGURATIONS) -> Floats:
     """
     Return random joint positions inside the limits, the same each time, shape (count, n).
 
-    Joints without limits take a full turn, slides without limits one metre.
+    Joints without limits take a full turn, slides without limits one metre; wide limits are drawn
+    from where they are nearest to zero.
     """
     low, high = [], []
     for joint in chain.variables:
         span = STROKE if joint.type == 'prismatic' else FULL_TURN
-        lower, upper = joint.lower, joint.upper
+        lower, upper = joint.limits.lower, joint.limits.upper
         if math.isinf(lower):
             lower = -span / 2.0 if math.isinf(upper) else upper - span
-        low.append(lower)
-        high.append(lower + span if math.isinf(upper) else upper)
+        upper = lower + span if math.isinf(upper) else upper
+        low.append(max(lower, min(-FARTHEST, upper - FARTHEST)))
+        high.append(min(upper, max(FARTHEST, lower + FARTHEST)))
     return np.random.default_rng(SEED).uniform(low, high, (count, len(low)))
 
 

@@ -6,15 +6,17 @@ The product shares nothing with the kernel or the table made from the chain, so 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NoReturn
 
 import numpy as np
 
+from ...errors import UrdfError
 from ...kernel import Floats
 from ...rigid_motion import turn_about
-from .document import XmlElement
+from .document import XmlElement, shown
 from .elements import EXTENSION
-from .joints import MOVING, Angle, UrdfJoint, read_joint
-from .tree import UrdfTree
+from .joints import MOVING, Angle, JointLimits, UrdfJoint, read_joint
+from .tree import UrdfTree, end_of
 
 
 @dataclass(frozen=True)
@@ -26,15 +28,11 @@ class Variable:
     ----------
     type
         `revolute`, `prismatic`, or `helical` if joints that mimic it slide, too.
-    lower, upper, velocity
-        rad or m, infinite if there is none.
     """
 
     name: str
     type: str
-    lower: float
-    upper: float
-    velocity: float
+    limits: JointLimits
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +111,7 @@ def read_chain(tree: UrdfTree, base: str, tip: str, angle: Angle = float) -> Urd
     UrdfError
         There is none, no joint moves it, or a robot file cannot express one of its joints.
     """
-    way = [read_joint(element, angle) for element in tree.chain(base, tip)]
+    way = [_joint(element, angle) for element in tree.chain(base, tip)]
     leaders = {joint.name: _followed(tree, joint) for joint in way if joint.type in MOVING}
     moving = [joint for joint in way if joint.name in leaders and leaders[joint.name].multiplier]
     names = list(dict.fromkeys(leaders[joint.name].mimics for joint in moving))
@@ -135,7 +133,24 @@ def read_chain(tree: UrdfTree, base: str, tip: str, angle: Angle = float) -> Urd
         still = np.eye(4)
     variables = [_variable(tree, name, moving, leaders) for name in names]
     robot = tree.root.attributes.get('name', '')
+    base, tip = base.removeprefix('/'), tip.removeprefix('/')
     return UrdfChain(robot, base, tip, tuple(variables), tuple(motions), still)
+
+
+def _joint(element: XmlElement, angle: Angle = float) -> UrdfJoint:
+    try:
+        return read_joint(element, angle)
+    except UrdfError as error:
+        raise UrdfError(str(error) + _links_of(element)) from None
+
+
+def _links_of(joint: XmlElement) -> str:
+    parent, child = (shown(end_of(joint, end)) for end in ('parent', 'child'))
+    return f'; the joint leads from link {parent} to {child}'
+
+
+def _refuse(joint: XmlElement, message: str) -> NoReturn:
+    joint.refuse(message + _links_of(joint))
 
 
 def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
@@ -145,14 +160,14 @@ def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
     passed = set()
     while leader.mimics:
         if leader.name in passed:
-            joint.element.refuse('it mimics itself, by way of the joints it mimics')
+            _refuse(joint.element, 'it mimics itself, by way of the joints it mimics')
         passed.add(leader.name)
         if leader.mimics not in tree.joints:
-            leader.element.refuse(f'it mimics {leader.mimics!r}, and there is no such joint')
+            _refuse(leader.element, f'it mimics {leader.mimics!r}, and there is no such joint')
         factor, offset = factor * leader.multiplier, factor * leader.offset + offset
-        leader = read_joint(tree.joints[leader.mimics])
+        leader = _joint(tree.joints[leader.mimics])
         if leader.type not in MOVING:
-            joint.element.refuse(f'it mimics {leader.name!r}, which is {leader.type}')
+            _refuse(joint.element, f'it mimics {leader.name!r}, which is {leader.type}')
     return replace(joint, mimics=leader.name, multiplier=factor, offset=offset)
 
 
@@ -166,15 +181,16 @@ def _ordered(root: XmlElement, names: list[str]) -> list[str]:
 def _variable(
     tree: UrdfTree, name: str, moving: Sequence[UrdfJoint], leaders: dict[str, UrdfJoint]
 ) -> Variable:
-    leader = read_joint(tree.joints[name])
+    leader = _joint(tree.joints[name])
     turns = leader.type != 'prismatic'
     ours = [joint for joint in moving if leaders[joint.name].mimics == name]
     others = [joint for joint in ours if (joint.type != 'prismatic') != turns]
     if others and (not turns or len(others) == len(ours)):
         does, itself = ('turns', 'slides') if turns else ('slides', 'turns')
-        others[0].element.refuse(
+        _refuse(
+            others[0].element,
             f'it {itself}, and {name!r}, which it mimics, {does}; a robot file can say that only '
-            'of a joint that turns in the same chain (type: helical)'
+            'of a joint that turns in the same chain (type: helical)',
         )
     kind = 'helical' if others else 'revolute' if turns else 'prismatic'
-    return Variable(name, kind, leader.lower, leader.upper, leader.velocity)
+    return Variable(name, kind, leader.limits)

@@ -12,9 +12,8 @@ from typing import NoReturn
 from xml.parsers import expat
 
 from ...errors import Fault, UrdfError
+from ...robot.file.translation import MAX_BYTES
 
-# The largest descriptions of whole humanoids have half a megabyte.
-MAX_BYTES = 8 * 1024 * 1024
 MAX_DEPTH = 64
 MAX_ELEMENTS = 200_000
 MOST_LISTED = 30  # names in a message
@@ -31,6 +30,8 @@ class XmlElement:
         Text between elements is not kept: URDF has none.
     file, line
         File and line of its beginning; lines are counted from 1.
+    inside
+        What messages call the element that it is a part of; empty where that is the root.
     """
 
     tag: str
@@ -38,6 +39,7 @@ class XmlElement:
     children: tuple['XmlElement', ...]
     file: str
     line: int
+    inside: str
 
     def all(self, tag: str) -> Iterator['XmlElement']:
         """Yield the children of a tag."""
@@ -56,13 +58,18 @@ class XmlElement:
         UrdfError
             Always.
         """
-        raise UrdfError(str(Fault(self.file, self.line, self.title, message)))
+        raise UrdfError(str(self.fault(message)))
 
-    @property
-    def title(self) -> str:
-        """Return the element as messages call it: `<joint name='elbow'>`."""
-        name = self.attributes.get('name')
-        return f'<{self.tag}>' if name is None else f'<{self.tag} name={shown(name)}>'
+    def fault(self, message: str) -> Fault:
+        """Return a sentence about this element with its place in the file."""
+        inside = f' of {self.inside}' if self.inside else ''
+        return Fault(self.file, self.line, _title(self.tag, self.attributes) + inside, message)
+
+
+def _title(tag: str, attributes: Mapping[str, str]) -> str:
+    # As messages call an element: `<joint name='elbow'>`.
+    name = attributes.get('name')
+    return f'<{tag}>' if name is None else f'<{tag} name={shown(name)}>'
 
 
 def shown(text: str) -> str:
@@ -163,7 +170,8 @@ class _XmlReader:
 
     def _end(self, _: str) -> None:
         tag, attributes, line, children = self.open.pop()
-        element = XmlElement(tag, attributes, tuple(children), self.file, line)
+        inside = _title(*self.open[-1][:2]) if len(self.open) > 1 else ''
+        element = XmlElement(tag, attributes, tuple(children), self.file, line, inside)
         if self.open:
             self.open[-1][3].append(element)
         else:

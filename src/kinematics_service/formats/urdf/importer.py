@@ -4,29 +4,33 @@ import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Literal
 
 import numpy as np
 
-from ...errors import RobotFileError, UrdfError
+from ...errors import Fault, RobotFileError, UrdfError
 from ...robot.file.parts.joints import MAX_JOINTS
 from ...robot.file.parts.links import MAX_ROWS
 from ...robot.file.text.robot_document import MAX_BYTES
+from ...robot.file.translation import RobotText
 from ...robot.robot import Robot, robot_from_text
 from ...version import __version__
 from .certificate import Certificate, certify, configurations
 from .chain import UrdfChain, read_chain
 from .document import XmlElement, parse_urdf, read_urdf, shown
+from .ends import chain_ends
 from .points import points_text
 from .quantity import as_rounded_part_of_pi
 from .robot_text import robot_file_text
 from .table import modified, table_of
-from .tree import read_tree
+from .tree import UrdfTree, read_tree
 
 # Largest error of a robot file, as a share of the arm's size; a hundred times the worst of
 # thousands of random chains.
 ACCEPTED = 1e-10
+LONGEST_NAME = 256  # of a robot file
+NOT_IN_JOINTS, NOT_IN_FRAMES = r'[,\s]', r'\s'
 
 
 @dataclass(frozen=True)
@@ -42,11 +46,14 @@ class UrdfImport:
         The robot of that text.
     certificate
         How exact it is.
+    doubts
+        What is most likely meant otherwise: limits that are none, one of several tips.
     """
 
     text: str
     robot: Robot
     certificate: Certificate
+    doubts: tuple[Fault, ...]
 
 
 TableConvention = Literal['standard', 'modified']
@@ -54,8 +61,8 @@ TableConvention = Literal['standard', 'modified']
 
 def import_urdf(
     urdf: str | os.PathLike[str],
-    base: str,
-    tip: str,
+    base: str = '',
+    tip: str = '',
     name: str = '',
     convention: TableConvention = 'standard',
     round_angles: bool = False,
@@ -70,7 +77,8 @@ def import_urdf(
         Path of the file; or its text, such as the parameter `robot_description` of
         robot_state_publisher. A str with a `<` is a text.
     base, tip
-        Links: they become the base frame and the tool frame.
+        Links: they become the base frame and the tool frame. Default: the root, and the end of the
+        longest chain of moving joints.
     name
         Name of the robot; default: that in the URDF.
     convention
@@ -92,8 +100,44 @@ def import_urdf(
     else:
         path = Path(urdf)
         root, origin = read_urdf(path), f'URDF {path.name}'
+    return _imported(root, origin, base, tip, name, convention, round_angles, points)
+
+
+def urdf_as_robot_file(content: bytes, file: str, base: str, tip: str) -> RobotText:
+    """
+    Return the robot file of a chain of a URDF, from the bytes of that.
+
+    Parameters
+    ----------
+    file
+        Where they come from, for messages.
+    base, tip
+        As of `import_urdf`.
+
+    Raises
+    ------
+    UrdfError
+        As `import_urdf`.
+    """
+    root = parse_urdf(content, file)
+    found = _imported(root, f'URDF {PurePath(file).name}', base, tip)
+    return RobotText(found.text, found.doubts)
+
+
+def _imported(
+    root: XmlElement,
+    origin: str,
+    base: str,
+    tip: str,
+    name: str = '',
+    convention: TableConvention = 'standard',
+    round_angles: bool = False,
+    points: Sequence[str] = (),
+) -> UrdfImport:
     tree = read_tree(root)
+    base, tip, choice = chain_ends(tree, base, tip)
     chain = read_chain(tree, base, tip)
+    _check_names(tree, chain)
     for count, most, what in (
         (len(chain.variables), MAX_JOINTS, 'joints'),
         (len(chain.motions), MAX_ROWS, 'rows'),
@@ -130,7 +174,23 @@ def import_urdf(
     _judge(certificate, chain, round_angles)
     section = points_text(robot, meant, points, way_to, ACCEPTED * _size(chain))
     written = text(str(certificate)) + section
-    return UrdfImport(written, _robot(root, written), certificate)
+    doubts = (choice, *(variable.limits.doubt for variable in chain.variables))
+    return UrdfImport(
+        written, _robot(root, written), certificate, tuple(one for one in doubts if one)
+    )
+
+
+def _check_names(tree: UrdfTree, chain: UrdfChain) -> None:
+    joints = [(tree.joints[variable.name], NOT_IN_JOINTS) for variable in chain.variables]
+    links = [(tree.links[link], NOT_IN_FRAMES) for link in (chain.base, chain.tip)]
+    for element, refused in (*joints, *links):
+        name = element.attributes['name']
+        if not name.isprintable() or re.search(refused, name) or len(name) > LONGEST_NAME:
+            commas = 'commas, ' if ',' in refused else ''
+            element.refuse(
+                f'a robot file takes no {element.tag} whose name has white space, {commas}control '
+                f'characters, or more than {LONGEST_NAME} characters'
+            )
 
 
 def _robot(root: XmlElement, text: str) -> Robot:

@@ -4,9 +4,11 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from ...errors import Fault
 from ...kernel import Floats
 from ...rigid_motion import pose_of
 from .document import XmlElement, shown
@@ -21,8 +23,26 @@ WHY_NOT = {
 }
 # An axis shorter than this is not a direction but a mistake.
 SHORTEST_AXIS = 1e-6
+# No joint goes so far (rad or m): such limits stand for none.
+ENDLESS = 1e4
 
 Angle = Callable[[str], float]
+
+
+class JointLimits(NamedTuple):
+    """
+    The limits of a joint, in rad or m; infinite if there is none.
+
+    Attributes
+    ----------
+    doubt
+        What is in the file and cannot be meant; None where there is nothing to doubt.
+    """
+
+    lower: float
+    upper: float
+    velocity: float
+    doubt: Fault | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +58,6 @@ class UrdfJoint:
         Of the child in the parent at position 0.
     axis : shape (3,)
         Unit vector in the child's frame.
-    lower, upper, velocity
-        Infinite if there is none.
     mimics
         The joint it follows, or empty: its position is multiplier times that one's plus offset.
     """
@@ -49,9 +67,7 @@ class UrdfJoint:
     type: str
     origin: Floats
     axis: Floats
-    lower: float
-    upper: float
-    velocity: float
+    limits: JointLimits
     mimics: str
     multiplier: float
     offset: float
@@ -77,7 +93,6 @@ def read_joint(element: XmlElement, angle: Angle = float) -> UrdfJoint:
     if kind not in (*MOVING, 'fixed'):
         why = WHY_NOT.get(kind, f'its type is {shown(kind)}')
         element.refuse(f'{why} (accepted: {", ".join(MOVING)}, fixed)')
-    lower, upper, velocity = _limits(element, kind)
     mimic = None if kind == 'fixed' else element.first('mimic')
     followed = '' if mimic is None else mimic.attributes.get('joint', '')
     if mimic is not None and not followed:
@@ -88,9 +103,7 @@ def read_joint(element: XmlElement, angle: Angle = float) -> UrdfJoint:
         type=kind,
         origin=_origin(element, angle),
         axis=_axis(element) if kind in MOVING else np.array([1.0, 0.0, 0.0]),
-        lower=lower,
-        upper=upper,
-        velocity=velocity,
+        limits=_limits(element, kind),
         mimics=followed,
         multiplier=_number(mimic, 'multiplier', 1.0),
         offset=_number(mimic, 'offset', 0.0),
@@ -120,26 +133,36 @@ def _axis(element: XmlElement) -> Floats:
     return direction
 
 
-def _limits(element: XmlElement, kind: str) -> tuple[float, float, float]:
+def _limits(element: XmlElement, kind: str) -> JointLimits:
     limit = element.first('limit')
     velocity = _number(limit, 'velocity', 0.0)
     if not 0.0 < velocity < UNLIMITED:
         velocity = math.inf  # many files have 0 for an unknown velocity
     if kind not in ('revolute', 'prismatic'):
-        return -math.inf, math.inf, velocity
+        return JointLimits(-math.inf, math.inf, velocity)
     if limit is None:
         other = ", or type='continuous'" if kind == 'revolute' else ''
         element.refuse(f'a {kind} joint needs <limit lower="..." upper="..."/>{other}')
     lower, upper = _number(limit, 'lower', 0.0), _number(limit, 'upper', 0.0)
-    if not lower < upper and element.first('mimic') is None:
+    doubt = None
+    if lower == upper == 0.0:
+        doubt = limit.fault('limits 0 and 0 are taken as none')
+        lower, upper = -math.inf, math.inf
+    elif not lower < upper and element.first('mimic') is None:
         limit.refuse(
-            f'the lower limit of {shown(element.attributes["name"])} must be below the upper one, '
-            f"not {lower:g} and {upper:g} (type='fixed' for a joint that does not move)"
+            f'the lower limit must be below the upper one, not {lower:g} and {upper:g} '
+            "(type='fixed' for a joint that does not move)"
         )
-    return (
-        lower if lower > -UNLIMITED else -math.inf,
-        upper if upper < UNLIMITED else math.inf,
+    elif any(ENDLESS <= abs(end) < UNLIMITED for end in (lower, upper)):
+        doubt = limit.fault(
+            f'limits {lower:.9g} and {upper:.9g} are farther than any joint goes: '
+            f'what is beyond {ENDLESS:g} is taken as none'
+        )
+    return JointLimits(
+        lower if lower > -ENDLESS else -math.inf,
+        upper if upper < ENDLESS else math.inf,
         velocity,
+        doubt,
     )
 
 

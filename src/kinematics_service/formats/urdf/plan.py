@@ -59,7 +59,7 @@ def _with_leaders(robot: Robot, rows: list[list[_JointTerm]]) -> list[list[_Join
     for row in rows:
         leaders, followers = [], []
         for motion in row:
-            slides = robot.joint_types[motion.joint] == 'prismatic'
+            slides = bool(robot.prismatic[motion.joint])
             if motion.joint in led or motion.turns == slides:
                 followers.append(motion)
                 continue
@@ -135,7 +135,7 @@ class _Planner:
         return self._actuated(j, 1.0, self.base, end, IDENTITY, False)
 
     def _type(self, j: int) -> str:
-        if self.robot.joint_types[j] == 'prismatic':
+        if self.robot.prismatic[j]:
             return 'prismatic'
         # A joint that is to be followed by a sliding one is not continuous: to Pinocchio that is
         # a pair (cos, sin), which no length can mimic.

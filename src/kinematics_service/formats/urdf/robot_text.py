@@ -5,19 +5,16 @@ import math
 import re
 from collections.abc import Sequence
 
-from ...errors import UrdfError
 from ...kernel import Floats
 from ...rigid_motion import exact_rpy
 from ...robot.file.text.expression_syntax import why_no_name
 from .chain import UrdfChain, Variable
-from .document import shown
 from .quantity import WrittenNumber, number_text
 from .table import ConstantPose, UrdfRow, UrdfTable
 
 # Longer joint names make a table unreadable: then the variables are q1, q2, ...
 LONGEST_VARIABLE = 8
-LONGEST_NAME, LONGEST_SOURCE = 256, 2000  # of a robot file
-NOT_IN_JOINTS, NOT_IN_FRAMES = r'[,\s]', r'\s|^/'
+LONGEST_SOURCE = 2000  # of a robot file
 # Words that mean something else in YAML 1.2 or 1.1 unless they are in quotes.
 WORDS = ('true', 'false', 'null', 'yes', 'no', 'on', 'off')
 
@@ -41,11 +38,6 @@ def robot_file_text(
         Name and source of the robot.
     known
         Joint positions (n,) and poses of the tip (4, 4), for `known_poses`.
-
-    Raises
-    ------
-    UrdfError
-        A name that no robot file may hold.
     """
     names = _variables(chain.variables)
     moving = {term.variable for row in table.rows for term in row.terms}
@@ -81,25 +73,21 @@ def _printable(text: str) -> str:
     return ''.join(character if character.isprintable() else '?' for character in text)
 
 
-def _name(text: str, what: str, refused: str) -> str:
-    if not text.isprintable() or re.search(refused, text) or len(text) > LONGEST_NAME:
-        raise UrdfError(
-            f'{what} {shown(text)}: a robot file takes no name with white space, commas, control '
-            f'characters, or more than {LONGEST_NAME} characters'
-        )
+def _name(text: str) -> str:
     plain = re.fullmatch(r'[A-Za-z][A-Za-z0-9_./-]*', text) and text.lower() not in WORDS
     return text if plain else json.dumps(text, ensure_ascii=False)
 
 
 def _joint(joint: Variable, variable: str, moves: bool) -> str:
-    entry = [f'name: {_name(joint.name, "joint", NOT_IN_JOINTS)}']
+    entry = [f'name: {_name(joint.name)}']
     if variable != joint.name:
         entry.append(f'variable: {variable}')
     entry.append(f'type: {joint.type}')
-    if not math.isinf(joint.lower) or not math.isinf(joint.upper):
-        entry.append(f'limits: [{_limit(joint.lower)}, {_limit(joint.upper)}]')
-    if math.isfinite(joint.velocity):
-        entry.append(f'velocity: {number_text(joint.velocity)}')
+    lower, upper, velocity, _ = joint.limits
+    if not math.isinf(lower) or not math.isinf(upper):
+        entry.append(f'limits: [{_limit(lower)}, {_limit(upper)}]')
+    if math.isfinite(velocity):
+        entry.append(f'velocity: {number_text(velocity)}')
     if not moves:
         entry.append('unused: true')
     return f'  - {{{", ".join(entry)}}}'
@@ -135,7 +123,7 @@ def _added(text: str, negative: bool, term: str) -> str:
 
 
 def _placement(frame: str, pose: ConstantPose) -> str:
-    entry = [f'frame: {_name(frame, "link", NOT_IN_FRAMES)}']
+    entry = [f'frame: {_name(frame)}']
     for key, values in (('xyz', pose.xyz), ('rpy', pose.rpy)):
         if any(value.value for value in values):
             entry.append(f'{key}: {_texts(values)}')

@@ -1,7 +1,7 @@
 """The links and joints of a URDF, and the way from one link down to another."""
 
 import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ...errors import UrdfError
@@ -18,7 +18,8 @@ class UrdfTree:
     root
         The element `<robot>`.
     links, joints
-        Elements by name, in the order of the file.
+        Elements by name, in the order of the file; links without a leading slash, which tf2
+        refuses in a frame and robot_state_publisher takes off.
     above
         The joints that have a link as their child; in a tree one or none.
     """
@@ -37,6 +38,7 @@ class UrdfTree:
         UrdfError
             A link does not exist, the tip is not below the base, or a link has two parents.
         """
+        base, tip = _plain(base), _plain(tip)
         for link, option in ((base, 'base'), (tip, 'tip')):
             if link not in self.links:
                 near = difflib.get_close_matches(link, self.links, n=1)
@@ -76,7 +78,11 @@ def end_of(joint: XmlElement, end: str) -> str:
     link = None if element is None else element.attributes.get('link')
     if not link:
         joint.refuse(f'it has no <{end} link="..."/>')
-    return link
+    return _plain(link)
+
+
+def _plain(link: str) -> str:
+    return link.removeprefix('/')
 
 
 def read_tree(root: XmlElement) -> UrdfTree:
@@ -89,7 +95,7 @@ def read_tree(root: XmlElement) -> UrdfTree:
         One has no name, has the name of another, or refers to a link that does not exist; a link
         is below itself.
     """
-    links, joints = _named(root, 'link'), _named(root, 'joint')
+    links, joints = _named(root, 'link', _plain), _named(root, 'joint', str)
     if not links:
         raise UrdfError(f'{root.file}: there is no <link> in it')
     above: dict[str, list[XmlElement]] = {}
@@ -132,10 +138,10 @@ def _refuse_circle(tree: UrdfTree) -> None:
     joint.refuse(f'a loop: link {shown(circle[0])} is below itself ({listed(tuple(circle))})')
 
 
-def _named(root: XmlElement, tag: str) -> dict[str, XmlElement]:
+def _named(root: XmlElement, tag: str, plain: Callable[[str], str]) -> dict[str, XmlElement]:
     found: dict[str, XmlElement] = {}
     for element in root.all(tag):
-        name = element.attributes.get('name')
+        name = plain(element.attributes.get('name', ''))
         if not name:
             element.refuse('it has no name')
         if name in found:

@@ -60,7 +60,11 @@ class SingularEquations:
         self.size: int = self.length + 1
         self.smallest, self.largest, self.corrected = 0.0, 0.0, False
         room = 2 * n + chain.frames_at + self.length * self.width + self.turns + 6 * n
-        room += self.count * (2 * n + self.count + 3) + self.size * (self.size + self.count + 2) + self.turns
+        room += (
+            self.count * (2 * n + self.count + 3)
+            + self.size * (self.size + self.count + 2)
+            + self.turns
+        )
         self.room: Flat = arrays.scratch(room)
         self.q: Flat = self.room
         self.still: Flat = arrays.after(self.q, n)
@@ -110,14 +114,30 @@ class SingularEquations:
     def _guess(self) -> bool:
         # Directions by elimination, right where J_t is singular: of its turns the last one is what
         # the others make of it, and of its lines as many more as there are. False without a pivot.
-        turns, size, first = self.turns, self.size, self.rank - 1
-        M, order, rows = self.B, self.order, self.rows
+        first = self.rank - 1
+        if not self._eliminate():
+            return False
+        self._guess_lost(arrays.after(self.W, first * self.width + self.length))
+        for i in range(self.count):
+            x = arrays.after(self.X, i * self.size)
+            self._guess_idle(i, x)
+            if not self._is_another(i):
+                return False
+            line = arrays.after(self.W, (first + i) * self.width)
+            for k in range(self.length):
+                line[k] = x[k]
+        return True
+
+    def _eliminate(self) -> bool:
+        # All turns but one, each by the largest pivot that is left; B holds the factors, rows
+        # and order say where each stands. False without a pivot.
+        turns, size, M, order, rows = self.turns, self.size, self.B, self.order, self.rows
         singularity.write_scaled_rows(self.n, self.task, self.row, M, size)
         for i in range(self.length):
             order[i] = i
         for r in range(turns):
             rows[r] = r
-        for step in range(first):
+        for step in range(self.rank - 1):
             pivot, row, column = 0.0, step, step
             for r in range(step, turns):
                 for i in range(step, self.length):
@@ -134,7 +154,12 @@ class SingularEquations:
                 M[rows[r] * size + order[step]] = factor
                 for i in range(step + 1, self.length):
                     M[rows[r] * size + order[i]] -= factor * M[rows[step] * size + order[i]]
-        lost = arrays.after(self.W, first * self.width + self.length)
+        return True
+
+    def _guess_lost(self, lost: Flat) -> None:
+        # The turn that the eliminated ones leave nothing of.
+        turns, size, M, order, rows = self.turns, self.size, self.B, self.order, self.rows
+        first = self.rank - 1
         for r in range(first, -1, -1):
             share = 1.0 if r == first else 0.0
             for s in range(r + 1, turns):
@@ -143,26 +168,23 @@ class SingularEquations:
         norm = length_of(lost, turns)
         for r in range(turns):
             lost[r] /= norm
-        for i in range(self.count):
-            x = arrays.after(self.X, i * size)
-            for k in range(self.length - 1, -1, -1):
-                if k > first - 1:
-                    x[order[k]] = 1.0 if k == first + i else 0.0
-                    continue
-                value = 0.0
-                for m in range(k + 1, self.length):
-                    value -= M[rows[k] * size + order[m]] * x[order[m]]
-                x[order[k]] = value / M[rows[k] * size + order[k]]
-            x[self.length] = 0.0
-            norm = length_of(x, self.length)
-            for k in range(self.length):
-                x[k] /= norm
-            if not self._is_another(i):
-                return False
-            line = arrays.after(self.W, (first + i) * self.width)
-            for k in range(self.length):
-                line[k] = x[k]
-        return True
+
+    def _guess_idle(self, i: int, x: Flat) -> None:
+        # The line that moves the eliminated turns in none, with the i-th of the others at 1.
+        size, M, order, rows = self.size, self.B, self.order, self.rows
+        first = self.rank - 1
+        for k in range(self.length - 1, -1, -1):
+            if k > first - 1:
+                x[order[k]] = 1.0 if k == first + i else 0.0
+                continue
+            value = 0.0
+            for m in range(k + 1, self.length):
+                value -= M[rows[k] * size + order[m]] * x[order[m]]
+            x[order[k]] = value / M[rows[k] * size + order[k]]
+        x[self.length] = 0.0
+        norm = length_of(x, self.length)
+        for k in range(self.length):
+            x[k] /= norm
 
     def _correct(self) -> bool:
         # The directions that were lost and idle at the last pose become what the bordered J_t of

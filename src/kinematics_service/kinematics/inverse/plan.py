@@ -143,8 +143,7 @@ def _idle_motions(
     robot: Robot, rows: tuple[str, ...], axis: str, scales: Floats
 ) -> tuple[Floats, int]:
     # Returns the motions in the null space of every J, and the rank of J at most poses.
-    slides = [kind == 'prismatic' for kind in robot.joint_types]
-    seeded = closed_poses(robot.chain, seeded_poses(robot.limits, slides))
+    seeded = closed_poses(robot.chain, seeded_poses(robot.limits, robot.prismatic))
     q = np.ascontiguousarray(seeded[:POSES])
     n = robot.dof
     sigma, motions = np.zeros((len(q), n)), np.zeros((len(q), n, n))
@@ -224,7 +223,7 @@ def _one_to_one(screws: Screws, robot: Robot) -> bool:
     if C.shape[0] != C.shape[1] or abs(np.linalg.det(C)) < WHOLE:
         return False
     slides = np.array(screws.slides)
-    turns = np.array([kind != 'prismatic' for kind in robot.joint_types])
+    turns = ~robot.prismatic
     if np.any(C[np.ix_(slides, turns)]) or np.any(C[np.ix_(~slides, ~turns)]):
         return False
     # Full turns of each screw are full periods of the joints, and the other way round.
@@ -263,8 +262,7 @@ def elimination_of(robot: Robot) -> kernel.SixJoints | None:
     screws = screws_of(robot.chain)
     if not _one_to_one(screws, robot):
         return None
-    slides = [kind == 'prismatic' for kind in robot.joint_types]
-    q = np.ascontiguousarray(seeded_poses(robot.limits, slides)[:POSES])
+    q = np.ascontiguousarray(seeded_poses(robot.limits, robot.prismatic)[:POSES])
     return six_joints_of(screws, forward_kinematics(robot, q))
 
 

@@ -140,7 +140,7 @@ def starts(robot: Robot, plan: InversePlan, random: np.random.Generator, count: 
         if np.isfinite(plan.periods[j]):
             low[j], high[j] = -0.5 * plan.periods[j], 0.5 * plan.periods[j]
             continue
-        span = far if robot.joint_types[j] == 'prismatic' else np.pi
+        span = far if robot.prismatic[j] else np.pi
         if np.isinf(low[j]) and np.isinf(high[j]):
             low[j], high[j] = -span, span
         elif np.isinf(low[j]):

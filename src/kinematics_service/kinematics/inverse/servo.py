@@ -140,13 +140,12 @@ DEFAULTS = ServoSettings()
 @functools.lru_cache(maxsize=128)
 def _servo_of(robot: Robot, settings: ServoSettings) -> kernel.Servo:
     task = robot.task
-    slides = [kind == 'prismatic' for kind in robot.joint_types]
     if settings.rows is not None:
         rows = tuple(name for name in ROW_NAMES if name in settings.rows)
         task = find_task(
-            robot.chain, robot.joint_names, robot.limits, slides, rows, robot.task.length
+            robot.chain, robot.joint_names, robot.limits, robot.prismatic, rows, robot.task.length
         )
-    otherwise = np.where(slides, settings.default_speed, settings.default_rate)
+    otherwise = np.where(robot.prismatic, settings.default_speed, settings.default_rate)
     given = np.isfinite(robot.velocity_limits)
     return kernel.Servo(
         task.kernel_rows,

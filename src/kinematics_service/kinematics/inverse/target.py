@@ -122,57 +122,53 @@ def ik_target_of(
         raise TargetError(
             'target must be numbers: a pose (4, 4) or a position (3,)', 'target', SHAPES
         ) from None
-    known: tuple[str, ...] = ROW_NAMES
-    if given.shape == (3,):
-        known = ROW_NAMES[:3]
-    elif given.shape != (4, 4):
+    if given.shape not in ((3,), (4, 4)):
         raise TargetError(
             f'target has shape {given.shape}; it must be (4, 4) or (3,)',
             'target',
             SHAPES,
             given.shape,
         )
-    if axis is not None:
-        if axis not in TOOL_AXES or given.shape != (4, 4):
-            raise TargetError(
-                f'axis must be x, y or z, of a pose (4, 4) as target, not {axis!r}',
-                'axis',
-                TOOL_AXES,
-                axis,
-            )
-        # A direction takes the place of the three rows of a rotation.
-        known = ROW_NAMES[:3]
-    if rows is None:
-        ordered = known
-    else:
-        if not rows or set(rows) - set(known):
-            raise TargetError(
-                f'rows must be some of {" ".join(known)}, not {" ".join(rows)!r}',
-                'rows',
-                known,
-                rows,
-            )
-        ordered = tuple(name for name in ROW_NAMES if name in rows)
-    pose = IDENTITY.copy()
-    state = kernel.take_target(given, pose)
-    if state != kernel.FINE:
-        if state == kernel.NOT_FINE:
-            raise TargetError(
-                f'target must be finite: {given.tolist()}', 'target', SHAPES, given.shape
-            )
-        if state == kernel.NOT_RIGID:
-            raise TargetError(
-                'target is no rigid motion: its rotation is not orthogonal, or a mirror',
-                'target',
-                SHAPES,
-                given.shape,
-            )
-        left, _, right = np.linalg.svd(given[:3, :3])
-        pose[:3, :3] = left @ right
+    if axis is not None and (axis not in TOOL_AXES or given.shape != (4, 4)):
+        raise TargetError(
+            f'axis must be x, y or z, of a pose (4, 4) as target, not {axis!r}',
+            'axis',
+            TOOL_AXES,
+            axis,
+        )
+    # A direction takes the place of the three rows of a rotation.
+    known = ROW_NAMES if given.shape == (4, 4) and axis is None else ROW_NAMES[:3]
+    ordered = known if rows is None else _in_order(rows, known)
+    pose = _rigid(given)
     residual = residual_of(robot, pose, ordered, axis or '')
     bound = math.hypot(1.0, robot.task.length) * tolerance
     _, exact = _sizes(robot)
     return IkTarget(ordered, axis or '', pose, residual, tolerance, bound, exact, exact)
+
+
+def _in_order(rows: Sequence[str], known: tuple[str, ...]) -> tuple[str, ...]:
+    if not rows or set(rows) - set(known):
+        raise TargetError(
+            f'rows must be some of {" ".join(known)}, not {" ".join(rows)!r}', 'rows', known, rows
+        )
+    return tuple(name for name in ROW_NAMES if name in rows)
+
+
+def _rigid(given: Floats) -> Floats:
+    # The pose (4, 4) of a target, its rotation to round-off.
+    pose = IDENTITY.copy()
+    state = kernel.take_target(given, pose)
+    if state == kernel.FINE:
+        return pose
+    if state == kernel.NOT_FINE:
+        sentence = f'target must be finite: {given.tolist()}'
+        raise TargetError(sentence, 'target', SHAPES, given.shape)
+    if state == kernel.NOT_RIGID:
+        sentence = 'target is no rigid motion: its rotation is not orthogonal, or a mirror'
+        raise TargetError(sentence, 'target', SHAPES, given.shape)
+    left, _, right = np.linalg.svd(given[:3, :3])
+    pose[:3, :3] = left @ right
+    return pose
 
 
 @functools.lru_cache(maxsize=128)

@@ -154,8 +154,7 @@ def scaled_jacobian(
     In units of LENGTH, RMS over the poses; angles of the tool count by the characteristic length.
     With `positions`, of the tool's origin alone. Of the rows of all poses their triangle (P, P).
     """
-    prismatic = [kind == 'prismatic' for kind in robot.joint_types]
-    q = seeded_poses(robot.limits, prismatic)[:POSES]
+    q = seeded_poses(robot.limits, robot.prismatic)[:POSES]
     scales = np.array([one.scale for one in parameters])
     J = pose_change(chain, np.zeros(len(scales)), q).jacobian * scales
     J[:, 3:] *= robot.task.length

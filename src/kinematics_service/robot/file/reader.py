@@ -42,6 +42,8 @@ from .text.expression_syntax import names_in
 from .text.fault_report import FaultReport, quoted, shown
 from .text.robot_document import MAX_BYTES, read_document
 from .text.yaml_document import texts_in
+from .translation import MAX_BYTES as MOST_TRANSLATED
+from .translation import RobotText, translator_of
 
 # What a path may lead to besides files and folders; reading it might wait for ever.
 KINDS: Sequence[tuple[Callable[[int], bool], str]] = (
@@ -53,21 +55,57 @@ KINDS: Sequence[tuple[Callable[[int], bool], str]] = (
 ROBOT_NAME = re.compile(r'[A-Za-z0-9_]+')
 
 
-def read_robot_file(path: str | os.PathLike[str]) -> RobotDescription:
+def read_robot_file(
+    path: str | os.PathLike[str], base: str = '', tip: str = ''
+) -> RobotDescription:
     """
-    Return what a robot file says.
+    Return what a robot file says, or a file that is translated into one.
+
+    Parameters
+    ----------
+    base, tip
+        The links at which the arm begins and ends in a file that is translated; empty: chosen.
 
     Raises
     ------
     RobotFileError
         With all faults of the file, one a line; also where it cannot be read at all.
+    KinematicsError
+        It cannot be translated.
     """
     file = os.fspath(path)
+    translate = translator_of(file)
+    content = _content(file, MOST_TRANSLATED if translate else MAX_BYTES)
+    if translate:
+        return described(translate(content, file, base, tip), file, content)
+    description = parse_robot(_decoded(content, file), file)
+    return replace(description, sha256=hashlib.sha256(content).hexdigest())
+
+
+def robot_file_text(path: str | os.PathLike[str], base: str = '', tip: str = '') -> str:
+    """Return the text of a robot file, or that into which a file is translated; as above."""
+    file = os.fspath(path)
+    translate = translator_of(file)
+    content = _content(file, MOST_TRANSLATED if translate else MAX_BYTES)
+    return translate(content, file, base, tip).text if translate else _decoded(content, file)
+
+
+def described(translated: RobotText, file: str, content: bytes) -> RobotDescription:
+    """Return what a robot says that was translated from the content of a file."""
+    # What the reader doubts has lines and keys of a text that nobody sees.
+    return replace(
+        parse_robot(translated.text, file),
+        warnings=translated.doubts,
+        sha256=hashlib.sha256(content).hexdigest(),
+    )
+
+
+def _content(file: str, most: int) -> bytes:
     try:
         _check_kind(file)
-        with open(path, 'rb') as stream:
+        with open(file, 'rb') as stream:
             # One byte more than is accepted: enough to refuse, also where a file never ends.
-            content = stream.read(MAX_BYTES + 1)
+            return stream.read(most + 1)
     except RobotFileError:
         raise  # which is a ValueError, too
     except FileNotFoundError:
@@ -77,14 +115,16 @@ def read_robot_file(path: str | os.PathLike[str]) -> RobotDescription:
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         _refuse(file, f'cannot be read: {reason}')
+
+
+def _decoded(content: bytes, file: str) -> str:
     try:
-        text = content.decode('utf-8-sig')
+        return content.decode('utf-8-sig')
     except UnicodeDecodeError as error:
         if len(content) > MAX_BYTES:
             _refuse(file, f'larger than {MAX_BYTES // 1024} KiB: not a robot file')
         line = content.count(b'\n', 0, error.start) + 1
         raise RobotFileError((Fault(file, line, '', 'is not UTF-8 text'),)) from None
-    return replace(parse_robot(text, file), sha256=hashlib.sha256(content).hexdigest())
 
 
 def parse_robot(text: str, file: str) -> RobotDescription:
@@ -292,15 +332,9 @@ def _check_movement(
     quantities: Quantities,
 ) -> None:
     # Every joint moves a row, or says that it moves none.
-    report, rows_data = quantities.report, data['links']
-    if links is not None:
-        rows = [variables_of(row) for row in links]
-    elif quantities.strange or not quantities.all_names_known or not isinstance(rows_data, list):
-        return  # its name may be among those that are not understood
-    else:
-        rows = [names_in(text) for text in texts_in(rows_data)]
+    report, rows = quantities.report, _names_in_rows(data['links'], links, quantities)
     if not rows:
-        return  # said once, of the links
+        return
     moving = frozenset().union(*rows)
     in_loops = moving_loops(data.get('loops'))
     for index, (entry, variable) in enumerate(zip(entries, variables, strict=True)):
@@ -317,6 +351,18 @@ def _check_movement(
             report.fault(
                 ('joints', index, 'unused'), f'{quoted(variable)} moves links[{row}]: it is used'
             )
+
+
+def _names_in_rows(
+    data: Any, links: Sequence[Link] | None, quantities: Quantities
+) -> list[frozenset[str]]:
+    # None where there are no rows, which has been said, or where a name may be among those that
+    # are not understood.
+    if links is not None:
+        return [variables_of(row) for row in links]
+    if quantities.strange or not quantities.all_names_known or not isinstance(data, list):
+        return []
+    return [names_in(text) for text in texts_in(data)]
 
 
 def _remark(

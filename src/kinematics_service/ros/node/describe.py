@@ -35,12 +35,13 @@ def description_of(
                 'lower': _finite(low),
                 'upper': _finite(high),
                 'velocity': _finite(velocity),
-                'unit': 'm' if kind == 'prismatic' else 'rad',
+                'unit': unit,
             }
-            for name, variable, kind, (low, high), velocity in zip(
+            for name, variable, kind, unit, (low, high), velocity in zip(
                 settings.joint_names,
                 robot.variables,
                 robot.joint_types,
+                robot.units,
                 robot.limits,
                 robot.velocity_limits,
             )

@@ -35,6 +35,8 @@ def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
         f'robot {robot.name}{by_default}: {robot.dof} joints, {robot.convention}, '
         f'{settings.base_frame} to {settings.tool_frame}; listening to {topic}'
     )
+    for doubt in robot.description.warnings:
+        logger.warning(str(doubt))
     unknown = parameters.unknown()
     if unknown:
         logger.warning(unknown_in_words(unknown))

@@ -2,6 +2,7 @@
 
 import json
 import time
+from collections.abc import Callable
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -46,7 +47,10 @@ class KinematicsNode(Node):
     Parameters
     ----------
     robot
-        File or bundled name, as given on the command line; None to take the parameter `robot`.
+        File, bundled name or topic, as given on the command line; None to take the parameter
+        `robot`.
+    stopped
+        Whether to wait no longer for a description on a topic.
     **options
         As rclpy.node.Node takes them: `context`, `namespace`, `parameter_overrides`, ...
 
@@ -54,18 +58,25 @@ class KinematicsNode(Node):
     ------
     KinematicsError
         The robot or a parameter is bad; one sentence, to be shown to the user.
+    StoppedWaiting
+        No description came on a topic before `stopped()` was true.
     """
 
-    def __init__(self, robot: str | None = None, **options: Any) -> None:
+    def __init__(
+        self,
+        robot: str | None = None,
+        stopped: Callable[[], bool] = lambda: False,
+        **options: Any,
+    ) -> None:
         super().__init__(NODE_NAME, **options)
         try:
-            self._start(robot)
+            self._start(robot, stopped)
         except BaseException:
             self.destroy_node()
             raise
 
-    def _start(self, robot: str | None) -> None:
-        self._own = NodeParameters(self, robot)
+    def _start(self, robot: str | None, stopped: Callable[[], bool]) -> None:
+        self._own = NodeParameters(self, robot, stopped)
         settings = self._settings = self._own.settings
         self._estimator = Estimator(settings.robot, settings.estimator)
         self._latest: EstimatorOutput | None = None
@@ -86,6 +97,8 @@ class KinematicsNode(Node):
         )
         self._own.listen(self._take_settings)
         self._reload = Reload(self, self._own, self._take_settings)
+        if self._own.description is not None:
+            self._own.description.then = self._reload.read
         self._jump = self.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1)),
             post_callback=self._on_clock_jump,

@@ -1,5 +1,5 @@
 """
-The service `~/reload`: the robot file read again while the node answers.
+The robot read again while the node answers: by the service `~/reload`, or since a topic says so.
 
 Reading and checking a file takes some tens of milliseconds, so it has a thread of its own. What is
 right comes into force between two messages; what is wrong changes nothing.
@@ -28,9 +28,9 @@ SHORT, USUAL = 1e-4, sys.getswitchinterval()
 
 class Reload:
     """
-    Answers `~/reload` after the file is read: with what is in force now, or with its faults.
+    Answers `~/reload` after the robot is read: with what is in force now, or with its faults.
 
-    Requests that come meanwhile are answered by one more reading: the file may have been changed
+    Requests that come meanwhile are answered by one more reading: the robot may have been changed
     after the present one began.
 
     Parameters
@@ -38,7 +38,7 @@ class Reload:
     node
         The node it belongs to.
     parameters
-        The node's parameters, which read the file.
+        The node's parameters, which read the robot.
     apply
         Called with the settings of the arm that has been read.
     """
@@ -52,6 +52,7 @@ class Reload:
         self._node, self._parameters, self._apply = node, parameters, apply
         self._asked: list[Any] = []  # headers of requests for the next reading
         self._answered: list[Any] = []  # of those that the present one answers
+        self._reading = self._again = False  # whether one goes on, and another is to follow
         self._outcome: CheckedArm | str | None = None
         self._timer = steady_timer(node, LOOK, self._look, autostart=False)
         self._service = node.create_service(
@@ -69,10 +70,14 @@ class Reload:
 
     def _on_request(self, response: Trigger.Response, header: Any) -> None:
         self._asked.append(header)
-        if not self._answered:
-            self._read()
+        self.read()
 
-    def _read(self) -> None:
+    def read(self) -> None:
+        """Read the robot again, after the present reading if there is one."""
+        self._again = self._reading
+        if self._reading:
+            return
+        self._reading = True
         self._answered, self._asked, self._outcome = self._asked, [], None
         read = self._parameters.reading_again()
 
@@ -97,13 +102,15 @@ class Reload:
         logger = self._node.get_logger()
         if success:
             logger.info(sentence)
+            for doubt in self._parameters.settings.robot.description.warnings:
+                logger.warning(str(doubt))
         else:
-            logger.warning(f'the robot file is not taken: {sentence}')
+            logger.warning(f'the new robot is not taken: {sentence}')
         for header in self._answered:
             self._send(Trigger.Response(success=success, message=sentence), header)
-        self._answered = []
-        if self._asked:
-            self._read()
+        self._reading = False
+        if self._again:
+            self.read()
 
     def _taken(self, outcome: CheckedArm | str) -> tuple[bool, str]:
         if isinstance(outcome, str):

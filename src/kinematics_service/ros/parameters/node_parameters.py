@@ -13,7 +13,9 @@ from rclpy.parameter import Parameter as RosParameter
 from ...errors import KinematicsError, RobotConflictError, SettingsError
 from ...kinematics.inverse.plan import plan_for
 from ...kinematics.uncertainty.arm_errors import errors_of_file
+from ...robot.bundled import TOPIC
 from ...robot.robot import Robot, load_robot
+from .description_topic import DescriptionTopic
 from .settings import NodeSettings, check_value, defaults, settings_from
 from .table import PARAMETERS, POINTS, ROBOT, TRANSPORT
 
@@ -50,7 +52,10 @@ class NodeParameters:
     node
         The node they belong to.
     robot
-        File or bundled name, as given on the command line; None to take the parameter `robot`.
+        File, bundled name or topic, as given on the command line; None to take the parameter
+        `robot`.
+    stopped
+        Whether to wait no longer for a description on a topic.
 
     Raises
     ------
@@ -58,9 +63,16 @@ class NodeParameters:
         The command line and the parameter differ.
     KinematicsError
         The robot or a parameter is bad.
+    StoppedWaiting
+        No description came on the topic before `stopped()` was true.
+
+    Attributes
+    ----------
+    description
+        The topic that the robot comes from; None where it is a file.
     """
 
-    def __init__(self, node: Node, robot: str | None) -> None:
+    def __init__(self, node: Node, robot: str | None, stopped: Callable[[], bool]) -> None:
         self._node = node
         self._checked: CheckedArm | None = None
         self._follows = False  # whether a parameter is set to what is in force already
@@ -71,8 +83,14 @@ class NodeParameters:
             )
         self.transport = self._transport()
         self.by_default = robot is None and name == ROBOT.default
-        self._name: str = name
-        robot_of_file = load_robot(name)
+        self._load: Callable[[], Robot] = lambda: load_robot(name)
+        self.description: DescriptionTopic | None = None
+        if name.startswith(TOPIC):
+            self.description = DescriptionTopic(node, name)
+            self._load = self.description.robot
+            robot_of_file = self.description.first_robot(stopped)
+        else:
+            robot_of_file = self._load()
         # An empty list on a command line arrives as nothing.
         self._points = self._declare(POINTS.name, POINTS.default, POINTS.descriptor()) or ()
         for parameter in PARAMETERS:
@@ -110,7 +128,7 @@ class NodeParameters:
         values, former = self._values(), self._force.robot
 
         def read() -> CheckedArm:
-            robot = load_robot(self._name)
+            robot = self._load()
             fitting = _fitting(values, former, robot)
             settings = settings_from(fitting, robot, self._points)
             # What the inverse needs of an arm is found once, and remembered.
@@ -173,6 +191,11 @@ class NodeParameters:
         last = self._checked
         if last is not None and last.robot is robot and last.values == values:
             return last
+        if self.description is not None and values['publish_robot_description']:
+            raise SettingsError(
+                'parameter publish_robot_description: True is not accepted: the robot itself '
+                'comes from a description, and would be told in two ways'
+            )
         settings = settings_from(values, robot, self._points)
         self._checked = CheckedArm(robot, values, settings)
         return self._checked

@@ -15,6 +15,7 @@ from ...errors import ArmsError
 from ...stop_signals import StopSignal
 from ..messages.messages import full_name
 from ..node.node import KinematicsNode
+from ..parameters.description_topic import StoppedWaiting
 from .session import FAULT, FINE, first_clause, run_session, tell
 from .spin import Spinner
 
@@ -27,7 +28,7 @@ NAMESPACE = re.compile(r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
 
 
 class ArmChoice(NamedTuple):
-    """A robot (file, bundled name, or None for the parameter `robot`) and its namespace."""
+    """A robot (file, bundled name, topic, or None for the parameter `robot`), its namespace."""
 
     robot: str | None
     namespace: str | None
@@ -133,7 +134,9 @@ def _run(
 ) -> int:
     try:
         for arm in arms:
-            nodes.append(_node(arm, context, nodes))
+            nodes.append(_node(arm, context, stop, nodes))
+    except StoppedWaiting:
+        return FINE
     except (ParameterException, RuntimeError) as error:
         # Settings that rclpy itself reads: use_sim_time, QoS overrides, the names of the node.
         tell(f'rclpy cannot start the node: {first_clause(error)}')
@@ -165,9 +168,11 @@ def _run(
     return FINE if fine else FAULT
 
 
-def _node(arm: ArmChoice, context: Context, others: Sequence[KinematicsNode]) -> KinematicsNode:
+def _node(
+    arm: ArmChoice, context: Context, stop: StopSignal, others: Sequence[KinematicsNode]
+) -> KinematicsNode:
     options = {} if arm.namespace is None else {'namespace': arm.namespace}
-    node = KinematicsNode(arm.robot, context=context, **options)
+    node = KinematicsNode(arm.robot, lambda: stop.came, context=context, **options)
     name = full_name(node)
     if name in [full_name(other) for other in others]:
         # A remapping of names holds for every node of the process.

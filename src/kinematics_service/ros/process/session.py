@@ -14,12 +14,13 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_full_topic_name import validate_full_topic_name
 
-from ...errors import ArmsError, KinematicsError, RobotConflictError
 from ...stop_signals import StopSignal, stop_signals
 from .environment import log_refusal, mixture_refusal, security_refusal
 from .middleware import take_profiles
 
 FINE, FAULT, WRONG_USAGE = 0, 1, 2
+# Names of nodes, for a user who gave one that is none.
+NODE_NAMES = '/kinematics or /arm/kinematics'
 Result = TypeVar('Result')
 
 
@@ -44,7 +45,7 @@ def run_session(
     ros_args
         ROS arguments, `--ros-args` included.
     work
-        What is done; its errors become a sentence and an exit code.
+        What is done.
     allow_unsecured, allow_mixed_ros
         Start although security is requested and missing, or two ROS installations are mixed.
     """
@@ -58,12 +59,8 @@ def run_session(
         context = open_context(ros_args)
         if context is None:
             return WRONG_USAGE
-        result: Result | int
         try:
             result = work(context, stop)
-        except KinematicsError as error:
-            tell(str(error))
-            result = WRONG_USAGE if isinstance(error, (RobotConflictError, ArmsError)) else FAULT
         finally:
             context.try_shutdown()
         return leave(result, stop) if isinstance(result, int) else result
@@ -124,11 +121,11 @@ def helper_node(name: str, context: Context, **options: Any) -> Node:
     )
 
 
-def is_node_name(name: str) -> bool:
-    """Return whether a node can have a full name; say that it cannot."""
+def is_name(option: str, name: str, example: str) -> bool:
+    """Return whether a node or a topic can have a full name; say that it cannot."""
     try:
         validate_full_topic_name(f'/{name.strip("/")}/pose')
     except InvalidTopicNameException:
-        tell(f'--node {name}: not the name of a node, such as /kinematics or /arm/kinematics')
+        tell(f'{option} {name}: not a name of ROS, such as {example}')
         return False
     return True

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 from geometry_msgs.msg import PoseStamped
 from rclpy.context import Context
-from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
@@ -23,7 +22,7 @@ from ..messages.messages import sample_of, stamp_of
 from ..messages.target_messages import pose_of
 from ..node.steady_time import steady_timer
 from ..process.no_messages import why_no_messages
-from ..process.session import WRONG_USAGE, helper_node, run_session, tell
+from ..process.session import WRONG_USAGE, helper_node, is_name, run_session
 from ..process.spin import Spinner
 
 # Hears every publisher, reliable or not.
@@ -72,14 +71,13 @@ def collect_poses(
     ros_args
         ROS arguments, `--ros-args` included.
     """
+    for option, topic in (('--topic', topics.states), ('--pose-topic', topics.poses)):
+        if not is_name(option, topic, 'joint_states or /arm/joint_states'):
+            return WRONG_USAGE
 
     def work(context: Context, stop: StopSignal) -> CollectedPoses | int:
         node = helper_node(f'kinematics_calibrate_{os.getpid()}', context)
-        try:
-            session = _Session(node, robot, topics, joint_prefix, fit, say)
-        except InvalidTopicNameException as error:
-            tell(str(error).replace('\n', ' '))
-            return WRONG_USAGE
+        session = _Session(node, robot, topics, joint_prefix, fit, say)
         spinner = Spinner(context, [node])
         end = time.monotonic() + seconds
         spinner.obey(stop)

@@ -21,9 +21,10 @@ from ..process.no_messages import why_no_messages
 from ..process.session import (
     FAULT,
     FINE,
+    NODE_NAMES,
     WRONG_USAGE,
     helper_node,
-    is_node_name,
+    is_name,
     run_session,
     tell,
 )
@@ -70,7 +71,7 @@ def run_echo(
     0 after a signal, the one message, or when the reader has gone; 1 if no message came in time; 2
     for wrong usage.
     """
-    if not is_node_name(node):
+    if not is_name('--node', node, NODE_NAMES):
         return WRONG_USAGE
     echoed = ECHO_TOPICS[what]
     topic = echoed.name.replace('~', '/' + node.strip('/'))

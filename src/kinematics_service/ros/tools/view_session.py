@@ -12,7 +12,7 @@ from ...kernel import Floats
 from ...robot.robot import Robot, load_robot
 from ...stop_signals import StopSignal
 from ..process.node_facts import NodeFacts
-from ..process.session import FINE, WRONG_USAGE, is_node_name, run_session, tell
+from ..process.session import FINE, NODE_NAMES, WRONG_USAGE, is_name, run_session, tell
 from .view_listener import ViewListener
 
 # A node that runs answers within this (s).
@@ -146,7 +146,7 @@ def run_view(
     ros_args
         ROS arguments, `--ros-args` included.
     """
-    if not is_node_name(node or DEFAULT_NODE):
+    if not is_name('--node', node or DEFAULT_NODE, NODE_NAMES):
         return WRONG_USAGE
 
     def work(context: Context, stop: StopSignal) -> int:

@@ -1,7 +1,7 @@
 """Factors of half angles put together to whole ones, and made real."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 
 from .arithmetic import Arithmetic
@@ -111,17 +111,15 @@ def _turns(terms: Terms, k: int) -> int:
 
 def _conjugate(terms: Terms, indices: Sequence[int]) -> Terms:
     angles = set(indices)
-    return _lowered(
-        {
-            tuple(-x if k in angles else x for k, x in enumerate(e)): (a, -b)
-            for e, (a, b) in terms.items()
-        }
-    )
+    return _lowered({_mirrored(e, angles): (a, -b) for e, (a, b) in terms.items()})
+
+
+def _mirrored(e: tuple[int, ...], angles: Set[int]) -> tuple[int, ...]:
+    return tuple(-x if k in angles else x for k, x in enumerate(e))
 
 
 def _lowered(terms: Terms) -> Terms:
-    n = len(next(iter(terms)))
-    lowest = [min(e[k] for e in terms) for k in range(n)]
+    lowest = [min(exponents) for exponents in zip(*terms)]
     return {tuple(x - low for x, low in zip(e, lowest)): c for e, c in terms.items()}
 
 
@@ -135,56 +133,54 @@ def _proportional(one: Terms, other: Terms) -> bool:
     if set(one) != set(other):
         return False
     key = next(iter(one))
-    (a, b), (c, d) = one[key], other[key]
-    return all(
-        # one[e] * other[key] == other[e] * one[key]
-        (p * c - q * d, p * d + q * c) == (r * a - s * b, r * b + s * a)
-        for e, (p, q) in one.items()
-        for r, s in [other[e]]
-    )
+    return all(_product(c, other[key]) == _product(other[e], one[key]) for e, c in one.items())
+
+
+def _product(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
+    # Of two complex numbers.
+    (a, b), (c, d) = one, other
+    return a * c - b * d, a * d + b * c
 
 
 def upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
     """Return a factor as a polynomial that is its own conjugate."""
     # The monomial and the complex number taken off that make it real: f = conjugate of f.
     indices = _angle_indices(arithmetic)
-    n = len(next(iter(terms)))
-    shift = [0] * n
-    for k, d in zip(indices, _degrees(terms, indices)):
-        shift[k] = d // 2
-    for k in range(n):
-        if k not in indices:
-            shift[k] = min(0, *(e[k] for e in terms))
-    moved = {tuple(x - s for x, s in zip(e, shift)): c for e, c in terms.items()}
-    angles = set(indices)
-
-    def mirrored(e: tuple[int, ...]) -> tuple[int, ...]:
-        return tuple(-x if k in angles else x for k, x in enumerate(e))
-
+    moved = _centred(terms, indices)
     e = next(iter(moved))
-    (a, b), (c, d) = moved[e], moved[mirrored(e)]
-    # g = u f with u c(e) conjugate to u c(-e): u^2 = conj(c(-e)) / c(e), a unit; most of ours are
-    # powers of i times 1 + i. conj(c(e) + c(-e)) always does where it is not 0, when i does.
-    for p, q in ((1, 0), (0, 1), (1, 1), (1, -1), (a + c, -b - d)):
-        one = (p * a - q * b, p * b + q * a)
-        two = (p * c - q * d, p * d + q * c)
-        if one == (two[0], -two[1]):
-            unit = (p, q)
-            break
-    else:
-        unit = (1, 0)
-    p, q = unit
-    real = {e: (p * a - q * b, p * b + q * a) for e, (a, b) in moved.items()}
+    unit = _unit(moved[e], moved[_mirrored(e, set(indices))])
+    real = {e: _product(unit, c) for e, c in moved.items()}
     common = math.gcd(*(x for pair in real.values() for x in pair))
-    real = {e: (a // common, b // common) for e, (a, b) in real.items()}
     if _leading_is_negative(real):
-        real = {e: (-a, -b) for e, (a, b) in real.items()}
+        common = -common
+    real = {e: (a // common, b // common) for e, (a, b) in real.items()}
     result = from_terms(arithmetic.ring, real)
     # A pair e, -e is 2 cos or 2 sin: halved, unless a constant part would become a fraction.
     still = [c for e, c in real.items() if not any(e[k] for k in indices)]
     turning = len(still) < len(real)
     balanced = all(a % 2 == 0 and b % 2 == 0 for a, b in still)
     return result.scaled(1, 2).reduced() if turning and balanced else result
+
+
+def _centred(terms: Terms, indices: Sequence[int]) -> Terms:
+    # Times the monomial that makes degrees of angles balanced, and no length a divisor.
+    centre = dict(zip(indices, _degrees(terms, indices)))
+    shift = [
+        centre[k] // 2 if k in centre else min(0, *exponents)
+        for k, exponents in enumerate(zip(*terms))
+    ]
+    return {tuple(x - s for x, s in zip(e, shift)): c for e, c in terms.items()}
+
+
+def _unit(one: tuple[int, int], opposite: tuple[int, int]) -> tuple[int, int]:
+    # g = u f with u c(e) conjugate to u c(-e): u^2 = conj(c(-e)) / c(e), a unit; most of ours are
+    # powers of i times 1 + i. conj(c(e) + c(-e)) always does where it is not 0, when i does.
+    (a, b), (c, d) = one, opposite
+    for unit in ((1, 0), (0, 1), (1, 1), (1, -1), (a + c, -b - d)):
+        real, imaginary = _product(unit, opposite)
+        if _product(unit, one) == (real, -imaginary):
+            return unit
+    return 1, 0
 
 
 def upright_half(terms: Terms, arithmetic: Arithmetic) -> Laurent:

@@ -340,7 +340,7 @@ def _branch(check: SolutionCheck) -> list[str]:
     if share >= 1.0:
         return []
     if bool(check.wrong.any()):
-        slides = 'prismatic' in check.names.table.joint_types
+        slides = any(check.names.table.slides)
         if slides and check.is_other_branch(None):
             return ['gives another branch, with a length outside its limits']
         return []

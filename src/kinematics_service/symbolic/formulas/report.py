@@ -1,5 +1,6 @@
 """A comparison in words: a block for each formula, or one JSON object."""
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -51,26 +52,16 @@ def _how(comparison: Comparison) -> str:
 
 def _verdict(verdict: Verdict, verbose: bool) -> Iterator[str]:
     place = f'{verdict.name} (line {verdict.line})'
+    size = math.prod(verdict.shape)
     if verdict.status == AGREES:
         yield f'{place} agrees'
-        for remark in verdict.remarks:
-            yield f'  {remark}'
-        return
-    rows, columns = verdict.shape
-    size = rows * columns
-    if not verdict.entries or size == 1:
+    elif not verdict.entries or size == 1:
         yield f'{place} differs'
     else:
         yield f'{place} differs in {len(verdict.entries)} of {size} entries'
     for remark in verdict.remarks:
         yield f'  {remark}'
-    for entry in verdict.entries[:MOST_ENTRIES]:
-        label = f', {verdict.labels[entry.row]}' if verdict.labels else ''
-        where = f'({entry.row + 1},{entry.column + 1}){label}: ' if size > 1 else ''
-        right = f', right is {entry.right}' if entry.right else ''
-        yield f'  {where}yours is {entry.yours}{right}'
-    if len(verdict.entries) > MOST_ENTRIES:
-        yield f'  and {len(verdict.entries) - MOST_ENTRIES} more'
+    yield from _entries(verdict, size)
     for cause in verdict.causes:
         yield from _cause(cause, verdict)
     if verdict.unexplained and (verdict.tried or verdict.causes):
@@ -80,6 +71,16 @@ def _verdict(verdict: Verdict, verbose: bool) -> Iterator[str]:
         yield f'  no tested cause explains {left}{hint}'
     if verbose and verdict.tried:
         yield f'  tested: {", ".join(verdict.tried)}'
+
+
+def _entries(verdict: Verdict, size: int) -> Iterator[str]:
+    for entry in verdict.entries[:MOST_ENTRIES]:
+        label = f', {verdict.labels[entry.row]}' if verdict.labels else ''
+        where = f'({entry.row + 1},{entry.column + 1}){label}: ' if size > 1 else ''
+        right = f', right is {entry.right}' if entry.right else ''
+        yield f'  {where}yours is {entry.yours}{right}'
+    if len(verdict.entries) > MOST_ENTRIES:
+        yield f'  and {len(verdict.entries) - MOST_ENTRIES} more'
 
 
 def _cause(cause: Explanation, verdict: Verdict) -> Iterator[str]:

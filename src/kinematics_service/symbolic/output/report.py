@@ -10,6 +10,7 @@ import sympy
 
 from ..closed_loops import MOST_VARIABLES
 from ..derivation import Derivation
+from ..family import Family
 from ..path import Path
 from ..singular_set import SingularFactor
 
@@ -272,7 +273,11 @@ def _family(derivation: Derivation, factor: SingularFactor) -> Iterator[Block]:
         yield say('Whether it factors further was not found out.')
     if factor.power > 1:
         yield say(f'It stands {factor.power} times in the product.')
-    family = factor.family
+    yield from _solutions(derivation, factor.family)
+    yield from _there(factor)
+
+
+def _solutions(derivation: Derivation, family: Family) -> Iterator[Block]:
     theta = family.variable and derivation.in_angles(family.variable)
     if theta != family.variable:
         (theta,) = theta.free_symbols
@@ -287,6 +292,9 @@ def _family(derivation: Derivation, factor: SingularFactor) -> Iterator[Block]:
         free = map(derivation.in_angles, family.free)
         parts = [part for e in free for part in (e, ' and ')][:-1]
         yield say('Every value of it where ', *parts, ' vanish together.')
+
+
+def _there(factor: SingularFactor) -> Iterator[Block]:
     if factor.rank is None:
         yield say('No pose was found on it with the lengths of the file.')
         return

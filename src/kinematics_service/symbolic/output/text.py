@@ -1,7 +1,7 @@
 """A derivation as plain text for a terminal."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import sympy
@@ -46,24 +46,17 @@ def _equation(left: str, right: Any) -> list[str]:
     entries = [[written(right[i, j]) for j in range(right.cols)] for i in range(right.rows)]
     widths = [max(map(len, column)) for column in zip(*entries)]
     name = f'  {left} = '
-    if len(name) + sum(widths) + GAP * len(widths) + 2 <= WIDEST:
-        gap = ' ' * GAP
-        rows = [gap.join(e.ljust(w) for e, w in zip(row, widths)) for row in entries]
-        middle = (right.rows - 1) // 2
-        return [
-            '',
-            *(
-                f'{name if i == middle else " " * len(name)}[ {row} ]'
-                for i, row in enumerate(rows)
-            ),
-            '',
-        ]
-    zeros = sum(entry == '0' for row in entries for entry in row)
-    lines = [f'  {left}: {right.rows} x {right.cols}, too wide for columns']
-    lines += [
-        f'    [{i},{j}] = {entry}'
-        for i, row in enumerate(entries, 1)
-        for j, entry in enumerate(row, 1)
-        if entry != '0'
-    ]
-    return lines + ([f'    the other {zeros} are 0'] if zeros else [])
+    if len(name) + sum(widths) + GAP * len(widths) + 2 > WIDEST:
+        head = f'  {left}: {right.rows} x {right.cols}, too wide for columns'
+        return [head, *_one_by_one(entries)]
+    rows = [(' ' * GAP).join(map(str.ljust, row, widths)) for row in entries]
+    begins = [' ' * len(name)] * right.rows
+    begins[(right.rows - 1) // 2] = name
+    return ['', *(f'{begin}[ {row} ]' for begin, row in zip(begins, rows)), '']
+
+
+def _one_by_one(entries: Sequence[Sequence[str]]) -> Iterator[str]:
+    for i, row in enumerate(entries, 1):
+        yield from (f'    [{i},{j}] = {e}' for j, e in enumerate(row, 1) if e != '0')
+    if zeros := sum(row.count('0') for row in entries):
+        yield f'    the other {zeros} are 0'

@@ -145,17 +145,24 @@ class _Scale:
         lows = [float(np.min(column)) for column in values if len(column)] or [0.0]
         highs = [float(np.max(column)) for column in values if len(column)] or [1.0]
         low, high = min(lows), max(highs)
-        if chart.log:
-            marks = [level.value for level in chart.levels if level.value > 0.0]
-            high = max([high, *(1.3 * mark for mark in marks)]) or 1.0
-            least = max(low, high * 10.0**-DECADES)
-            low = min([least, *(0.7 * mark for mark in marks)])
-            return cls(10 ** (math.log10(low) - 0.1), 10 ** (math.log10(high) + 0.1), True)
+        marks = [level.value for level in chart.levels]
+        return cls._of_powers(low, high, marks) if chart.log else cls._plain(low, high, marks)
+
+    @classmethod
+    def _of_powers(cls, low: float, high: float, marks: Sequence[float]) -> '_Scale':
+        positive = [mark for mark in marks if mark > 0.0]
+        high = max([high, *(1.3 * mark for mark in positive)]) or 1.0
+        least = max(low, high * 10.0**-DECADES)
+        low = min([least, *(0.7 * mark for mark in positive)])
+        return cls(10 ** (math.log10(low) - 0.1), 10 ** (math.log10(high) + 0.1), True)
+
+    @classmethod
+    def _plain(cls, low: float, high: float, marks: Sequence[float]) -> '_Scale':
         room = (high - low) or max(abs(high), 1.0) * 0.1
         # A limit is shown where the curve comes near it.
-        for level in chart.levels:
-            if low - 0.5 * room <= level.value <= high + 0.5 * room:
-                low, high = min(low, level.value), max(high, level.value)
+        for mark in marks:
+            if low - 0.5 * room <= mark <= high + 0.5 * room:
+                low, high = min(low, mark), max(high, mark)
         room = max((high - low) or room, 1e-9)
         return cls(low - AIR * room, high + AIR * room, False)
 

@@ -27,7 +27,7 @@ from .page_plans import plan_section
 
 # In the place of a number that is not known.
 NOTHING = '&ndash;'
-SIGNS = {'OK': '&#10003; fine', 'WARN': '&#9650; WARN', 'ERROR': '&#9632; ERROR'}
+SIGNS = {'OK': '&#10003; OK', 'WARN': '&#9650; WARN', 'ERROR': '&#9632; ERROR'}
 
 
 def page_of(audit: Audit, origin: Provenance | None = None) -> str:
@@ -85,7 +85,9 @@ def _singularities(audit: Audit) -> str:
     columns = (
         TableColumn('begins', lambda one: f'{one.begin:.3f} s', True),
         TableColumn('lasts', lambda one: seconds(one.seconds), True),
-        TableColumn('time at stop', lambda one: seconds(one.stopped) if one.stopped else '', True),
+        TableColumn(
+            'time at ERROR', lambda one: seconds(one.stopped) if one.stopped else '', True
+        ),
         TableColumn('level', lambda one: _tag(one.level.name)),
         TableColumn('which', partial(_factors, audit)),
         TableColumn(worst, lambda one: f'{one.value:.3g}', True),
@@ -116,11 +118,10 @@ def _moments(audit: Audit) -> str:
 
 
 def _pose(audit: Audit, row: int) -> str:
-    turning = [kind != 'prismatic' for kind in audit.robot.joint_types]
     values = audit.timeline.q[row].tolist()
     return '&nbsp; '.join(
-        f'{math.degrees(value):.1f}&deg;' if turns else f'{value:.4f}&nbsp;m'
-        for value, turns in zip(values, turning)
+        f'{value:.4f}&nbsp;m' if slides else f'{math.degrees(value):.1f}&deg;'
+        for value, slides in zip(values, audit.robot.prismatic)
     )
 
 

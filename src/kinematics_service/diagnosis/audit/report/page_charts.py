@@ -94,8 +94,8 @@ def measure_charts(audit: Audit) -> str:
         return np.where(np.isinf(values), np.nan, values)
 
     levels = [
-        LevelLine(robot.thresholds.warn, f'warn {robot.thresholds.warn:g}', 'warnline'),
-        LevelLine(robot.thresholds.stop, f'stop {robot.thresholds.stop:g}'),
+        LevelLine(robot.thresholds.warn, f'WARN {robot.thresholds.warn:g}', 'warnline'),
+        LevelLine(robot.thresholds.stop, f'ERROR {robot.thresholds.stop:g}'),
     ]
     curve = _curve(audit, measure.words, 'c0', watched)
     title = measure.long or measure.words
@@ -118,8 +118,8 @@ def measure_charts(audit: Audit) -> str:
     text = ''.join(chart.html() for chart in charts)
     if audit.stretches:
         text += (
-            '<p class="soft">Shaded: <span class="swatch WARN">near</span> '
-            '<span class="swatch ERROR">too near</span> '
+            '<p class="soft">Shaded: <span class="swatch WARN">WARN</span> '
+            '<span class="swatch ERROR">ERROR</span> '
             '<span class="swatch gap">no messages</span></p>\n'
         )
     return text

@@ -10,7 +10,7 @@ from ..auditing import Audit
 from ..findings import Finding, count, seconds
 from ..verdict import verdict_of
 
-SIGNS = {Level.OK: ('fine', 'green'), Level.WARN: ('note', 'yellow'), Level.ERROR: ('bad', 'red')}
+STYLES = {Level.OK: 'green', Level.WARN: 'yellow', Level.ERROR: 'red'}
 MOST = 20
 
 
@@ -34,7 +34,7 @@ def summary_of(audit: Audit) -> Summary:
             (
                 f'{stretch.begin:.3f} s',
                 seconds(stretch.seconds),
-                SIGNS[stretch.level][0],
+                stretch.level.name,
                 f'{stretch.value:.3g}',
                 f'{audit.timeline.t[stretch.worst]:.3f} s',
                 ', '.join(one.name for one in stretch.factors) or stretch.lost,
@@ -50,8 +50,8 @@ def print_summary(summary: Summary) -> None:
     out = Output()
     out.print(heading(summary.heading))
     for sentence in summary.sentences:
-        word, style = SIGNS[sentence.level]
-        out.print(Text.assemble((f'{word}  ', style), plain(sentence.text)))
+        level = sentence.level
+        out.print(Text.assemble((f'{level.name}  ', STYLES[level]), plain(sentence.text)))
     if summary.stretches:
         rows = table('begins', 'lasts', 'level', 'worst', 'at', 'which')
         for *cells, which in summary.stretches:

@@ -16,7 +16,8 @@ from ....kernel import Floats
 from ....kinematics.uncertainty.parameters import parameters_of
 from ....output_file import write_file
 from ....printing import Output, heading, json_text, plain, table
-from ....robot.bundled import find_robot_file
+from ....robot.bundled import find_robot, find_robot_file
+from ....robot.file.reader import robot_file_text
 from ....robot.loops import refuse_loops
 from ....robot.robot import Robot
 from ...frame_check.errors import PoseLimit
@@ -228,7 +229,7 @@ def write_robot_file(data: CalibratedPoses, robot: str, outputs: CalibrationOutp
     names = ', '.join(Path(one).name for one in data.files)
     text = calibrated_text(
         data.found,
-        find_robot_file(robot).read_text(encoding='utf-8'),
+        robot_file_text(*find_robot(robot)),
         data.q,
         data.poses,
         CalibrationOrigin(names, date),

@@ -137,7 +137,7 @@ def _by_joint(found: Calibration) -> str:
     series = _series(found, rows, 0)
     text = []
     for j, name in enumerate(found.robot.joint_names):
-        slides = found.robot.joint_types[j] == 'prismatic'
+        slides = found.robot.prismatic[j]
         x = found.q[rows, j] * (1.0 if slides else math.degrees(1.0))
         unit = 'm' if slides else 'deg'
         text.append(
@@ -158,7 +158,7 @@ def _parameters(found: Calibration) -> str:
         '<p class="soft">On a logarithmic axis of a thousand: '
         '<span class="swatch prior"></span>the prior, '
         '<span class="swatch deviation"></span>the standard deviation that is left, '
-        '<span class="swatch untold"></span>the same where the poses tell too little, '
+        '<span class="swatch untold"></span>the same of what is assumed, '
         '<span class="swatch before"></span>the size of the correction.</p>\n'
     )
     return table(headers, rows, (2, 3)) + legend
@@ -184,8 +184,8 @@ def _bar(one: CalibratedParameter) -> str:
 def _directions(found: Calibration) -> str:
     values = np.maximum(found.singular_values, 1e-12)
     plot = PointPlot(
-        'how well each direction of the parameters is told',
-        f'singular values in units of the priors; above {KNOWN:g} is told',
+        'how well each combination of the parameters is identified',
+        f'singular values in units of the priors; identifiable above {KNOWN:g}',
         'direction, counted from 1',
         np.arange(1.0, len(values) + 1.0),
         [('after', values)],

@@ -271,18 +271,11 @@ class _LoopReader:
                 f'{len(names)} passive joints ({", ".join(names)}) for {len(rows)} rows that '
                 f'coincide ({" ".join(rows)}): a loop moves as many joints as it has rows',
             )
-        start = self._end(entry.from_, (*path, 'from'), True)
-        meets = self._end(entry.meets, (*path, 'meets'), False)
+        start, meets = self._ends(entry, path)
         convention = self.convention or likely_convention(entry.links)
         links = None
         if entry.links is not None:
             links = read_links(entry.links, convention, self.quantities, (*path, 'links'))
-        if start and meets and start.row > meets.row:
-            self.report.fault(
-                (*path, 'meets'),
-                f'row {meets.row} comes before row {start.row}, where the loop begins: exchange '
-                'them',
-            )
         q, assembled = self._assembled(entry.assembled, names, (*path, 'assembled'))
         if self.report.fault_count > before or self.table is None:
             return None
@@ -306,21 +299,28 @@ class _LoopReader:
                 self.report.fault((*path, i), f'{word!r} stands twice')
         return tuple(row for row in ROWS if row in (words or ()))
 
-    def _end(self, data: Any, path: Path, is_start: bool) -> PointDescription | None:
-        if data is None:
-            return PointDescription('start', 0, IDENTITY) if is_start else None
+    def _ends(
+        self, entry: LoopEntry, path: Path
+    ) -> tuple[PointDescription | None, PointDescription | None]:
+        start: PointDescription | None = PointDescription('start', 0, IDENTITY)
+        if entry.from_ is not None:
+            start = self._end(entry.from_, (*path, 'from'))
+        meets = None if entry.meets is None else self._end(entry.meets, (*path, 'meets'))
+        if start and meets and start.row > meets.row:
+            self.report.fault(
+                (*path, 'meets'),
+                f'row {meets.row} comes before row {start.row}, where the loop begins: exchange '
+                'them',
+            )
+        return start, meets
+
+    def _end(self, data: Any, path: Path) -> PointDescription | None:
         before = self.report.fault_count
         entry = checked(LoopEndEntry, data, path, self.report)
         if entry.point is not None:
             if entry.row is not None or entry.xyz is not None or entry.rpy is not None:
                 self.report.fault(path, 'has a point and a row, xyz or rpy too: give one of them')
-            found = next((point for point in self.points if point.name == entry.point), None)
-            if found is None:
-                known = ', '.join(point.name for point in self.points) or 'none'
-                self.report.fault(
-                    (*path, 'point'), f'unknown point {quoted(entry.point)} (known: {known})'
-                )
-            return found
+            return self._point(entry.point, (*path, 'point'))
         if entry.row is None and self.report.fault_count == before:
             self.report.fault(path, 'needs a row of the table, or a point')
         motion = pose_motion(entry.xyz, entry.rpy, path, self.quantities)
@@ -333,6 +333,13 @@ class _LoopReader:
         if entry.row is None or motion is None or self.report.fault_count > before:
             return None
         return PointDescription(f'row {entry.row}', entry.row, motion)
+
+    def _point(self, name: str, path: Path) -> PointDescription | None:
+        found = next((point for point in self.points if point.name == name), None)
+        if found is None:
+            known = ', '.join(point.name for point in self.points) or 'none'
+            self.report.fault(path, f'unknown point {quoted(name)} (known: {known})')
+        return found
 
     def _assembled(
         self, data: Any, names: Sequence[str], path: Path

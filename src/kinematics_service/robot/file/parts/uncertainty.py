@@ -74,16 +74,7 @@ def read_uncertainty(
         velocities = _of_joints('velocity_noise', entry.velocity_noise, types, quantities)
         if velocities and not any(velocities):
             report.fault((*PATH, 'velocity_noise'), 'is 0 for every joint: leave it out')
-    known = None
-    if links is not None and convention:
-        known = {
-            one.name: one
-            for one in (
-                *(one.parameter for row in placed_rows(links, convention) for one in row),
-                *(one for end in ENDS for one in end_parameters(end, 0)),
-                *gear_parameters(joints),
-            )
-        }
+    known = _known(links, convention, joints) if links is not None and convention else None
     parameters = _parameters(entry.parameters, known, quantities)
     factor = _factor(entry.covariance, known, quantities)
     if entry.parameters is not None and entry.covariance is not None:
@@ -110,6 +101,15 @@ def read_uncertainty(
         )
         return None
     return found
+
+
+def _known(
+    links: Sequence[Link], convention: str, joints: Sequence[JointDescription]
+) -> dict[str, ArmParameter]:
+    # By their names.
+    table = [one.parameter for row in placed_rows(links, convention) for one in row]
+    ends = [one for end in ENDS for one in end_parameters(end, 0)]
+    return {one.name: one for one in (*table, *ends, *gear_parameters(joints))}
 
 
 def _kind(one: ArmParameter) -> Kind:

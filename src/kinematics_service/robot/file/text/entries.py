@@ -234,23 +234,13 @@ def checked(kind: type[EntryType], data: Any, path: Path, report: FaultReport) -
         return kind({})
     # Of a file with thousands of unknown keys only the listed ones are worth a guess.
     unknown = [key for key in data if key not in checks]
-    renamed = {} if report.full else _renamed(unknown[:MAX_FAULTS], keys, kind)
+    listed = [] if report.full else unknown[:MAX_FAULTS]
+    renamed = {key: meant_by(key, keys, kind.also) for key in listed}
     for key in kind.required:
         if key not in data and key not in renamed.values():
             needed = ', '.join(kind.required)
             report.fault(path, f'the key {key!r} is missing ({kind.noun} needs: {needed})')
-    meant: dict[str, Any] = {}
-    intact = {}
-    for key in keys:
-        if key not in data:
-            continue
-        refusals = list(_refusals(checks[key], data[key], (key,)))
-        if not refusals:
-            intact[key] = data[key]
-        for refusal in refusals:
-            report.fault((*path, *refusal.place), refusal.message)
-            if refusal.meant and len(refusal.place) == 1:
-                meant[key] = ScalarNode(refusal.meant, 0, quoted=False)
+    intact, meant = _judged({key: data[key] for key in keys if key in data}, checks, path, report)
     for key in unknown:
         word = renamed.get(key)
         report.fault((*path, key), f'unknown key{did_you_mean(word)}{choice(keys)}')
@@ -260,10 +250,20 @@ def checked(kind: type[EntryType], data: Any, path: Path, report: FaultReport) -
     return kind({f'{key}_' if iskeyword(key) else key: value for key, value in values.items()})
 
 
-def _renamed(
-    unknown: list[str], keys: tuple[str, ...], kind: type[Entry]
-) -> dict[str, str | None]:
-    return {key: meant_by(key, keys, kind.also) for key in unknown}
+def _judged(
+    data: dict[str, Any], checks: dict[str, tuple[Check, ...]], path: Path, report: FaultReport
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    # What has no fault, and what was meant by words that have one.
+    intact, meant = {}, {}
+    for key, value in data.items():
+        refusals = list(_refusals(checks[key], value, (key,)))
+        if not refusals:
+            intact[key] = value
+        for refusal in refusals:
+            report.fault((*path, *refusal.place), refusal.message)
+            if refusal.meant and len(refusal.place) == 1:
+                meant[key] = ScalarNode(refusal.meant, 0, quoted=False)
+    return intact, meant
 
 
 def checked_number(data: Any, path: Path, report: FaultReport) -> str | None:

@@ -32,6 +32,10 @@ class Affine:
     constant: float
     coefficients: tuple[tuple[str, float], ...]
 
+    def at(self, values: Mapping[str, float]) -> float:
+        """Return the value where the variables have these."""
+        return self.constant + sum(factor * values[name] for name, factor in self.coefficients)
+
 
 @dataclass(frozen=True)
 class Expression:

@@ -105,6 +105,11 @@ class Table:
     passive: int = 0
 
     @property
+    def slides(self) -> tuple[bool, ...]:
+        """Return for each variable whether it is the one of a prismatic joint."""
+        return tuple(kind == 'prismatic' for kind in self.joint_types)
+
+    @property
     def joints(self) -> int:
         """Return the number of joints: variables that no loop moves."""
         return len(self.variables) - self.passive

@@ -275,6 +275,7 @@ def quarter_turns(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
         yield Edit(f'the sign is wrong and {text} must be added', turn - e)
 
 
+EXTRA = Repair('extra term or factor', extra_terms)
 EDITS = (
     Repair('sign of a term', signs),
     Repair('arguments of atan2 and its kin', arguments),
@@ -284,7 +285,7 @@ EDITS = (
     Repair('angle of a function', angles),
     Repair('lost bracket', brackets),
     Repair('lost plus', lost_plus),
-    Repair('extra term or factor', extra_terms),
+    EXTRA,
     Repair('squares', powers),
     Repair('degrees and millimetres in an entry', units),
 )

@@ -4,7 +4,7 @@ Which of the tested causes explain which wrong entries.
 A cause counts only where it makes the whole difference vanish at all poses: nothing is guessed.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -19,8 +19,8 @@ from ..arm.table import general_row, row_matrix
 from ..statements.checks import Check, Mask, QuantityCheck
 from ..statements.solutions import SolutionCheck
 from .causes import CAUSES
-from .edits import EDITS, LONGEST_EDITED, SOLUTION_EDITS
-from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Variant
+from .edits import EDITS, EXTRA, LONGEST_EDITED, SOLUTION_EDITS
+from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Cause, Variant
 
 MOST_ALTERNATIVES = 3
 MOST_MISSING_TERMS = 12
@@ -81,18 +81,9 @@ def _of_matrix(check: QuantityCheck, right: Floats, tried: list[str]) -> list[Ex
             continue
         tried.append(cause.name)
         for variant in cause.variants(check):
-            if variant.values.shape != right.shape:
-                continue
-            if WHOLE in cause.scopes:
-                whole.append((cause.name, variant))
-            agreed = check.agrees(check.person, variant.values)
-            for scope in cause.scopes:
-                for place, mask in _masks(scope, check):
-                    if variant.columns and scope == COLUMN and not mask[:, variant.columns].any():
-                        continue
-                    if (mask & wrong).any() and agreed[mask].all():
-                        explained = mask & wrong
-                        candidates.append(_Candidate(cause.name, place, variant, explained))
+            if variant.values.shape == right.shape:
+                whole += [(cause.name, variant)] if WHOLE in cause.scopes else []
+                candidates += _candidates(check, cause, variant, wrong)
     first = _best_whole(check, wrong, whole) if not _complete(candidates, wrong) else None
     if first is not None:
         name, variant = first
@@ -122,6 +113,18 @@ class _Candidate:
     mask: Mask
 
 
+def _candidates(
+    check: QuantityCheck, cause: Cause, variant: Variant, wrong: Mask
+) -> Iterator[_Candidate]:
+    agreed = check.agrees(check.person, variant.values)
+    for scope in cause.scopes:
+        for place, mask in _masks(scope, check):
+            if variant.columns and scope == COLUMN and not mask[:, variant.columns].any():
+                continue
+            if (mask & wrong).any() and agreed[mask].all():
+                yield _Candidate(cause.name, place, variant, mask & wrong)
+
+
 def _complete(candidates: list[_Candidate], wrong: Mask) -> bool:
     return any((candidate.mask == wrong).all() for candidate in candidates)
 
@@ -132,8 +135,6 @@ def _best_whole(
     # One mistake in everything and a second one in a few entries.
     best, least = None, int(LEFT_OVER * wrong.sum())
     for name, variant in variants:
-        if variant.values.shape[1:] != wrong.shape:
-            continue
         left = int((~check.agrees(check.person, variant.values)).sum())
         if 0 < left <= least and wrong.sum() - left >= 2:
             best, least = (name, variant), left - 1
@@ -141,36 +142,32 @@ def _best_whole(
 
 
 def _masks(scope: str, check: QuantityCheck) -> Iterator[tuple[str, Mask]]:
+    # The parts of a matrix, with their names; a part that is all of it has none.
+    for name, place in _parts(scope, check):
+        mask = np.zeros(check.shape, dtype=bool)
+        mask[place] = True
+        yield '' if mask.all() else f'{name}: ', mask
+
+
+def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, Any]]:
     rows, columns = check.shape
-    empty = np.zeros((rows, columns), dtype=bool)
-
-    def at(*index: Any) -> Mask:
-        mask = empty.copy()
-        mask[index] = True
-        return mask
-
     if scope == WHOLE:
-        yield '', ~empty
+        yield '', np.s_[:]
     elif scope == BLOCK:
         if check.quantity.kind == 'jacobian' and rows == 6:
             names = ('angular', 'linear') if check.reading.angular_first else ('linear', 'angular')
-            yield f'{names[0]} rows: ', at(slice(0, 3))
-            yield f'{names[1]} rows: ', at(slice(3, 6))
+            yield f'{names[0]} rows', np.s_[:3]
+            yield f'{names[1]} rows', np.s_[3:]
         elif rows in (3, 4) and columns == 4:
-            yield 'rotation: ', at(slice(0, 3), slice(0, 3))
-            yield 'position: ', at(slice(0, 3), 3)
-    elif scope == COLUMN and columns > 1:
-        for j in range(columns):
-            yield f'column {j + 1}: ', at(slice(None), j)
+            yield 'rotation', np.s_[:3, :3]
+            yield 'position', np.s_[:3, 3]
     elif scope == COLUMN:
-        yield '', ~empty
+        yield from ((f'column {j + 1}', np.s_[:, j]) for j in range(columns))
     elif scope == ROW and rows > 1:
-        for i in range(rows):
-            yield f'row {i + 1}: ', at(i)
+        yield from ((f'row {i + 1}', np.s_[i]) for i in range(rows))
     elif scope == ENTRY:
-        for i in range(rows):
-            for j in range(columns):
-                yield f'({i + 1},{j + 1}): ' if rows * columns > 1 else '', at(i, j)
+        for i, j in np.ndindex(rows, columns):
+            yield f'({i + 1},{j + 1})', np.s_[i, j]
 
 
 def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> list[Explanation]:
@@ -229,6 +226,9 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
     for kind in kinds:
         tried.append(kind.name)
         for edit in kind.edits(expression, (*symbols, *known)):
+            # What makes all of it vanish tells that 0 belongs there, and no cause beside it.
+            if edit.expression == 0 and isinstance(check, QuantityCheck) and kind != EXTRA:
+                continue
             if check.passes(edit.expression, right[:, i, j]):
                 found.setdefault(edit.sentence, kind.name)
                 break
@@ -259,18 +259,25 @@ def _missing_terms(
     if len(terms) > MOST_MISSING_TERMS:
         return []
     missing = values[:, i, j] - check.person[:, i, j]
-    world = check.world.evaluation
     for size in (1, 2, 3):
         for chosen in combinations(terms, size):
             if size == len(terms) and check.expressions[i, j] != 0:
                 continue
-            if check.agrees(world.of(sp.Add(*chosen)), missing):
+            if check.agrees(check.world.evaluation.of(sp.Add(*chosen)), missing):
                 text = ' + '.join(str(term) for term in chosen)
                 plural = 'terms are' if size > 1 else 'the term is'
                 return [Explanation(DROPPED, f'{plural} dropped: {text}', ((i, j),))]
+    return _missing_factor(check, terms, values, i, j)
+
+
+def _missing_factor(
+    check: QuantityCheck, terms: Sequence[Any], values: Floats, i: int, j: int
+) -> list[Explanation]:
+    if check.agrees(np.zeros_like(values[:, i, j]), values[:, i, j]):
+        return []  # a factor 0 would explain every entry that stands where 0 belongs
     factors = {f for term in terms for f in sp.Mul.make_args(term)}
     for factor in sorted(factors, key=str):
-        value = world.of(factor) * check.person[:, i, j]
+        value = check.world.evaluation.of(factor) * check.person[:, i, j]
         if check.agrees(value, values[:, i, j]):
             return [Explanation(DROPPED, f'the factor {factor} is dropped', ((i, j),))]
     return []

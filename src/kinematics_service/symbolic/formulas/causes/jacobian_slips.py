@@ -128,7 +128,7 @@ def joint_type(check: QuantityCheck) -> Iterator[Variant]:
     """Yield prismatic columns written like revolute ones, and the reverse."""
     world = check.world
     for (i, k), column in world.row_columns.items():
-        prismatic = world.table.joint_types[k] == 'prismatic'
+        prismatic = world.table.slides[k]
         v, w = column[:, :3], column[:, 3:]
         J = world.jacobian.copy()
         name = world.table.variables[k]
@@ -205,8 +205,8 @@ def _sum_text(check: QuantityCheck, k: int, rows: list[int], flipped: int = -1) 
 
 def per_degree(check: QuantityCheck) -> Iterator[Variant]:
     """Yield the Jacobian for joint velocities in degrees, or with angular rows in degrees."""
-    J, types = check.world.jacobian, check.world.table.joint_types
-    turning = np.array([kind != 'prismatic' for kind in types])
+    J = check.world.jacobian
+    turning = ~np.array(check.world.table.slides)
     scale = np.where(turning, DEGREE, 1.0)
     sentence = 'the columns of turning joints are per degree, not per radian'
     yield Variant(sentence, arranged_like(check, J * scale))

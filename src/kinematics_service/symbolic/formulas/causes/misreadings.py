@@ -74,7 +74,7 @@ def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
     """Yield joints counted from another zero."""
     table = check.names.table
     for k, variable in enumerate(table.variables):
-        if table.joint_types[k] == 'prismatic':
+        if table.slides[k]:
             continue
         for turn, text in TURNS:
             sentence = f'{variable} is counted from another zero: {variable} {text} stands for it'
@@ -107,7 +107,7 @@ def sine_for_cosine(check: QuantityCheck) -> Iterator[Variant]:
 
 def _turning(check: QuantityCheck) -> list[Any]:
     table = check.names.table
-    return [v for v, kind in zip(table.variables, table.joint_types) if kind != 'prismatic']
+    return [v for v, slides in zip(table.variables, table.slides) if not slides]
 
 
 def _with_values(check: QuantityCheck, changes: dict[Any, Floats], sentence: str) -> Variant:
@@ -138,7 +138,7 @@ def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
     table = check.names.table
     for i, one in enumerate(table.variables):
         for j, other in enumerate(table.variables):
-            if i != j and 'prismatic' not in (table.joint_types[i], table.joint_types[j]):
+            if i != j and not (table.slides[i] or table.slides[j]):
                 for value, text in ((one + other, f'{one} + {other}'), (one - other, '')):
                     text = text or f'{one} - {other}'
                     changed = _subs(table, {one: value})
@@ -231,11 +231,7 @@ def not_inverted(check: QuantityCheck) -> Iterator[Variant]:
 def missing_length(check: QuantityCheck) -> Iterator[Variant]:
     """Yield arms with one length, or one sliding joint, at 0."""
     table, values = check.names.table, check.poses.values
-    sliding = [
-        variable
-        for variable, kind in zip(table.variables, table.joint_types)
-        if kind == 'prismatic'
-    ]
+    sliding = [variable for variable, slides in zip(table.variables, table.slides) if slides]
     general = [sp.Symbol('a_i'), sp.Symbol('d_i')] if check.quantity.kind == 'general' else []
     for symbol in (*table.constants, *sliding, *general):
         if np.any(values[symbol] != 0.0):

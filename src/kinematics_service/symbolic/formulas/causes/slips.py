@@ -27,9 +27,7 @@ def millimetres(check: QuantityCheck) -> Iterator[Variant]:
         J = check.world.jacobian.copy()
         J[:, :3] *= MILLI
         yield Variant('the linear rows are in mm', arranged_like(check, J))
-        for k, kind in enumerate(check.world.table.joint_types):
-            if kind == 'prismatic':
-                J[:, :3, k] /= MILLI
+        J[:, :3, list(check.world.table.slides)] /= MILLI
         yield Variant('lengths are in mm', arranged_like(check, J))
     elif check.quantity.kind in ('tool', 'pose', 'row', 'general'):
         values = check.right.copy()

@@ -66,8 +66,8 @@ class Check(ABC):
                 **values,
                 **{
                     symbol: values[symbol] / DEGREE
-                    for symbol, kind in zip(table.variables, table.joint_types)
-                    if kind != 'prismatic'
+                    for symbol, slides in zip(table.variables, table.slides)
+                    if not slides
                 },
             }
         return Evaluation(values, self.poses.count, degrees)

@@ -87,8 +87,8 @@ def _claimed_values(names: FormulaNames, claim: Statement, q: Floats) -> list[tu
     values[sp.Symbol('k')] = rng.integers(-2, 3, len(q)).astype(float)
     evaluation = Evaluation(values, len(q), claim.settings.degrees)
     scale = [
-        np.pi / 180 if claim.settings.degrees and kind != 'prismatic' else 1.0
-        for kind in names.table.joint_types
+        np.pi / 180 if claim.settings.degrees and not slides else 1.0
+        for slides in names.table.slides
     ]
     return [(joint, evaluation.of(value) * scale[joint]) for joint, value in claim.conditions]
 
@@ -99,7 +99,7 @@ def _is_claimed(names: FormulaNames, claims: Sequence[Statement], q: Floats) -> 
         holds = True
         for joint, values in _claimed_values(names, claim, copies):
             gap = q[joint] - values
-            if names.table.joint_types[joint] != 'prismatic':
+            if not names.table.slides[joint]:
                 gap = np.remainder(gap + np.pi, 2 * np.pi) - np.pi
             holds = holds and bool(np.min(np.abs(gap)) < NEAR)
         if holds:
@@ -113,7 +113,7 @@ def _missing(robot: Robot, names: FormulaNames, claims: Sequence[Statement]) -> 
     for index, start in enumerate(starts):
         joint = index % robot.dof
         line = np.repeat(start[None], GRID, axis=0)
-        low, high = (-np.pi, np.pi) if robot.joint_types[joint] != 'prismatic' else (-2.0, 2.0)
+        low, high = (-2.0, 2.0) if robot.prismatic[joint] else (-np.pi, np.pi)
         line[:, joint] = np.linspace(low, high, GRID)
         determinant = np.linalg.det(_task_jacobian(robot, line))
         changes = np.flatnonzero(determinant[:-1] * determinant[1:] < 0.0)

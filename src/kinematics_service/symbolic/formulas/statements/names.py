@@ -52,10 +52,10 @@ class FormulaNames:
         found = ALIAS.fullmatch(key)
         if found is None or key in self.constants:
             return None
-        index, kinds = int(found[2]) - 1, self.table.joint_types
-        if not 0 <= index < len(kinds):
+        index, slides = int(found[2]) - 1, self.table.slides
+        if not 0 <= index < len(slides):
             return None
-        fits = found[1] == 'q' or (found[1] == 'd') == (kinds[index] == 'prismatic')
+        fits = found[1] == 'q' or (found[1] == 'd') == slides[index]
         return index if fits else None
 
     def constant(self, key: str) -> Any:

@@ -147,7 +147,7 @@ def _close(
 
 def _drawn(robot: Robot, k: int, rng: np.random.Generator, count: int) -> Floats:
     low, high = robot.limits[k]
-    turning = robot.joint_types[k] != 'prismatic'
+    turning = not robot.prismatic[k]
     if turning:
         low, high = (low, high) if np.isfinite(high - low) else (-np.pi, np.pi)
     else:
@@ -189,7 +189,7 @@ def _given(raw: Raw, settings: Settings, names: FormulaNames) -> tuple[Any, floa
     if is_matrix(value) or not value.is_number:
         raise at.fault(f'at: {at.written} must be a number')
     result = _number(value)
-    turns = joint is not None and names.table.joint_types[joint] != 'prismatic'
+    turns = joint is not None and not names.table.slides[joint]
     if turns and settings.degrees and not _has_unit(raw.right):
         result *= DEGREE
     return symbol, result

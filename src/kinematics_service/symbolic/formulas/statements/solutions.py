@@ -119,7 +119,7 @@ class PoseSearch:
         table = self.table
         values = {s: v[at] for s, v in {**self.poses.values, **given}.items()}
         for k in self.moving:
-            span = np.pi if table.joint_types[k] != 'prismatic' else 1.0
+            span = 1.0 if table.slides[k] else np.pi
             values[table.variables[k]] = random.uniform(-span, span, len(at))
         target = self.target.pose[at]
         for step_left in reversed(range(STEPS if self.moving else 1)):
@@ -137,7 +137,7 @@ class PoseSearch:
                 values[table.variables[k]] = values[table.variables[k]] + step[:, column]
         reached: Mask = np.max(np.abs(gap), axis=1) <= HIT
         for k, (low, high) in enumerate(() if limits is None else limits):
-            if table.joint_types[k] == 'prismatic':
+            if table.slides[k]:
                 length = values[table.variables[k]]
                 reached &= (length >= low - HIT) & (length <= high + HIT)
         return reached
@@ -168,7 +168,7 @@ class PassiveJointCheck(Check):
         """Return the joint's position, with the turns of the formula, shape (N, 1, 1)."""
         table, joint = self.names.table, self.statement.joint
         position = self.poses.values[table.variables[joint]]
-        if table.joint_types[joint] == 'prismatic':
+        if table.slides[joint]:
             return position[:, None, None]
         turn = 2.0 * np.pi
         if self.statement.settings.degrees:
@@ -203,7 +203,7 @@ class SolutionCheck(Check):
     @property
     def turns(self) -> bool:
         """Return whether the joint's value counts modulo a full turn."""
-        return self.names.table.joint_types[self.statement.joint] != 'prismatic'
+        return not self.names.table.slides[self.statement.joint]
 
     def hits(self, values: Floats) -> Mask:
         """Return at which poses values of the formula are the joint's."""

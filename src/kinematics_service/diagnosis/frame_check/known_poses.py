@@ -1,16 +1,17 @@
 """The known poses of a robot file, against what the arm does."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import Fault
-from ..kinematics.forward import forward_kinematics
-from ..rigid_motion import rotation_vector
-from ..robot.file.parts.description import KnownPose
-from ..robot.robot import Robot
+from ...errors import Fault
+from ...kernel import Floats
+from ...kinematics.forward import forward_kinematics
+from ...rigid_motion import rotation_vector
+from ...robot.file.parts.description import KnownPose
+from ...robot.robot import Robot
 
 
 @dataclass(frozen=True)
@@ -58,18 +59,22 @@ def pose_errors(robot: Robot) -> tuple[PoseError, ...]:
     if not known:
         return ()
     poses = forward_kinematics(robot, [pose.q for pose in known])
-    errors = []
-    for index, (pose, T) in enumerate(zip(known, poses)):
-        expected = pose.motion.matrix
-        errors.append(
-            PoseError(
-                index,
-                pose,
-                float(np.linalg.norm(T[:3, 3] - expected[:3, 3])),
-                float(np.linalg.norm(rotation_vector(expected[:3, :3].T @ T[:3, :3]))),
-            )
+    return errors_between(known, poses, [pose.motion.matrix for pose in known])
+
+
+def errors_between(
+    known: Sequence[KnownPose], poses: Iterable[Floats], expected: Iterable[Floats]
+) -> tuple[PoseError, ...]:
+    """Return the errors of poses (4, 4), one for each known pose, from those expected."""
+    return tuple(
+        PoseError(
+            index,
+            pose,
+            float(np.linalg.norm(T[:3, 3] - wanted[:3, 3])),
+            float(np.linalg.norm(rotation_vector(wanted[:3, :3].T @ T[:3, :3]))),
         )
-    return tuple(errors)
+        for index, (pose, T, wanted) in enumerate(zip(known, poses, expected))
+    )
 
 
 def pose_faults(robot: Robot, errors: Sequence[PoseError]) -> tuple[Fault, ...]:

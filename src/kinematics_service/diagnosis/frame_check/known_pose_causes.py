@@ -1,0 +1,195 @@
+"""
+The one mistake that explains why an arm misses the known poses of its file.
+
+A mistake is told only where all poses are met, to their tolerances, once it is undone. No offset
+is fitted meanwhile, so that two mistakes at once, or noise, are explained by none.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ... import kernel
+from ...errors import LoopError
+from ...kernel import Floats
+from ...kinematics.tool_state import evaluate
+from ...rigid_motion import exact_rpy, inverse, rotation_of_roll_pitch_yaw, rotation_vector
+from ...robot.file.parts.description import KnownPose
+from ...robot.robot import Robot
+from .angle_orders import order_hypotheses_of
+from .causes import number_in_words, possible, undone
+from .hypotheses import (
+    LENGTHS_IN_MM,
+    RADIANS_TWICE,
+    ComparedData,
+    Hypothesis,
+    ends_left_out_of,
+    hypotheses_of,
+    number_hypotheses_of,
+    number_signs_of,
+)
+from .known_poses import errors_between
+
+# What is told of known poses in the words of their file, whose units may be other ones.
+IN_DEGREES = {RADIANS_TWICE: 'q of the poses is in radians, not degrees'}
+IN_MILLIMETRES = {LENGTHS_IN_MM: 'xyz of the poses is in metres, not millimetres'}
+# These say something of positions and orientations together.
+OF_ORIENTATIONS = ('tool_axes', 'quaternion_order')
+# Values from which a number is sought (rad), steps of Newton's method, and its step for a slope.
+STARTS, STEPS, SLOPE = (0.0, 0.5 * math.pi, -0.5 * math.pi, math.pi), 12, 1e-7
+# Tools that differ by less between two poses are one (m and rad): these poses are alike.
+ALIKE = 1e-9
+
+
+class PoseCauses(NamedTuple):
+    """
+    The mistakes each of which alone explains the known poses of a file.
+
+    Attributes
+    ----------
+    sentences
+        Statements of what is wrong.
+    tried
+        Number of mistakes that were tried.
+    """
+
+    sentences: tuple[str, ...]
+    tried: int
+
+    def __str__(self) -> str:
+        """Return them as a sentence; empty where there is none."""
+        if not self.sentences:
+            return ''
+        if len(self.sentences) == 1:
+            return (
+                f'one mistake of {self.tried} that were tried explains them: {self.sentences[0]}'
+            )
+        return (
+            f'{len(self.sentences)} mistakes of {self.tried} that were tried explain them, each '
+            f'alone; another pose may tell which: {"; ".join(self.sentences)}'
+        )
+
+
+class _Undone(NamedTuple):
+    # A mistake, and the poses of the arm and those expected, (N, 4, 4) each, with it undone.
+    sentence: str
+    poses: Floats
+    expected: Floats
+
+
+def pose_causes(robot: Robot) -> PoseCauses:
+    """Return the mistakes each of which explains all known poses of a robot's file."""
+    known = robot.description.known_poses
+    expected = np.array([pose.motion.matrix for pose in known])
+    given = ComparedData(robot, np.array([pose.q for pose in known]), expected, None)
+    tried = [*_whole(given), *_ends(given), *_numbers(given)]
+    found = [
+        one.sentence
+        for one in tried
+        if all(error.share <= 1.0 for error in errors_between(known, one.poses, one.expected))
+    ]
+    return PoseCauses(tuple(dict.fromkeys(found)), len(tried))
+
+
+def _has_orientations(robot: Robot) -> bool:
+    return not any(math.isinf(pose.tolerance_rpy) for pose in robot.description.known_poses)
+
+
+def _whole(given: ComparedData) -> Iterator[_Undone]:
+    robot = given.robot
+    changes = list(hypotheses_of(given))
+    changes = [changes[k] for k in possible(given)]
+    if not robot.chain.loops:
+        changes += [*number_signs_of(robot), *ends_left_out_of(robot)]
+    if _has_orientations(robot):
+        A = evaluate(robot, given.q, depth=kernel.POSE).pose
+        changes += [*_angle_units(given), *order_hypotheses_of(given.poses, A, 'rpy')]
+    else:
+        changes = [change for change in changes if change.key not in OF_ORIENTATIONS]
+    words = dict[str, str]()
+    if robot.description.angle_unit == 'deg':
+        words |= IN_DEGREES
+    if robot.description.length_unit == 'mm':
+        words |= IN_MILLIMETRES
+    for change, poses, expected in zip(changes, *undone(given, changes)):
+        sentence = change.sentence.partition(' (--')[0]  # an option of other commands
+        yield _Undone(words.get(sentence, sentence), poses, expected)
+
+
+def _angle_units(given: ComparedData) -> Iterator[Hypothesis]:
+    # The angles of the poses as they are written, in the other unit; and those of the joints, too.
+    description = given.robot.description
+    try:
+        angles = [_written_rpy(pose) for pose in description.known_poses]
+    except ValueError:
+        return  # expressions, whose author knows the unit
+    in_degrees = description.angle_unit == 'deg'
+    meant, factor = (
+        ('radians, not degrees', 1.0) if in_degrees else ('degrees, not radians', math.pi / 180.0)
+    )
+    poses = np.array(given.poses)
+    poses[:, :3, :3] = [rotation_of_roll_pitch_yaw(factor * three) for three in angles]
+    turning = np.array([kind != 'prismatic' for kind in given.robot.joint_types])
+    q = np.where(turning, given.q * (180.0 / math.pi if in_degrees else factor), given.q)
+    yield Hypothesis('degrees', f'rpy of the poses is in {meant}', poses=poses)
+    yield Hypothesis('degrees', f'q and rpy of the poses are in {meant}', q, poses=poses)
+
+
+def _written_rpy(pose: KnownPose) -> Floats:
+    if len(pose.motion.texts) != 6:
+        raise ValueError('a matrix')
+    return np.array([float(text) for text in pose.motion.texts[3:]])
+
+
+def _ends(given: ComparedData) -> Iterator[_Undone]:
+    # Another base or tool, where two poses that differ ask for the same one.
+    A, B = evaluate(given.robot, given.q, depth=kernel.POSE).pose, given.poses
+    if not _has_orientations(given.robot) or np.abs(A - A[0]).max() <= ALIKE:
+        return
+    X, Y = B[0] @ inverse(A[0]), inverse(A[0]) @ B[0]
+    description = given.robot.description
+    for end, own, poses in (
+        ('base', X @ description.base.motion.matrix, X @ A),
+        ('tool', description.tool.motion.matrix @ Y, A @ Y),
+    ):
+        numbers = (own[:3, 3], exact_rpy(own[:3, :3]))
+        xyz, rpy = (', '.join(f'{x + 0.0:.6g}' for x in np.round(three, 9)) for three in numbers)
+        yield _Undone(f'the {end} is at xyz [{xyz}] m, rpy [{rpy}] rad', poses, B)
+
+
+def _numbers(given: ComparedData) -> Iterator[_Undone]:
+    # Any pose alone may be met by a number that has nothing to do with it.
+    if len(np.unique(given.q, axis=0)) < 2:
+        return
+    oriented = _has_orientations(given.robot)
+    for hypothesis in number_hypotheses_of(given):
+        starts = STARTS if hypothesis.unit == 'rad' else STARTS[:1]
+        sought = (_sought(hypothesis.model, given.poses, start, oriented) for start in starts)
+        off, value = min(sought)
+        if math.isfinite(off):
+            sentence = number_in_words(hypothesis, value)
+            yield _Undone(sentence, hypothesis.model(value), given.poses)
+
+
+def _sought(
+    model: Callable[[float], Floats], expected: Floats, value: float, oriented: bool
+) -> tuple[float, float]:
+    # What is left, and the value that leaves it; infinite where a loop does not close.
+    def remainder(value: float) -> Floats:
+        poses = model(value)
+        positions = poses[:, :3, 3] - expected[:, :3, 3]
+        turns = rotation_vector(np.swapaxes(expected[:, :3, :3], 1, 2) @ poses[:, :3, :3])
+        return np.concatenate([positions, turns] if oriented else [positions]).ravel()
+
+    try:
+        for _ in range(STEPS):
+            r = remainder(value)
+            slope = (remainder(value + SLOPE) - r) / SLOPE
+            if not slope @ slope:
+                break
+            value -= float(slope @ r / (slope @ slope))
+        return float(np.linalg.norm(remainder(value))), value
+    except LoopError:
+        return math.inf, value

@@ -1,0 +1,100 @@
+"""The links of closed loops in a pose, which the frames of the table do not show."""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..kernel import Floats
+from ..rigid_motion import screw_z
+from ..robot.conventions import Row, row_of, table_rows
+from ..robot.file.parts.description import LoopDescription
+from ..robot.loops import passive_names, variables_of
+from ..robot.robot import Robot
+from .tool_state import ToolState
+
+
+class LoopJoint(NamedTuple):
+    """A joint of a loop: point (3,) and direction (3,) of its axis, and its joints with motors."""
+
+    point: Floats
+    direction: Floats
+    motors: tuple[str, ...]
+    slides: bool
+
+
+class LoopLinks(NamedTuple):
+    """
+    The second chain of a loop in one pose, in the base frame.
+
+    Attributes
+    ----------
+    corners : shape (k, 3), m
+        From the origin of the frame it parts from to that of the frame it meets. Their number is
+        the same in every pose.
+    slides : k - 1 flags
+        Which of the pieces between them change their length.
+    joints
+        Those of its rows that move.
+    """
+
+    corners: Floats
+    slides: tuple[bool, ...]
+    joints: tuple[LoopJoint, ...]
+
+
+def loop_links(state: ToolState) -> tuple[LoopLinks, ...]:
+    """Return the links of every loop of one pose evaluated with all frames."""
+    description, closure = state.robot.description, state.closure
+    if closure is None:
+        return ()
+    values = dict(zip(variables_of(description), [*state.q, *closure.passive], strict=True))
+    return tuple(
+        _links_of(state.robot, loop, state.link_frames, values) for loop in description.loops
+    )
+
+
+def carried_rows(robot: Robot) -> tuple[bool, ...]:
+    """
+    Return which rows of the table are no link: slides that loops alone move, one after another.
+
+    They say where a platform is that hangs on the loops.
+    """
+    passive = passive_names(robot.description)
+    slides = [_slides_by(row) for row in table_rows(robot.description)]
+    free = [bool(names) and names <= passive for names in slides]
+    beside = [False, *free, False]
+    return tuple(one and (beside[k] or beside[k + 2]) for k, one in enumerate(free))
+
+
+def linked_frames(robot: Robot) -> npt.NDArray[np.bool_]:
+    """Return of which frames, frame 0 and those after each row, there is a link."""
+    carried = np.array([*carried_rows(robot), False])
+    return np.append(True, ~(carried[:-1] & carried[1:]))
+
+
+def _slides_by(row: Row) -> frozenset[str]:
+    return frozenset(name for name, c in row.d.coefficients if c != 0.0)
+
+
+def _links_of(
+    robot: Robot, loop: LoopDescription, frames: Floats, values: dict[str, float]
+) -> LoopLinks:
+    passive = passive_names(robot.description)
+    T = frames[loop.start.row] @ loop.start.motion.matrix
+    corners, slides = [frames[loop.start.row, :3, 3], T[:3, 3]], [False]
+    joints = []
+    for link in loop.links:
+        row = row_of(link, robot.description.convention)
+        here = T @ row.before
+        moved = here @ screw_z(row.theta.at(values), row.d.at(values))
+        T = moved @ row.after
+        corners += [here[:3, 3], moved[:3, 3], T[:3, 3]]
+        turning = [name for name, c in row.theta.coefficients if c != 0.0]
+        sliding = _slides_by(row)
+        slides += [False, bool(sliding), False]
+        if turning or sliding:
+            motors = tuple(name for name in {*turning, *sliding} if name not in passive)
+            joints.append(LoopJoint(here[:3, 3], here[:3, 2], motors, not turning))
+    corners.append(frames[loop.meets.row, :3, 3])
+    return LoopLinks(np.array(corners), (*slides, False), tuple(joints))

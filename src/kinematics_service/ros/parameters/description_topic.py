@@ -1,0 +1,148 @@
+"""The arm from a topic that its URDF is published on, as robot_state_publisher does."""
+
+import time
+from collections.abc import Callable
+
+from rclpy.exceptions import NameValidationException
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from std_msgs.msg import String
+
+from ...errors import KinematicsError, SettingsError
+from ...robot.bundled import TOPIC, split_ends
+from ...robot.file.reader import described
+from ...robot.robot import Robot, build_robot
+
+KIND = 'std_msgs/msg/String'
+# Late subscribers get the last description.
+QOS = QoSProfile(
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+# Longest time until a request for the end is seen while no description has come (s).
+TURN = 0.1
+# Time of silence after which the reason is looked for (s).
+SILENCE = 5.0
+
+
+class StoppedWaiting(Exception):
+    """The process was asked to end before there was a robot."""
+
+
+class DescriptionTopic:
+    """
+    The last description that came on a topic.
+
+    Parameters
+    ----------
+    node
+        The node that subscribes.
+    source
+        `topic:NAME`, or `topic:NAME:BASE:TIP` for the chain between two links.
+
+    Attributes
+    ----------
+    then
+        Called when another description has come; the same one again is none.
+
+    Raises
+    ------
+    SettingsError
+        No topic can have that name.
+    """
+
+    def __init__(self, node: Node, source: str) -> None:
+        self._node = node
+        self._source, self._base, self._tip = split_ends(source)
+        self._text: str | None = None
+        self.then: Callable[[], None] = lambda: None
+        topic = self._source.removeprefix(TOPIC)
+        try:
+            subscription = node.create_subscription(String, topic, self._take, QOS)
+        except NameValidationException as error:
+            raise SettingsError(f'parameter robot: {topic!r} is no topic: {error}') from None
+        self._topic = str(subscription.topic_name)
+
+    def _take(self, message: String) -> None:
+        if message.data == self._text:
+            return
+        self._text = message.data
+        publishers = self._node.count_publishers(self._topic)
+        if publishers > 1:
+            self._node.get_logger().warning(
+                f'{publishers} publishers on {self._topic}: the description that came last counts'
+            )
+        self.then()
+
+    def robot(self) -> Robot:
+        """
+        Return the arm of the last description.
+
+        Raises
+        ------
+        KinematicsError
+            It is no URDF of an arm.
+        """
+        from ...formats.urdf.importer import urdf_as_robot_file  # only if it is asked for
+
+        content = (self._text or '').encode('utf-8', 'replace')
+        text = urdf_as_robot_file(content, self._source, self._base, self._tip)
+        return build_robot(described(text, self._source, content))
+
+    def first_robot(self, stopped: Callable[[], bool]) -> Robot:
+        """
+        Return the arm of the first description that describes one; wait for it.
+
+        Raises
+        ------
+        StoppedWaiting
+            `stopped()` was true before.
+        """
+        self._node.get_logger().info(f'waiting for the robot from {self._topic}')
+        executor = SingleThreadedExecutor(context=self._node.context)
+        executor.add_node(self._node)
+        refused: str | None = None
+        asking = time.monotonic() + SILENCE
+        try:
+            while not stopped() and self._node.context.ok():
+                executor.spin_once(timeout_sec=TURN)
+                if self._text != refused:
+                    try:
+                        return self.robot()
+                    except KinematicsError as error:
+                        refused = self._text
+                        self._node.get_logger().warning(f'the robot is not taken: {error}')
+                if self._text is None and time.monotonic() > asking:
+                    asking = float('inf')
+                    self._node.get_logger().warning(self._why_none())
+            raise StoppedWaiting
+        finally:
+            executor.remove_node(self._node)
+            executor.shutdown()
+
+    def _why_none(self) -> str:
+        publishers = self._node.get_publishers_info_by_topic(self._topic)
+        if publishers:
+            lasting = DurabilityPolicy.TRANSIENT_LOCAL
+            late = [one.node_name for one in publishers if one.qos_profile.durability != lasting]
+            if late:
+                return (
+                    f'{self._topic} is published by {", ".join(late)} with durability volatile, '
+                    'which this node cannot hear: it must be transient_local, as '
+                    'robot_state_publisher has it'
+                )
+            return f'{self._topic} has a publisher, and no description has come from it yet'
+        name = self._topic.rpartition('/')[2]
+        others = [
+            topic
+            for topic, kinds in self._node.get_topic_names_and_types()
+            if KIND in kinds and name in topic and self._node.count_publishers(topic)
+        ]
+        known = (
+            f'others here: {", ".join(others)} (--robot-description {others[0]})'
+            if others
+            else 'publish it by: ros2 run robot_state_publisher robot_state_publisher arm.urdf'
+        )
+        return f'nobody publishes {self._topic} (std_msgs/String, transient_local); {known}'
