@@ -359,6 +359,20 @@ def test_where_a_file_lists_all_factors_the_nearest_is_always_found(name):
     assert np.all(found.distance_at_least[np.minimum(by_force, found.distance) > 1.0])
 
 
+@pytest.mark.parametrize(
+    ('q', 'distance'),
+    [
+        ([0.0, -1.143519633, 0.354110873, 0.795525523, 1.868984837, 0.0], 0.583544),
+        ([0.0, -1.258560515, 0.243619742, 1.653614687, -2.317999080, 0.0], 0.491275),
+    ],
+)
+def test_the_factors_of_a_file_do_not_hide_the_joints_of_each_other(q, distance):
+    # The zeros of a factor that depends on few joints are looked up before those of one of more.
+    robot = robot_of('offset_stanford_dh')
+    assert robot.factors.complete
+    assert ks.singularity(robot, q).distance == pytest.approx(distance, rel=1e-5)
+
+
 # Of random poses so many may be said to be farther than 1.1 times the truth although decided.
 MISSED_NEAR, MISSED_FAR = 1, 3
 

@@ -170,9 +170,7 @@ class Atlas:
                 column = self._apart(second, i, u[second])
                 if row * row + column * column <= radius * radius:
                     cell = k * BINS + i
-                    found = self._look_into(
-                        f, cell, u, radius, found, most, picked, scores, away
-                    )
+                    found = self._look_into(f, cell, u, radius, found, most, picked, scores, away)
         return found
 
     def _apart(self, joint: int, k: int, value: float) -> float:
@@ -301,9 +299,7 @@ def _joints_to_sort_by(counts: Floats) -> list[int]:
     return [int(counted[min(k, last)]) if last >= 0 else 0 for k in range(3)]
 
 
-def _sorted(
-    table: Floats, n: int, spans: Floats, sorting: list[int]
-) -> tuple[Floats, Integers]:
+def _sorted(table: Floats, n: int, spans: Floats, sorting: list[int]) -> tuple[Floats, Integers]:
     # With every joint inside its period around zero, by the cell of the first two joints, which is
     # returned, and by the third one.
     for j in range(n):

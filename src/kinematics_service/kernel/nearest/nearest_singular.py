@@ -189,7 +189,8 @@ class NearestSearch:
         """
         n, k = self.n, self.arm.task.generic_rank
         self.ran, self.complete, self.evaluations = False, True, 0
-        self.estimate, self.missed, self.settled = first_order, places.INFINITY, False
+        self.estimate, self.by_product = first_order, first_order
+        self.missed, self.settled = places.INFINITY, False
         if not (self.lasting >= 0.0 and self._moved_from(self.searched, q) <= KNOWN):
             self.known = 0
         self._bring_known(q)
@@ -210,7 +211,7 @@ class NearestSearch:
             way_out = arrays.after(measures, places.LOST_AT + 6 + n)
             sigma = arrays.after(way_out, n)
             self.here.take(row, W, sigma)
-            self._estimate(sigma, first_order)
+            self._estimate(sigma)
             self.settled = self._search()
         self.lasting = FOLLOWED * min(self.distance, self.horizon)
 
@@ -227,7 +228,9 @@ class NearestSearch:
         self.evaluations = 0
         if not self._bring_known(q):
             return False
-        return not (first_order < MISSED and first_order < NEARER * self.distance)
+        # What the first order said there already the search has looked at.
+        looked_at = self.by_product if self.is_decided() else places.INFINITY
+        return not (first_order < MISSED and first_order < NEARER * min(self.distance, looked_at))
 
     def _bring_known(self, q: Flat) -> bool:
         # Brings the poses that were found to the nearest ones to q, those that can be the nearest;
@@ -334,11 +337,10 @@ class NearestSearch:
             squares += moved * moved
         return math.sqrt(squares)
 
-    def _estimate(self, sigma: Flat, by_product: float) -> None:
+    def _estimate(self, sigma: Flat) -> None:
         # The figures of first order: by the product of the singular values, or the factors; by the
         # least singular value; and of second order.
         k = self.arm.task.generic_rank
-        self.by_product = by_product
         self.here.linearise()
         self.by_least = self.here.write_step_onto(self.first)
         if not self.here.are_fulfilled(self.first):
@@ -379,12 +381,7 @@ class NearestSearch:
         # From those poses of the atlas that promise to be nearest.
         n = self.n
         near = min(self.distance, self.horizon)
-        radius = min(near + SPREAD, 3.0 * near)
-        for j in range(n):
-            self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
-        count: int = self.atlas.nearest(
-            0, self.wrapped, radius, WIDE * near, CHARTS, self.picked, self.scores, self.away
-        )
+        count: int = self._pick_charts(0, min(near + SPREAD, 3.0 * near), CHARTS)
         for k in range(count):
             if self.scores[k] > WIDE * self.distance:
                 return
@@ -393,6 +390,15 @@ class NearestSearch:
                 for j in range(n):
                     self.d[j] = self.motion[j]
                 self._run(STEPS, 0.3, False)
+
+    def _pick_charts(self, f: int, radius: float, most: int) -> int:
+        # Those of a set that promise nothing farther than what was found; returns their number.
+        for j in range(self.n):
+            self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
+        promise = WIDE * min(self.distance, self.horizon)
+        return self.atlas.nearest(
+            f, self.wrapped, radius, promise, most, self.picked, self.scores, self.away
+        )
 
     def _leads_to_known(self, motion: Flat) -> bool:
         # Whether a start is beside a pose that was found.
@@ -408,24 +414,13 @@ class NearestSearch:
     def _look_at_factors(self) -> None:
         # The nearest zero of all factors: from here, and from known zeros.
         n = self.n
-        for j in range(n):
-            self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
         for f in range(self.arm.tape.factors):
             for j in range(n):
                 self.d[j] = 0.0
             if self.atlas.dimension(f) > 0:
                 self._go_to_zero(f)
-            radius = min(self.distance, self.horizon)
-            count: int = self.atlas.nearest(
-                f,
-                self.wrapped,
-                radius + ZEROS_APART,
-                WIDE * radius,
-                ZEROS,
-                self.picked,
-                self.scores,
-                self.away,
-            )
+            near = min(self.distance, self.horizon)
+            count: int = self._pick_charts(f, near + ZEROS_APART, ZEROS)
             for k in range(count):
                 if self.scores[k] > WIDE * self.distance:
                     break
