@@ -16,6 +16,7 @@ from . import factor_zeros, singular_equations
 from .arm import Arm
 from .atlas import Atlas
 from .singular_equations import SingularEquations
+from .singular_pencil import SingularPencil
 from .singular_quadric import SingularQuadric
 
 # Beyond so many rad (a prismatic joint's divided by the length) nothing is looked for.
@@ -51,6 +52,9 @@ CHARTS, SPREAD = 32, 0.35
 # may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.1, 0.4
 ZEROS, ZEROS_APART = 3, 0.2
+# From a direction between those of the two least singular values a search starts where one is lost
+# within this times what was found.
+BETWEEN = 1.5
 # The second order is asked where a step is longer than this share of what slope or second singular
 # value allow by the reach, and shorter than this, rad: farther it does not see.
 CURVED, LOCAL = 1.0, 0.2
@@ -131,6 +135,7 @@ class NearestSearch:
         self.quadric: SingularQuadric = SingularQuadric(arm.chain.dof)
         self.budget: Public[int] = ENOUGH
         self.n, self.count = arm.chain.dof, self.equations.count
+        self.pencil: SingularPencil = SingularPencil(self.n, self.count)
         self.horizon, self.estimate, self.distance = HORIZON, places.PI, places.INFINITY
         self.ran, self.complete, self.evaluations = False, True, 0
         self.by_product, self.by_least, self.by_quadric = 0.0, 0.0, 0.0
@@ -374,7 +379,7 @@ class NearestSearch:
         self._run_from_second_order(False)
         self._run_from_second_order(True)
         if self.count > 1:
-            self._run_along_axes()
+            self._run_between_directions()
         return False
 
     def _run_from_known_poses(self) -> None:
@@ -492,6 +497,7 @@ class NearestSearch:
             and self.by_product > 0.7 * found
             and found * max(self.slope, 1e-3 * self.arm.reach) < 0.35 * self.second
             and self.free > SADDLE * found
+            and (self.count == 1 or found * self.arm.reach < self.second)
         )
 
     def _is_where_the_first_order_says(self) -> bool:
@@ -538,7 +544,7 @@ class NearestSearch:
                     self.reached[j] = self.d[j]
                 if gain < NO_GAIN * away or away > 2.0 * self.horizon:
                     break
-            elif (nearest if curved else away - left) > WIDE * self.distance:
+            elif self._promise(left, away, nearest, curved) > WIDE * self.distance:
                 break  # it is on its way to one that is farther than what was found
             if step >= steps - 1 and (
                 best < places.INFINITY or not self._is_late(step - steps, left, away)
@@ -558,6 +564,13 @@ class NearestSearch:
             if best < places.INFINITY:
                 self._remember(best)
         self._keep(best, standing)
+
+    def _promise(self, left: float, away: float, nearest: float, curved: bool) -> float:
+        # How far the singular pose will be that a run is on its way to. Of more equations than one
+        # the first order alone may tell that it slides to a nearer one.
+        if curved:
+            return nearest
+        return away - left if self.count == 1 else min(away - left, nearest)
 
     def _is_curved(self) -> bool:
         # Whether the step is one for the second order, which it is then brought to.
@@ -601,12 +614,17 @@ class NearestSearch:
         if self.distance == places.INFINITY or self._apart(self.along) > SAME * self.distance:
             self._run_from(self.along, length, 1.0, max(0.4 * length, 1e-4))
 
-    def _run_along_axes(self) -> None:
-        # Of a redundant arm the quadric is one of several: to it along its axes.
-        for i in range(self.n):
-            length = self.around.write_along_axis(i, self.along)
-            if length < 1.2 * self.distance and length < 2.0 * self.horizon:
-                self._run_from(self.along, length, 1.0, max(0.4 * length, 1e-4))
+    def _run_between_directions(self) -> None:
+        # Where a direction between those of the two least singular values is lost.
+        if not self.arm.task.generic_rank > 1:
+            return
+        self.pencil.stand_at(self.here, self.along)
+        farthest = BETWEEN * min(self.distance, self.horizon)
+        for angle in range(self.pencil.angles):
+            if self.pencil.is_shortest(angle) and self.pencil.lengths[angle] < farthest:
+                length = self.pencil.write_motion(angle, self.along)
+                if not self.found() or self._apart(self.along) > SAME * self.distance:
+                    self._run_from(self.along, length, 1.0, max(0.4 * length, 1e-4))
 
     def _apart(self, motion: Flat) -> float:
         # From what was found.
