@@ -359,6 +359,47 @@ def test_where_a_file_lists_all_factors_the_nearest_is_always_found(name):
     assert np.all(found.distance_at_least[np.minimum(by_force, found.distance) > 1.0])
 
 
+@pytest.mark.parametrize(
+    ('q', 'distance'),
+    [
+        ([0.0, -1.143519633, 0.354110873, 0.795525523, 1.868984837, 0.0], 0.583544),
+        ([0.0, -1.258560515, 0.243619742, 1.653614687, -2.317999080, 0.0], 0.491275),
+    ],
+)
+def test_the_factors_of_a_file_do_not_hide_the_joints_of_each_other(q, distance):
+    # The zeros of a factor that depends on few joints are looked up before those of one of more.
+    robot = robot_of('offset_stanford_dh')
+    assert robot.factors.complete
+    assert ks.singularity(robot, q).distance == pytest.approx(distance, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ('name', 'q', 'distance'),
+    [
+        (
+            'kinova_gen3',
+            [
+                *(-0.979143965, 0.0094584967, 0.849612688, -0.0475542002),
+                *(-0.490086326, 0.0201540688, 2.567698015),
+            ],
+            0.030079,
+        ),
+        (
+            'so101',
+            [-1.093134886, -0.401606677, -1.111687103, -0.0969837996, -2.575112485],
+            0.114560,
+        ),
+    ],
+)
+def test_a_direction_between_the_two_least_singular_values_is_lost_nearest(name, q, distance):
+    # More than one equation tells where such arms are singular.
+    robot = without_factors(name)
+    found = ks.singularity(robot, q)
+    assert found.decided
+    assert found.distance == pytest.approx(distance, rel=1e-3)
+    assert share(robot, found.nearest_singular) < SINGULAR
+
+
 # Of random poses so many may be said to be farther than 1.1 times the truth although decided.
 MISSED_NEAR, MISSED_FAR = 1, 3
 

@@ -30,7 +30,7 @@ SINGULAR, ARRIVED = 1e-6, 1e-5
 BENDS = 0.4
 # So far from a pose, rad, its tangent plane is followed.
 FLAT = 0.4
-# Poses are sorted into so many bins of their first joint.
+# Poses are sorted into cells, by so many bins of each of two joints.
 BINS = 16
 # Of positions inside a period, rad.
 ROUND_OFF = 1e-9
@@ -92,11 +92,12 @@ class Atlas:
             else:
                 found = _fill(equations, given, table)
             table = table[:found]
-            first, second = _joints_to_sort_by(counts[f])
-            joints += [first, second]
-            table, bins = _sorted(table, n, spans, first, second)
+            table[:, :n][:, reaches == 0.0] = 0.0
+            sorting = _joints_to_sort_by(counts[f])
+            joints += sorting
+            table, cells = _sorted(table, n, spans, sorting)
             tables.append(table)
-            begins += [charts + int(np.sum(bins <= k)) for k in range(BINS)]
+            begins += [charts + int(np.sum(cells <= k)) for k in range(BINS * BINS)]
             charts += found
         self._arrays: tuple[Any, ...] = (
             np.ascontiguousarray(np.concatenate(tables)),
@@ -107,8 +108,8 @@ class Atlas:
             (np.sum(counts, axis=1) - self.codimension).astype(np.int64),
         )
         self.charts: Flat = arrays.numbers(self._arrays[0], charts * self.width)
-        self.begins: FlatIntegers = arrays.whole(self._arrays[1], self.sets * BINS + 1)
-        self.sorting: FlatIntegers = arrays.whole(self._arrays[2], 2 * self.sets)
+        self.begins: FlatIntegers = arrays.whole(self._arrays[1], self.sets * BINS * BINS + 1)
+        self.sorting: FlatIntegers = arrays.whole(self._arrays[2], 3 * self.sets)
         self.counts: Flat = arrays.numbers(self._arrays[3], self.sets * n)
         self.spans: Flat = arrays.numbers(self._arrays[4], 3 * n)
         self.dimensions: FlatIntegers = arrays.whole(self._arrays[5], self.sets)
@@ -118,10 +119,18 @@ class Atlas:
         return self.dimensions[f]
 
     def nearest(
-        self, f: int, u: Flat, radius: float, most: int, motions: Flat, scores: Flat
+        self,
+        f: int,
+        u: Flat,
+        radius: float,
+        promise: float,
+        most: int,
+        picked: FlatIntegers,
+        scores: Flat,
+        away: Flat,
     ) -> int:
         """
-        Fill the motions (most, n) from u to poses of a set near it, the most promising first.
+        Fill in which poses of a set near u promise to be nearest, the most promising first.
 
         Returns how many there are within the radius.
 
@@ -133,101 +142,113 @@ class Atlas:
             Where from; brought into the periods.
         radius
             How far at most.
+        promise
+            How near they promise to be at least.
         most
             How many at most.
-        motions, scores : shape (most + 1, n), (most,)
-            Filled; one motion more is room.
+        picked, scores : shape (most,)
+            Filled with the poses, and with how far from u the set promises to be by each.
+        away : shape (n,)
+            Room.
         """
-        n, first = self.joints, self.sorting[2 * f]
-        for j in range(n):
-            u[j] = _wrapped(u[j], self.spans[3 * j + 2])
+        first, second = self.sorting[3 * f], self.sorting[3 * f + 1]
+        for k in range(most):
+            scores[k] = promise
+        for j in range(self.joints):
+            counts = self.counts[f * self.joints + j] > 0.0
+            u[j] = _wrapped(u[j], self.spans[3 * j + 2]) if counts else 0.0
         found = 0
         for k in range(BINS):
-            if self._apart(first, k, u[first]) <= radius:
-                found = self._look_into(f, k, u, radius, found, most, motions, scores)
+            row = self._apart(first, k, u[first])
+            if row > radius:
+                continue
+            if second == first:
+                cell = k * BINS + k
+                found = self._look_into(f, cell, u, radius, found, most, picked, scores, away)
+                continue
+            for i in range(BINS):
+                column = self._apart(second, i, u[second])
+                if row * row + column * column <= radius * radius:
+                    cell = k * BINS + i
+                    found = self._look_into(f, cell, u, radius, found, most, picked, scores, away)
         return found
 
-    def _apart(self, first: int, k: int, value: float) -> float:
-        # How far a position of the first joint is from those of a bin.
-        span = arrays.after(self.spans, 3 * first)
+    def _apart(self, joint: int, k: int, value: float) -> float:
+        # How far a position of a joint is from those of a bin.
+        span = arrays.after(self.spans, 3 * joint)
         half = 0.5 * span[1] / BINS
         away = abs(value - span[0] - (2 * k + 1) * half)
-        return min(away, abs(span[2] - away)) - half - ROUND_OFF
+        return max(min(away, abs(span[2] - away)) - half - ROUND_OFF, 0.0)
 
     def _look_into(
         self,
         f: int,
-        k: int,
+        cell: int,
         u: Flat,
         radius: float,
         found: int,
         most: int,
-        motions: Flat,
+        picked: FlatIntegers,
         scores: Flat,
+        away: Flat,
     ) -> int:
-        # The poses of a bin, as in `nearest`.
-        n, second = self.joints, self.sorting[2 * f + 1]
-        begin, end = self.begins[f * BINS + k], self.begins[f * BINS + k + 1]
+        # The poses of a cell, as in `nearest`.
+        third = self.sorting[3 * f + 2]
+        begin, end = self.begins[f * BINS * BINS + cell], self.begins[f * BINS * BINS + cell + 1]
         count = end - begin
         if count == 0:
             return found
-        period = self.spans[3 * second + 2]
-        place = self._place(begin, end, second, _wrapped(u[second] - radius - ROUND_OFF, period))
-        away = arrays.after(motions, most * n)
+        period = self.spans[3 * third + 2]
+        place = self._place(begin, end, third, _wrapped(u[third] - radius - ROUND_OFF, period))
         for turn in range(count):
             at = place + turn if place + turn < end else place + turn - count
-            chart = arrays.after(self.charts, at * self.width)
-            step = chart[second] - u[second]
+            step = self.charts[at * self.width + third] - u[third]
             if step > radius + 2.0 * ROUND_OFF:
                 step -= period
             elif step < -radius - 2.0 * ROUND_OFF:
                 step += period
             if not abs(step) <= radius + 2.0 * ROUND_OFF:
                 break
-            score = self._score(f, u, radius * radius, chart, away)
-            if not score < places.INFINITY or found == most and score >= scores[most - 1]:
+            score = self._score(u, radius * radius, at, away)
+            if not score < scores[most - 1]:
                 continue
             found = min(found + 1, most)
             i = found - 1
             while i > 0 and scores[i - 1] > score:
-                scores[i] = scores[i - 1]
-                for j in range(n):
-                    motions[i * n + j] = motions[(i - 1) * n + j]
+                scores[i], picked[i] = scores[i - 1], picked[i - 1]
                 i -= 1
-            scores[i] = score
-            self._slide(chart, away, arrays.after(motions, i * n))
+            scores[i], picked[i] = score, at
         return found
 
-    def _place(self, begin: int, end: int, second: int, value: float) -> int:
-        # The first pose of a bin that has at least this value of its second joint; the first of
+    def _place(self, begin: int, end: int, joint: int, value: float) -> int:
+        # The first pose of a cell that has at least this value of a joint; the first of
         # all where none has.
         low, high = begin, end
         while low < high:
             middle = (low + high) // 2
-            if self.charts[middle * self.width + second] < value:
+            if self.charts[middle * self.width + joint] < value:
                 low = middle + 1
             else:
                 high = middle
         return begin if low == end else low
 
-    def _score(self, f: int, u: Flat, most: float, chart: Flat, away: Flat) -> float:
+    def _score(self, u: Flat, most: float, at: int, away: Flat) -> float:
         # Fills `away` with the motion from u to a pose; returns how far the set promises to be
         # there, endless where the pose is farther than the root of `most`.
-        n = self.joints
+        chart = arrays.after(self.charts, at * self.width)
         whole = 0.0
-        for j in range(n):
-            away[j] = 0.0
-            if self.counts[f * n + j] > 0.0:
-                step = chart[j] - u[j]
-                half = 0.5 * self.spans[3 * j + 2]
-                if step > half:
-                    step -= 2.0 * half
-                elif step < -half:
-                    step += 2.0 * half
-                away[j] = step
-                whole += step * step
-                if whole > most:
-                    return places.INFINITY
+        # The first joints are near by the cell.
+        for j in range(self.joints - 1, -1, -1):
+            step = chart[j] - u[j]
+            half = 0.5 * self.spans[3 * j + 2]
+            if step > half:
+                step -= 2.0 * half
+            elif step < -half:
+                step += 2.0 * half
+            away[j] = step
+            whole += step * step
+            if whole > most:
+                return places.INFINITY
         across = 0.0
         for i in range(self.codimension):
             share = self._across(chart, i, away)
@@ -241,10 +262,13 @@ class Atlas:
             share += normal[j] * away[j]
         return share
 
-    def _slide(self, chart: Flat, away: Flat, motion: Flat) -> None:
-        # Fills the motion to the foot on a pose's tangent plane, or as near to that as the pose
-        # still tells.
-        n = self.joints
+    def write_motion(self, u: Flat, at: int, away: Flat, motion: Flat) -> None:
+        """
+        Fill the motion (n,) from u to the foot on a pose's tangent plane, or as near to that as
+        the pose still tells; `away` (n,) is room.
+        """
+        n, chart = self.joints, arrays.after(self.charts, at * self.width)
+        self._score(u, places.INFINITY, at, away)
         for j in range(n):
             motion[j] = 0.0
         for i in range(self.codimension):
@@ -268,24 +292,25 @@ def _wrapped(value: float, period: float) -> float:
     return value - period * math.floor(value / period + 0.5)
 
 
-def _joints_to_sort_by(counts: Floats) -> tuple[int, int]:
-    # The first two joints that count, or one twice.
+def _joints_to_sort_by(counts: Floats) -> list[int]:
+    # The first three joints that count, the last of them again where there are fewer.
     counted = np.flatnonzero(counts)
-    return (int(counted[0]), int(counted[min(1, len(counted) - 1)])) if len(counted) else (0, 0)
+    last = len(counted) - 1
+    return [int(counted[min(k, last)]) if last >= 0 else 0 for k in range(3)]
 
 
-def _sorted(
-    table: Floats, n: int, spans: Floats, first: int, second: int
-) -> tuple[Floats, Integers]:
-    # With every joint inside its period around zero, by the bin of the first one, which is
-    # returned, and by the second one.
+def _sorted(table: Floats, n: int, spans: Floats, sorting: list[int]) -> tuple[Floats, Integers]:
+    # With every joint inside its period around zero, by the cell of the first two joints, which is
+    # returned, and by the third one.
     for j in range(n):
         if spans[j, 2] < places.INFINITY:
             table[:, j] -= spans[j, 2] * np.floor(table[:, j] / spans[j, 2] + 0.5)
-    inside = (table[:, first] - spans[first, 0]) / max(spans[first, 1], 1e-300)
+    pair, third = sorting[:2], sorting[2]
+    inside = (table[:, pair] - spans[pair, 0]) / np.maximum(spans[pair, 1], 1e-300)
     bins = np.clip(np.floor(BINS * inside), 0, BINS - 1).astype(np.int64)
-    order = np.lexsort((table[:, second], bins))
-    return table[order], bins
+    cells = BINS * bins[:, 0] + bins[:, 1]
+    order = np.lexsort((table[:, third], cells))
+    return table[order], cells
 
 
 def _write_seed(n: int, i: int, spans: Flat, u: Flat) -> None:

@@ -11,11 +11,12 @@ faster than the joints move.
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Flat, Public
+from ..layout.arrays import Flat, FlatIntegers, Public
 from . import factor_zeros, singular_equations
 from .arm import Arm
 from .atlas import Atlas
 from .singular_equations import SingularEquations
+from .singular_pencil import SingularPencil
 from .singular_quadric import SingularQuadric
 
 # Beyond so many rad (a prismatic joint's divided by the length) nothing is looked for.
@@ -46,11 +47,14 @@ SURE = 0.1
 SADDLE = 0.1
 # So many poses of the atlas are starts at most, that are farther than what was found by so much at
 # most, rad; and of the zeros of a factor, farther by so much at most.
-CHARTS, SPREAD = 32, 0.6
+CHARTS, SPREAD = 32, 0.35
 # Of starts that lead to farther ones than that by this share none is given up: along a motion they
 # may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.1, 0.4
 ZEROS, ZEROS_APART = 3, 0.2
+# From a direction between those of the two least singular values a search starts where one is lost
+# within this times what was found.
+BETWEEN = 1.5
 # The second order is asked where a step is longer than this share of what slope or second singular
 # value allow by the reach, and shorter than this, rad: farther it does not see.
 CURVED, LOCAL = 1.0, 0.2
@@ -131,6 +135,7 @@ class NearestSearch:
         self.quadric: SingularQuadric = SingularQuadric(arm.chain.dof)
         self.budget: Public[int] = ENOUGH
         self.n, self.count = arm.chain.dof, self.equations.count
+        self.pencil: SingularPencil = SingularPencil(self.n, self.count)
         self.horizon, self.estimate, self.distance = HORIZON, places.PI, places.INFINITY
         self.ran, self.complete, self.evaluations = False, True, 0
         self.by_product, self.by_least, self.by_quadric = 0.0, 0.0, 0.0
@@ -141,8 +146,8 @@ class NearestSearch:
         self.settled: bool = False
         n = self.n
         tape = arm.tape.steps * (n + 1) + 2 * n
-        charts = max(CHARTS, ZEROS) + 1
-        self.room: Flat = arrays.scratch(MEMORY * (2 * n + 1) + 10 * n + tape + charts * (n + 1))
+        charts = max(CHARTS, ZEROS)
+        self.room: Flat = arrays.scratch(MEMORY * (2 * n + 1) + 12 * n + tape + 2 * charts)
         self.origin: Flat = self.room
         self.first: Flat = arrays.after(self.origin, n)
         self.d: Flat = arrays.after(self.first, n)
@@ -154,9 +159,12 @@ class NearestSearch:
         self.searched: Flat = arrays.after(self.wrapped, n)
         self.before: Flat = arrays.after(self.searched, n)
         self.tape: Flat = arrays.after(self.before, n)
-        self.motions: Flat = arrays.after(self.tape, tape)
-        self.scores: Flat = arrays.after(self.motions, charts * n)
-        self.poses: Flat = arrays.after(self.scores, charts)
+        self.away: Flat = arrays.after(self.tape, tape)
+        self.motion: Flat = arrays.after(self.away, n)
+        self.scores: Flat = arrays.after(self.motion, n)
+        picked = arrays.after(self.scores, charts)
+        self.picked: FlatIntegers = arrays.as_whole(picked)
+        self.poses: Flat = arrays.after(picked, charts)
         self.slid_at: Flat = arrays.after(self.poses, MEMORY * n)
         self.lengths_of: Flat = arrays.after(self.slid_at, MEMORY * n)
 
@@ -186,7 +194,8 @@ class NearestSearch:
         """
         n, k = self.n, self.arm.task.generic_rank
         self.ran, self.complete, self.evaluations = False, True, 0
-        self.estimate, self.missed, self.settled = first_order, places.INFINITY, False
+        self.estimate, self.by_product = first_order, first_order
+        self.missed, self.settled = places.INFINITY, False
         if not (self.lasting >= 0.0 and self._moved_from(self.searched, q) <= KNOWN):
             self.known = 0
         self._bring_known(q)
@@ -207,7 +216,7 @@ class NearestSearch:
             way_out = arrays.after(measures, places.LOST_AT + 6 + n)
             sigma = arrays.after(way_out, n)
             self.here.take(row, W, sigma)
-            self._estimate(sigma, first_order)
+            self._estimate(sigma)
             self.settled = self._search()
         self.lasting = FOLLOWED * min(self.distance, self.horizon)
 
@@ -224,7 +233,9 @@ class NearestSearch:
         self.evaluations = 0
         if not self._bring_known(q):
             return False
-        return not (first_order < MISSED and first_order < NEARER * self.distance)
+        # What the first order said there already the search has looked at.
+        looked_at = self.by_product if self.is_decided() else places.INFINITY
+        return not (first_order < MISSED and first_order < NEARER * min(self.distance, looked_at))
 
     def _bring_known(self, q: Flat) -> bool:
         # Brings the poses that were found to the nearest ones to q, those that can be the nearest;
@@ -331,11 +342,10 @@ class NearestSearch:
             squares += moved * moved
         return math.sqrt(squares)
 
-    def _estimate(self, sigma: Flat, by_product: float) -> None:
+    def _estimate(self, sigma: Flat) -> None:
         # The figures of first order: by the product of the singular values, or the factors; by the
         # least singular value; and of second order.
         k = self.arm.task.generic_rank
-        self.by_product = by_product
         self.here.linearise()
         self.by_least = self.here.write_step_onto(self.first)
         if not self.here.are_fulfilled(self.first):
@@ -369,25 +379,31 @@ class NearestSearch:
         self._run_from_second_order(False)
         self._run_from_second_order(True)
         if self.count > 1:
-            self._run_along_axes()
+            self._run_between_directions()
         return False
 
     def _run_from_known_poses(self) -> None:
         # From those poses of the atlas that promise to be nearest.
         n = self.n
         near = min(self.distance, self.horizon)
-        radius = min(near + SPREAD, 3.0 * near)
-        for j in range(n):
-            self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
-        count: int = self.atlas.nearest(0, self.wrapped, radius, CHARTS, self.motions, self.scores)
+        count: int = self._pick_charts(0, min(near + SPREAD, 3.0 * near), CHARTS)
         for k in range(count):
             if self.scores[k] > WIDE * self.distance:
                 return
-            motion = arrays.after(self.motions, k * n)
-            if not self._leads_to_known(motion):
+            self.atlas.write_motion(self.wrapped, self.picked[k], self.away, self.motion)
+            if not self._leads_to_known(self.motion):
                 for j in range(n):
-                    self.d[j] = motion[j]
+                    self.d[j] = self.motion[j]
                 self._run(STEPS, 0.3, False)
+
+    def _pick_charts(self, f: int, radius: float, most: int) -> int:
+        # Those of a set that promise nothing farther than what was found; returns their number.
+        for j in range(self.n):
+            self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
+        promise = WIDE * min(self.distance, self.horizon)
+        return self.atlas.nearest(
+            f, self.wrapped, radius, promise, most, self.picked, self.scores, self.away
+        )
 
     def _leads_to_known(self, motion: Flat) -> bool:
         # Whether a start is beside a pose that was found.
@@ -403,23 +419,17 @@ class NearestSearch:
     def _look_at_factors(self) -> None:
         # The nearest zero of all factors: from here, and from known zeros.
         n = self.n
-        for j in range(n):
-            self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
         for f in range(self.arm.tape.factors):
             for j in range(n):
                 self.d[j] = 0.0
             if self.atlas.dimension(f) > 0:
                 self._go_to_zero(f)
-            radius = min(self.distance, self.horizon)
-            count: int = self.atlas.nearest(
-                f, self.wrapped, radius + ZEROS_APART, ZEROS, self.motions, self.scores
-            )
+            near = min(self.distance, self.horizon)
+            count: int = self._pick_charts(f, near + ZEROS_APART, ZEROS)
             for k in range(count):
                 if self.scores[k] > WIDE * self.distance:
                     break
-                motion = arrays.after(self.motions, k * n)
-                for j in range(n):
-                    self.d[j] = motion[j]
+                self.atlas.write_motion(self.wrapped, self.picked[k], self.away, self.d)
                 self._go_to_zero(f)
         if not self.found():
             return
@@ -487,6 +497,7 @@ class NearestSearch:
             and self.by_product > 0.7 * found
             and found * max(self.slope, 1e-3 * self.arm.reach) < 0.35 * self.second
             and self.free > SADDLE * found
+            and (self.count == 1 or found * self.arm.reach < self.second)
         )
 
     def _is_where_the_first_order_says(self) -> bool:
@@ -533,7 +544,7 @@ class NearestSearch:
                     self.reached[j] = self.d[j]
                 if gain < NO_GAIN * away or away > 2.0 * self.horizon:
                     break
-            elif (nearest if curved else away - left) > WIDE * self.distance:
+            elif self._promise(left, away, nearest, curved) > WIDE * self.distance:
                 break  # it is on its way to one that is farther than what was found
             if step >= steps - 1 and (
                 best < places.INFINITY or not self._is_late(step - steps, left, away)
@@ -553,6 +564,13 @@ class NearestSearch:
             if best < places.INFINITY:
                 self._remember(best)
         self._keep(best, standing)
+
+    def _promise(self, left: float, away: float, nearest: float, curved: bool) -> float:
+        # How far the singular pose will be that a run is on its way to. Of more equations than one
+        # the first order alone may tell that it slides to a nearer one.
+        if curved:
+            return nearest
+        return away - left if self.count == 1 else min(away - left, nearest)
 
     def _is_curved(self) -> bool:
         # Whether the step is one for the second order, which it is then brought to.
@@ -596,12 +614,17 @@ class NearestSearch:
         if self.distance == places.INFINITY or self._apart(self.along) > SAME * self.distance:
             self._run_from(self.along, length, 1.0, max(0.4 * length, 1e-4))
 
-    def _run_along_axes(self) -> None:
-        # Of a redundant arm the quadric is one of several: to it along its axes.
-        for i in range(self.n):
-            length = self.around.write_along_axis(i, self.along)
-            if length < 1.2 * self.distance and length < 2.0 * self.horizon:
-                self._run_from(self.along, length, 1.0, max(0.4 * length, 1e-4))
+    def _run_between_directions(self) -> None:
+        # Where a direction between those of the two least singular values is lost.
+        if not self.arm.task.generic_rank > 1:
+            return
+        self.pencil.stand_at(self.here, self.along)
+        farthest = BETWEEN * min(self.distance, self.horizon)
+        for angle in range(self.pencil.angles):
+            if self.pencil.is_shortest(angle) and self.pencil.lengths[angle] < farthest:
+                length = self.pencil.write_motion(angle, self.along)
+                if not self.found() or self._apart(self.along) > SAME * self.distance:
+                    self._run_from(self.along, length, 1.0, max(0.4 * length, 1e-4))
 
     def _apart(self, motion: Flat) -> float:
         # From what was found.

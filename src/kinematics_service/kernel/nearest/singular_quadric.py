@@ -166,21 +166,6 @@ class SingularQuadric:
                 x[j] += self.x[i] * self.Z[i * n + j]
         return singular_equations.length_of(self.x, n)
 
-    def write_along_axis(self, i: int, x: Flat) -> float:
-        """Fill the motion x (n,) along an axis of the quadric to it, and return its length."""
-        self._diagonalise()
-        curved, along = self.K[i * self.n + i], self.along[i]
-        inside = along * along - 4.0 * curved * self.f
-        if not inside >= 0.0:
-            return places.INFINITY
-        total = along + math.sqrt(inside) if along >= 0.0 else along - math.sqrt(inside)
-        if total == 0.0:
-            return places.INFINITY
-        root = -2.0 * self.f / total
-        for j in range(self.n):
-            x[j] = root * self.Z[i * self.n + j]
-        return abs(root)
-
     def _meets(self, x: Flat) -> bool:
         # Fills the least motion where no direction is needed in which nothing slopes: the secant
         # method for the inverse of the multiplier, in which what is left of f is nearly linear.
