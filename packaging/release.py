@@ -110,6 +110,7 @@ def tried(wheel: Path, python: str, packed: Path, folder: Path, commands: Sequen
         archive.extractall(folder, filter='data')
     (tests,) = folder.glob('*/test')
     shutil.copytree(tests, folder / 'alone' / 'test')
+    shutil.copy(tests.with_name('pyproject.toml'), folder / 'alone')
     printed = [run(['/bin/sh', '-c', line], cwd=folder / 'alone', env=alone) for line in commands]
     return re.findall(r'^=* ?(\d+ passed.*?) in ', printed[-1], re.MULTILINE)[-1]
 
