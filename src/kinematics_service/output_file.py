@@ -15,7 +15,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TextIO
 
 from .errors import KinematicsError
 
@@ -155,3 +155,9 @@ def _reserve(stream: BinaryIO, size: int, before: int) -> None:
     except OSError:
         stream.truncate(before)
         raise
+
+
+def say_written(file: Path, stream: TextIO | None = None) -> None:
+    """Print that a file was written; of a device or a pipe that would be in what it is given."""
+    if file.is_file():
+        print(f'wrote {file}', file=stream)

@@ -799,3 +799,38 @@ def test_every_command_that_writes_a_file_names_it(capsys, tmp_path):
     said = answer(capsys, 'import', '--urdf', written['a.urdf'], '--out', written['b.yaml'])
     assert said.endswith(f'\nwrote {written["b.yaml"]}\n')
     assert all(Path(written[name]).stat().st_size for name in ('a.md', 'a.urdf', 'b.yaml'))
+
+
+def test_what_check_finds_is_data_too(capsys, tmp_path):
+    good, wrong = tmp_path / 'good.yaml', tmp_path / 'wrong.yaml'
+    text = ks.bundled_robots()['puma560'].read_text()
+    good.write_text(text)
+    wrong.write_text(text.replace('alpha: ', 'alfa: ', 1))
+    assert main(['check', '--json', str(good), str(wrong), 'no_such_arm']) == 1
+    out, err = capsys.readouterr()
+    assert err == ''
+    first, second, third = json.loads(out)['files']
+    robot = ks.load_robot(good)
+    assert first['faults'] == first['warnings'] == []
+    assert (first['file'], first['robot'], first['dof']) == (str(good), 'puma560', 6)
+    assert first['reach'] == robot.task.reach
+    assert [pose['agrees'] for pose in first['known_poses']] == [True] * len(first['known_poses'])
+    assert second['robot'] is third['robot'] is None
+    (fault,) = (one for one in second['faults'] if 'alfa' in one['where'])
+    assert wrong.read_text().splitlines()[fault['line'] - 1].strip().count('alfa') == 1
+    assert "no robot 'no_such_arm'" in third['faults'][0]['message']
+    keys = answer(capsys, 'check', '--help').partition('The keys of --json')[2]
+    assert all(re.search(rf'\b{key}\b', keys) for key in (*first, *second['faults'][0]))
+
+
+def test_a_known_pose_that_is_missed_is_so_in_the_data(capsys, tmp_path):
+    file = tmp_path / 'arm.yaml'
+    text = ks.bundled_robots()['planar_2r'].read_text().partition('known_poses')[0]
+    file.write_text(
+        f'{text}known_poses:\n  - {{q: [0, 0], xyz: [2, 0, 0]}}\n  - '
+        '{q: [0, 0], xyz: [1, 0, 0]}\n'
+    )
+    assert main(['check', '--json', str(file)]) == 1
+    (found,) = json.loads(capsys.readouterr().out)['files']
+    assert [pose['agrees'] for pose in found['known_poses']] == [True, False]
+    assert found['faults'][0]['where'] == 'known_poses[1]'

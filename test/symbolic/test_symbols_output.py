@@ -186,7 +186,7 @@ def run(*arguments):
 def test_the_command_writes_a_file(tmp_path):
     out = tmp_path / 'arm.json'
     answer = run('craig_3r', '--format', 'json', '--out', str(out), '--frame', 'tool')
-    assert (answer.returncode, answer.stdout, answer.stderr) == (0, '', '')
+    assert (answer.returncode, answer.stdout, answer.stderr) == (0, f'wrote {out}\n', '')
     assert json.loads(out.read_text())['robot'] == 'craig_3r'
     assert [path.name for path in tmp_path.iterdir()] == ['arm.json']
 

@@ -15,7 +15,7 @@ from ..diagnosis.audit.report.summary import print_summary
 from ..errors import KinematicsError
 from ..estimation.estimator import EstimatorSettings
 from ..formats.recordings.source import Selection
-from ..output_file import write_file
+from ..output_file import say_written, write_file
 from ..robot.measures import thresholds_for
 from ..robot.robot import Robot, with_singularity
 from .frame_options import FormatOption, GapOption, given_format, given_frames
@@ -227,13 +227,15 @@ def _report(outcome: Outcome, html: Path | None, json: Path | None) -> None:
         print(f'{outcome.error}', file=sys.stderr)
         return
     printed = json is not None and str(json) == '-'
+    texts = {html: outcome.html, None if printed else json: f'{outcome.json}\n'}
+    files = {file: text for file, text in texts.items() if file is not None}
+    for file, text in files.items():
+        write_file(file, text)
     if printed:
         print(outcome.json)
     else:
         print_summary(outcome.summary)
-    for file, text in ((html, outcome.html), (None if printed else json, f'{outcome.json}\n')):
-        if file is not None:
-            write_file(file, text)
-            print(f'wrote {file}', file=sys.stderr if printed else sys.stdout)
+    for file in files:
+        say_written(file, sys.stderr if printed else None)
     if outcome.error:
         print(outcome.error, file=sys.stderr)

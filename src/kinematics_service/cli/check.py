@@ -3,7 +3,7 @@
 import math
 import sys
 from collections.abc import Iterator, Sequence
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import typer
@@ -15,7 +15,7 @@ from ..errors import Fault, KinematicsError, RobotFileError
 from ..estimation.status_text import structure_in_words
 from ..kernel import Floats
 from ..kinematics.tool_state import evaluate
-from ..printing import Output, facts, heading, plain, table
+from ..printing import Output, attributes, facts, heading, json_text, plain, table
 from ..robot.closed_poses import tried_poses
 from ..robot.file.parts.convention_table import CONVENTIONS
 from ..robot.file.parts.description import Placement, PointDescription
@@ -24,7 +24,7 @@ from ..robot.loops import other_branches
 from ..robot.robot import Robot, load_robot
 from ..robot.task import SEEDED_POSES, seeded_poses
 from .accuracy_report import tolerances_in_words, uncertainty_in_words
-from .options import doubt_text, flag, robots_like
+from .options import JsonOption, doubt_text, flag, robots_like
 from .robots import joint_letters
 from .singularity_report import DEGREES, threshold_words
 from .textbook_table import motion_text, textbook_table
@@ -41,11 +41,23 @@ Examples:
   kinematics_service check my_robot.yaml
   kinematics_service check puma560 ur5e config/*.yaml > report.txt
   kinematics_service check --strict my_robot.yaml
+  kinematics_service check --json my_robot.yaml
 
 All faults of a file are reported at once, on standard error, as file:line: where: message. Known
 poses of the file that the table does not reach are faults too. The exit code is 1 if any file has
 a fault; the other files are still checked. What is allowed but most likely a mistake, such as a
 link of 250 m, is a line with WARN there; with --strict it makes the exit code 1 too.
+
+\b
+The keys of --json, of each object of the list `files`:
+  file, robot             as given; the robot's name, or null where the file has faults
+  faults, warnings        objects: line (0: none can be named), where, message
+  dof, joint_names, joint_types, convention
+                          of a robot
+  reach, length           m
+  task_rows, generic_rank
+                          which rows of the Jacobian count, and how many are independent
+  known_poses             objects: index, agrees
 """
 
 Files = Annotated[
@@ -59,29 +71,29 @@ Files = Annotated[
 
 
 class FileCheck(NamedTuple):
-    """The faults of a file and its probable mistakes, one per line."""
+    """What was found of a file: its robot, None if it has none, faults and probable mistakes."""
 
-    faults: list[str]
-    warnings: list[str]
+    robot: Robot | None
+    faults: Sequence[Fault]
+    warnings: Sequence[Fault] = ()
+    errors: Sequence[PoseError] = ()
 
 
 def check(
     files: Files,
     strict: bool = flag('--strict', 'Exit with code 1 for warnings, too.'),
+    json: JsonOption = False,
 ) -> None:
     """Run the command; `HELP` is what its user reads."""
-    out = Output()
-    faulty = doubtful = 0
+    out, found = Output(), []
     for file in files:
-        verdict = _checked(out, file)
-        faulty += bool(verdict.faults)
-        doubtful += bool(verdict.warnings)
-        lines = [*verdict.warnings, *verdict.faults]
-        if lines:
-            # In the order in which it happened, if both streams show on one screen.
-            sys.stdout.flush()
-            print(plain('\n'.join(lines)), file=sys.stderr)
-    if len(files) > 1:
+        found.append(_checked(file))
+        if not json:
+            _print_check(out, found[-1])
+    faulty, doubtful = (sum(map(bool, column)) for column in zip(*(one[1:3] for one in found)))
+    if json:
+        print(json_text({'files': [_entry(*one) for one in zip(files, found)]}))
+    elif len(files) > 1:
         counts = [f'{faulty} of them with faults' if faulty else 'no faults']
         counts += [f'{doubtful} with warnings'] if doubtful else []
         out.print(heading(f'{len(files)} files checked, {", ".join(counts)}'))
@@ -89,21 +101,47 @@ def check(
         raise typer.Exit(1)
 
 
-def _checked(out: Output, file: str) -> FileCheck:
-    # Prints the result for a file.
+def _checked(file: str) -> FileCheck:
     try:
         robot = load_robot(file)
     except RobotFileError as error:
-        return FileCheck([str(fault) for fault in error.faults], [])
+        return FileCheck(None, error.faults)
     except KinematicsError as error:
-        return FileCheck([str(error)], [])
+        return FileCheck(None, [Fault('', 0, '', str(error))])
     errors = pose_errors(robot)
     faults = pose_faults(robot, errors)
-    _print_robot(out, robot)
-    _print_arm(out, robot, errors, faults)
     if faults and (cause := str(pose_causes(robot))):
         faults = (*faults, Fault(robot.description.file, 0, 'known_poses', cause))
-    return FileCheck(list(map(str, faults)), list(map(doubt_text, robot.description.warnings)))
+    return FileCheck(robot, faults, robot.description.warnings, errors)
+
+
+def _print_check(out: Output, found: FileCheck) -> None:
+    if found.robot is not None:
+        _print_robot(out, found.robot)
+        _print_arm(out, found.robot, found.errors)
+    lines = [*map(doubt_text, found.warnings), *map(str, found.faults)]
+    if lines:
+        # In the order in which it happened, if both streams show on one screen.
+        sys.stdout.flush()
+        print(plain('\n'.join(lines)), file=sys.stderr)
+
+
+def _entry(file: str, found: FileCheck) -> dict[str, Any]:
+    robot, fields = found.robot, ('line', 'where', 'message')
+    entry: dict[str, Any] = {
+        'file': file,
+        'robot': None if robot is None else robot.name,
+        'faults': [attributes(fault, *fields) for fault in found.faults],
+        'warnings': [attributes(doubt, *fields) for doubt in found.warnings],
+    }
+    if robot is not None:
+        entry |= attributes(robot, 'dof', 'joint_names', 'joint_types', 'convention')
+        entry |= attributes(robot.task, 'reach', 'length', 'generic_rank')
+        entry['task_rows'] = robot.task.rows
+        entry['known_poses'] = [
+            {'index': one.index, 'agrees': one.share <= 1.0} for one in found.errors
+        ]
+    return entry
 
 
 def _print_robot(out: Output, robot: Robot) -> None:
@@ -170,9 +208,7 @@ def _range(limits: Floats) -> str:
     return f'{low:.4g} .. {high:.4g}'
 
 
-def _print_arm(
-    out: Output, robot: Robot, errors: Sequence[PoseError], faults: Sequence[Fault]
-) -> None:
+def _print_arm(out: Output, robot: Robot, errors: Sequence[PoseError]) -> None:
     task, description = robot.task, robot.description
     full = min(len(task.rows), robot.dof)
     arm = facts()
@@ -202,7 +238,7 @@ def _print_arm(
         arm.add_row('  uncertainty', plain('\n'.join(off)))
     if made := tolerances_in_words(description.tolerances):
         arm.add_row('  tolerance', plain(made))
-    arm.add_row('  known poses', _known(errors, faults))
+    arm.add_row('  known poses', _known(errors))
     if description.remarks:
         arm.add_row('  remarks', plain('\n'.join(description.remarks)))
     out.print(arm, '')
@@ -269,9 +305,9 @@ def _structure(robot: Robot) -> str:
     return f'{joints} can move at every pose without moving the task rows'
 
 
-def _known(errors: Sequence[PoseError], faults: Sequence[Fault]) -> str:
+def _known(errors: Sequence[PoseError]) -> str:
     if not errors:
         return 'none in the file'
     worst = max(errors, key=lambda error: error.share)
-    verdict = f'{len(errors) - len(faults)} of {len(errors)} agree'
+    verdict = f'{sum(error.share <= 1.0 for error in errors)} of {len(errors)} agree'
     return f'{verdict}\nworst, known_poses[{worst.index}]: {worst}'

@@ -119,10 +119,10 @@ def _write_document(document: str, out: Path | None) -> None:
     if out is None:
         sys.stdout.write(document)
         return
-    from ..output_file import write_file
+    from ..output_file import say_written, write_file
 
     write_file(out, document)
-    print(f'wrote {out}')
+    say_written(out)
 
 
 def _locks(given: list[str]) -> list[tuple[str, str]]:

@@ -9,6 +9,7 @@ from typing import Optional
 
 from ..diagnosis.calibration.factory import import_ur_calibration
 from ..formats.urdf.importer import import_urdf as imported
+from ..output_file import say_written
 from ..robot.bundled import find_robot
 from ..robot.file.reader import robot_file_text
 from .export import write_document
@@ -96,4 +97,5 @@ def _write(out: str, text: str, said: str) -> None:
     if out == '-':
         print(said, file=sys.stderr)
     else:
-        print(f'{said}\nwrote {out}')
+        print(said)
+        say_written(Path(out))

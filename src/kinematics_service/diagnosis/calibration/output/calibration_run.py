@@ -14,7 +14,7 @@ from ....estimation.estimator import EstimatorSettings
 from ....formats.recordings.source import Selection
 from ....kernel import Floats
 from ....kinematics.uncertainty.parameters import parameters_of
-from ....output_file import write_file
+from ....output_file import say_written, write_file
 from ....printing import Output, heading, json_text, plain, table
 from ....robot.bundled import find_robot, find_robot_file
 from ....robot.file.reader import robot_file_text
@@ -259,7 +259,7 @@ def write_report(data: CalibratedPoses, robot: str, outputs: CalibrationOutputs)
         _print_report(data, outputs)
     for file in (outputs.html, None if outputs.printed else outputs.json):
         if file is not None:
-            print(f'wrote {file}', file=outputs.stream)
+            say_written(file, outputs.stream)
 
 
 def _print_report(data: CalibratedPoses, outputs: CalibrationOutputs) -> None:
