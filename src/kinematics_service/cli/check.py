@@ -50,13 +50,14 @@ link of 250 m, is a line with WARN there; with --strict it makes the exit code 1
 
 \b
 The keys of --json, of each object of the list `files`:
-  file, robot             as given; the robot's name, or null where the file has faults
+  file, robot             as given; the name of the robot, null if there is none
   faults, warnings        objects: line (0: none can be named), where, message
   dof, joint_names, joint_types, convention
                           of a robot
   reach, length           m
   task_rows, generic_rank
-                          which rows of the Jacobian count, and how many are independent
+                          rows of the Jacobian that count; how many at most are
+                          independent
   known_poses             objects: index, agrees
 """
 
