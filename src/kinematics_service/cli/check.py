@@ -50,14 +50,14 @@ link of 250 m, is a line with WARN there; with --strict it makes the exit code 1
 
 \b
 The keys of --json, of each object of the list `files`:
-  file, robot             as given; the name of the robot, null if there is none
+  file, robot             as given; the robot's name, or null
   faults, warnings        objects: line (0: none can be named), where, message
   dof, joint_names, joint_types, convention
                           of a robot
   reach, length           m
   task_rows, generic_rank
-                          rows of the Jacobian that count; how many at most are
-                          independent
+                          rows of J that count; how many of them
+                          are independent
   known_poses             objects: index, agrees
 """
 
