@@ -82,7 +82,7 @@ class FileCheck(NamedTuple):
 
 def check(
     files: Files,
-    strict: bool = flag('--strict', 'Exit with code 1 for warnings, too.'),
+    strict: bool = flag('--strict', 'Exit with code 1 also for warnings.'),
     json: JsonOption = False,
 ) -> None:
     """Run the command; `HELP` is what its user reads."""

@@ -35,12 +35,13 @@ Examples:
   kinematics_service derive rrp_elementary --path 'theta1=sin(t), theta2=cos(2*t), d3=sin(3*t)'
   kinematics_service derive arm.yaml --write
 
-Every row's T, every frame, the Jacobian four ways and their difference, the determinant of the
-task rows as a product, where each factor vanishes, the rank there and the motion lost. --write
-puts the factors into the robot file, after checking their product against the determinant.
+The result has every row's T, every frame, the Jacobian in four ways and their difference, and the
+determinant of the task rows as a product. For each factor it says where the factor vanishes, the
+rank there and the lost motion. --write puts the factors into the robot file, after checking their
+product against the determinant.
 
-Of an arm with closed loops: what closes them, how their passive joints follow the others, and the
-determinants of the closure and of the arm.
+For an arm with closed loops the result says what closes them and how their passive joints follow
+the others. It has the determinants of the closure and of the arm.
 """
 
 
@@ -71,7 +72,7 @@ def derive(
         'Hold a joint still, in the file units; repeatable.', 'JOINT=VALUE'
     ),
     code: Optional[Code] = option('Write T, J and the determinant as source code instead.'),
-    path: Optional[str] = option('Derive the velocity along a path, too.', 'JOINT=f(t),...'),
+    path: Optional[str] = option('Also derive the velocity along a path.', 'JOINT=f(t),...'),
     start: float = option('Start of the path, s.', default=0.0, name='--from'),
     end: float = option('End of the path, s.', default=6.3, name='--to'),
     plot: Optional[Path] = option(

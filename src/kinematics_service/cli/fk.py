@@ -36,8 +36,8 @@ Examples:
   kinematics_service fk --robot puma560 --of 3 --q 0,0.8,3.1,0,0.8,0
 
 Positions may be negative, and separated by commas, spaces or both. Those of
-prismatic joints are in metres, with --deg too. With --of and --at another point of the arm
-stands where the tool does, in the pose and in what is said of singular poses.
+prismatic joints are in metres, also with --deg. With --of and --at the pose and its
+singularity are those of another point of the arm instead of the tool.
 
 \b
 The keys of --json, in m and rad; null: infinite or undefined:

@@ -47,9 +47,9 @@ kinematics. Where the arm can move on without moving the tool, the solution is a
 printed at one of its positions. The exit code is 1 if nothing is inside the limits;
 then the nearest pose is printed.
 
---axis: of the orientation only the direction of that axis of the tool counts, which suits arms
-of five joints. A target that is not met exactly counts as reached within --tolerance (numbers
-that were typed are rounded); the residual says how well.
+--axis is for arms of five joints: only the direction of that axis of the tool counts, not the
+whole orientation. A target that is not met exactly counts as reached within --tolerance, because
+typed numbers are rounded; the residual says how well.
 
 --one: the first solution found inside the limits, the nearest one where there is a
 closed form. An arm without one is searched from there: --seed gives other starts.
@@ -116,7 +116,7 @@ def ik(
         shown='all of a pose, x y z of a position',
     ),
     axis: Optional[str] = option(
-        'The axis of the tool, x, y or z, of whose orientation alone the direction counts.',
+        'Only the direction of this axis of the tool counts: x, y or z.',
         'AXIS',
         shown='the whole orientation',
     ),

@@ -33,7 +33,7 @@ is printed and written into the file. xacro files are expanded first: xacro FILE
 
 --ur-calibration is the controller's calibration.conf, or the YAML of ur_calibration; --robot the
 nominal arm. Its numbers get corrections of millimetres and an extra angle between parallel axes,
-in the place of lengths of hundreds of metres that cancel; it is the same arm to 1e-9.
+instead of lengths of hundreds of metres that cancel. It is the same arm to 1e-9.
 """
 
 

@@ -52,8 +52,8 @@ Examples:
 
 The Jacobian is the geometric one, rows vx vy vz wx wy wz, a column a joint in the order of the
 robot; its reference point is the tool's origin, its axes are those of --axes. The twist is
-J qdot in the same axes. With --of and --at another point of the arm stands where the tool does,
-in all that is printed.
+J qdot in the same axes. With --of and --at all that is printed is of another point of the arm
+instead of the tool.
 
 \b
 The keys of --json, in m, rad, s; null: infinite, undefined, not asked for:

@@ -36,9 +36,9 @@ for you to change.
 
 With --table it is the robot of a table: rows of a spreadsheet (commas, semicolons or tabs), of a
 text, of Markdown or LaTeX, a matrix, or the links of Corke's toolbox for MATLAB or Python. The
-heads of the columns say what they hold, in any order; without heads --columns does. Of theta and
-d the one with the variable, or the empty one, moves. What is assumed is said, and the result
-checked.
+heads of the columns say what they hold, in any order; without heads --columns does. Theta or d
+moves: the one with the variable, or the empty one. The command says what it assumes, and checks
+the result.
 """
 
 DEFAULT_DOF = 6

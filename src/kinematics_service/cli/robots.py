@@ -16,8 +16,8 @@ HELP = """
 List the robots that come with the package, one per line. Every command takes their names, and
 'new NAME --from ROBOT' makes a file of one.
 
-A terminal shows the machines; --all adds the arms of textbooks and courses. What is not a terminal
-gets all of them.
+In a terminal it lists the machines, and --all adds the arms of textbooks and courses. In a file or
+a pipe it lists all of them.
 
 \b
 Joints: R revolute, P prismatic, H helical, base to tool.
@@ -52,7 +52,7 @@ def joint_letters(joints: tuple[JointDescription, ...]) -> str:
 
 def robots(
     everything: Annotated[
-        bool, typer.Option('--all', help='List the arms of textbooks and courses, too.')
+        bool, typer.Option('--all', help='Also list the arms of textbooks and courses.')
     ] = False,
     json: JsonOption = False,
 ) -> None:

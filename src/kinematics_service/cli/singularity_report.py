@@ -220,10 +220,10 @@ def _distance_words(robot: Robot, singularity: Singularity) -> str:
         return f'{shown}: this pose is singular'
     if singularity.nearest_singular is not None:
         away, end = in_degrees(singularity.distance), _end_words(robot, singularity)
-        doubt = '' if singularity.decided else '; not decided: a nearer one is not excluded'
+        doubt = '' if singularity.decided else '; not decided: there may be a nearer one'
         return f'{shown}: {away} of joint motion to {end}, see below{doubt}'
     if not singularity.decided:
-        return 'not decided: no singular pose was found, and none is excluded'
+        return 'not decided: no singular pose was found, but there may be one'
     return MEASURES['distance'].farther(singularity.distance) or shown
 
 

@@ -19,8 +19,8 @@ WITHOUT_VISER = (
 
 HELP = """
 Show the arm on a web page, live from a running node, or moved by sliders if no joint states
-arrive: links and axes from the table alone, velocity, manipulability ellipsoids, what is lost at a
-singular pose, the distance to it, the Jacobian, the limits.
+arrive. The page shows links and axes from the table alone, velocity, manipulability ellipsoids,
+the motion lost at a singular pose, the distance to it, the Jacobian and the limits.
 
 \b
 Examples:
@@ -30,9 +30,9 @@ Examples:
   kinematics_service view --robot my_arm.yaml --publish
 
 If several nodes run, the page has a list to choose from. Only this computer sees the page
-unless --host says otherwise: then the address that is printed holds a token, and nothing is
-shown without it. With --publish the page has a box to tick, after which the sliders publish
-joint states, for a node without a robot. Without ROS there are sliders only.
+unless --host says otherwise. Then the printed address has a token, and nothing is shown
+without it. With --publish the page has a box to tick: then the sliders publish joint states,
+for a node without a robot. Without ROS there are only sliders.
 """
 
 

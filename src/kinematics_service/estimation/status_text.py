@@ -119,7 +119,7 @@ def singularity_status(
         if singularity.decided or not by_distance:
             sentence = f'not near a singularity: {shown}, {volume}'
         elif singularity.distance_at_least:
-            sentence = f'no singularity was found near, and none is excluded: {volume}'
+            sentence = f'no singularity was found near, but there may be one: {volume}'
         else:
             sentence = f'no singularity was found near: {shown}, {volume}'
     else:
@@ -170,12 +170,12 @@ def lost_hold(loop: str) -> str:
 def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> str:
     # What is near: the arm's singular pose, or a loop's flat position.
     if not singularity.decided and singularity.nearest_singular is None:
-        return 'it is not decided whether a singularity is near (none was found or excluded)'
+        return 'it is not decided whether a singularity is near (none was found; there may be one)'
     what = 'a singularity'
     if robot.loop_names:
         what = flat_position(loop) if loop else 'a singularity of the arm'
     at = 'at' if level == Level.ERROR else 'near'
-    return f'{at} {what}' + ('' if singularity.decided else ', a nearer one is not excluded')
+    return f'{at} {what}' + ('' if singularity.decided else ', there may be a nearer one')
 
 
 def _loop_values(robot: Robot, singularity: Singularity, loop: str) -> Iterator[tuple[str, str]]:

@@ -121,7 +121,7 @@ def _not_proved(robot: Robot, where: str, found: PlanSingularity) -> Finding:
         return Finding(Level.ERROR, f'{where}{text} ({found.threshold:g} asked).')
     if robot.loop_names:
         text = f'no singular pose was found within {asked} of {found.evaluations:,} sampled'
-        bent = 'none is excluded, because closed loops bend the arm'
+        bent = 'there may be one, because nothing is proved of closed loops'
         return Finding(Level.WARN, f'{where}Not decided: {text} positions; {bent}.')
     begin, end = found.undecided[0]
     span = seconds(sum(end - begin for begin, end in found.undecided))

@@ -157,7 +157,7 @@ PARAMETERS = (
     Parameter(
         'ik.tolerance',
         1e-6,
-        'How far off a target pose is still reached, m and rad; the residual is told.',
+        'A target pose counts as reached up to this error, m and rad; `~/ik/status` has the residual.',
         range=(0.0, 1.0),
     ),
     Parameter(

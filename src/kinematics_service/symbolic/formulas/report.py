@@ -90,7 +90,7 @@ def _cause(cause: Explanation, verdict: Verdict) -> Iterator[str]:
         part = ', for ' + ', '.join(f'({i + 1},{j + 1})' for i, j in cause.entries)
     yield f'  cause{part}: {cause.sentence}'
     for other in cause.also:
-        yield f'    or, just as well: {other}'
+        yield f'    or, equally possible: {other}'
 
 
 def document(comparison: Comparison, file: str) -> dict[str, Any]:

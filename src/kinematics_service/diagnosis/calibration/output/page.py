@@ -90,8 +90,8 @@ def _errors(found: Calibration) -> str:
         every = found.with_outliers
         named = (
             *named,
-            ('calibrated, those left out as well', every.after),
-            ('held out, calibrated, those left out as well', every.held_out),
+            ('calibrated, with those left out', every.after),
+            ('held out, calibrated, with those left out', every.held_out),
         )
     headers = [kind_of(found), 'position rms', 'largest', 'orientation rms', 'largest']
     count = 3 if found.positions else len(headers)
