@@ -157,7 +157,8 @@ PARAMETERS = (
     Parameter(
         'ik.tolerance',
         1e-6,
-        'A target pose counts as reached up to this error, m and rad; `~/ik/status` has the residual.',
+        'A target pose counts as reached up to this error, m and rad. `~/ik/status` has the '
+        'residual.',
         range=(0.0, 1.0),
     ),
     Parameter(
