@@ -230,7 +230,7 @@ def test_of_a_symmetric_arm_every_mistake_that_explains_is_told(tmp_path, capsys
     err = capsys.readouterr().err
     assert err.count('\n') == 2
     assert 'mistakes of' in err
-    assert 'each alone; another pose may tell which: ' in err
+    assert 'each alone; another pose may decide which: ' in err
     assert 'joint q2 counts the other way round' in err
     assert 'alpha of links[0] has the other sign' in err
     # A pose that tells them apart leaves one.

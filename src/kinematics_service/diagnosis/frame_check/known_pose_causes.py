@@ -69,7 +69,7 @@ class PoseCauses(NamedTuple):
             )
         return (
             f'{len(self.sentences)} mistakes of {self.tried} that were tried explain them, each '
-            f'alone; another pose may tell which: {"; ".join(self.sentences)}'
+            f'alone; another pose may decide which: {"; ".join(self.sentences)}'
         )
 
 
