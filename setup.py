@@ -29,6 +29,7 @@ TEST = [
     *TEST_WHEEL,
     'cython>=3.0.8',
     'setuptools>=61',
+    'wheel',
     'ros-domain-coordinator',
     'rosbags',
     'ruamel.yaml',

@@ -221,6 +221,8 @@ OF_ROS = re.compile('rclpy|.*_(msgs|srvs|interfaces)')
 
 def modules_imported():
     for file in PACKAGE.rglob('*.py'):
+        if file.name.endswith('.launch.py'):  # read by `ros2 launch`, which has them
+            continue
         for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
             if isinstance(node, ast.Import):
                 yield from (alias.name.partition('.')[0] for alias in node.names)
