@@ -1,5 +1,6 @@
 """Results at a prompt and in a notebook: a line, a table, a sketch, formulas."""
 
+import dataclasses
 import re
 from xml.etree import ElementTree
 
@@ -83,6 +84,13 @@ def test_a_singularity_says_its_level_and_how_sure_it_is():
     assert 'manipulability' in repr(ks.singularity('panda', [0, -1, 0, -2, 0, 1, 0]))
     levels = [[0, 0.0], [0, 1.0], [0, -1.0]]
     assert repr(ks.singularity(robot, levels)) == 'Singularity(3 poses: 2 OK, 1 ERROR)'
+    assert repr(ks.singularity(robot, np.zeros((0, 2)))) == 'Singularity(0 poses: none)'
+    sure = ks.singularity(robot, [0, 0.5])
+    doubtful = dataclasses.replace(sure, decided=False)
+    assert 'not decided: there may be a nearer one' in repr(doubtful)
+    nowhere = dataclasses.replace(doubtful, nearest_singular=None)
+    assert '0.5 rad' not in repr(nowhere)
+    assert 'no singular pose was found, and there may be one' in repr(nowhere)
 
 
 def test_solutions_are_listed_with_what_they_are():
@@ -90,12 +98,14 @@ def test_solutions_are_listed_with_what_they_are():
     q = poses(robot)[3]
     found = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q))
     assert re.match(
-        r'IkResult\(solved, \d solutions, closed form, complete: proved\)', repr(found)
+        r'IkResult\(solved, \d solutions, closed form, there are no others\)', repr(found)
     )
     rows = list(well_formed(found._repr_html_()).iter('tr'))
     assert len([row for row in rows if len(row) == 9]) == 1 + len(found)
     far = ks.inverse_kinematics(robot, [9.0, 0.0, 0.0])
     assert repr(far).startswith('IkResult(unreachable, 0 solutions')
+    one = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q), all_solutions=False)
+    assert repr(one).endswith('others were not looked for)')
     assert far.reason in ''.join(well_formed(far._repr_html_()).itertext())
 
 

@@ -12,7 +12,6 @@ from ..kinematics.inverse.result import IkResult
 from ..kinematics.singularity import Singularity
 from ..kinematics.tool_state import ToolState
 from ..printing import number
-from ..robot.measures import Level
 from ..robot.robot import Robot
 from .plots.ranges import clear_pose
 from .sketch import sketch
@@ -73,8 +72,7 @@ def _state(state: ToolState) -> list[str]:
 
 def _singularity(found: Singularity) -> list[str]:
     if np.ndim(found.level):
-        levels = np.asarray(found.level)
-        return [_facts(**{level.name: str(int(np.sum(levels == level))) for level in Level})]
+        return []  # the line above has the levels
     words = {
         'determinant': None if found.determinant is None else f'{found.determinant:.6g}',
         'manipulability': f'{found.manipulability:.6g}',

@@ -110,9 +110,11 @@ class Singularity:
         if np.ndim(self.level):
             counts = ((level.name, int(np.sum(self.level == level))) for level in Level)
             words = ', '.join(f'{count} {name}' for name, count in counts if count)
-            return f'Singularity({np.size(self.level)} poses: {words})'
+            return f'Singularity({np.size(self.level)} poses: {words or "none"})'
         distance = MEASURES['distance'].farther(self.distance) or f'{self.distance:.4g} rad'
-        doubt = '' if self.decided else ', not decided'
+        doubt = '' if self.decided else ', not decided: there may be a nearer one'
+        if doubt and self.nearest_singular is None:
+            distance, doubt = 'not decided', ': no singular pose was found, and there may be one'
         name, value = 'determinant', self.determinant
         if value is None:
             name, value = 'manipulability', self.manipulability

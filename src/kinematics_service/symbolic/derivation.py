@@ -89,10 +89,12 @@ class Derivation:
     exact: 'Exact' = field(repr=False)
 
     def __repr__(self) -> str:
-        factors = ', '.join(factor.name for factor in self.singular_set.factors)
+        found = self.singular_set
+        factors = ', '.join(factor.name for factor in found.factors) or 'none found'
+        others = '' if found.complete else ', perhaps others'
         return (
-            f'Derivation({self.robot.name!r}, rank {self.singular_set.generic_rank}, '
-            f'singular factors: {factors or "none found"})'
+            f'Derivation({self.robot.name!r}, rank {found.generic_rank}, '
+            f'singular factors: {factors}{others})'
         )
 
     _repr_latex_ = as_latex

@@ -13,6 +13,12 @@ from ...robot.chain import FrozenArrays
 Status = Literal['solved', 'family', 'outside_limits', 'unreachable']
 Method = Literal['closed form', 'algebraic', 'search']
 Complete = Literal['proved', 'found', 'partial']
+# What a line says of the solutions that are not there.
+OTHERS: dict[Complete, str] = {
+    'proved': 'there are no others',
+    'found': 'there may be others',
+    'partial': 'others were not looked for',
+}
 
 # Tolerance of angles that belong to a family (rad).
 ON_FAMILY = 1e-6
@@ -223,7 +229,7 @@ class IkResult(Sequence[IkSolution]):
     roots: tuple[int, int] | None = None
 
     def __repr__(self) -> str:
-        parts = [f'{len(self)} solutions', self.method, f'complete: {self.complete}']
+        parts = [f'{len(self)} solutions', self.method, OTHERS[self.complete]]
         if self.families:
             parts.insert(1, f'{len(self.families)} families')
         return f'IkResult({self.status}, {", ".join(parts)})'
