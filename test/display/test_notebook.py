@@ -128,6 +128,18 @@ def test_a_derivation_shows_its_formulas(name, whole):
     assert r'\det J &= ' in shown
 
 
+def test_a_determinant_that_is_not_written_out_is_not_promised():
+    derivation = ks.derive(ks.load_robot('planar_2r'))
+    found = derivation.singular_set
+    unwritten = dataclasses.replace(found.determinant, expression=None)
+    derivation = dataclasses.replace(
+        derivation, singular_set=dataclasses.replace(found, determinant=unwritten, complete=False)
+    )
+    assert 'too many minors to write out' in derivation._repr_latex_()
+    assert 'determinant' not in derivation._repr_latex_()
+    assert repr(derivation).endswith('elbow, perhaps others)')
+
+
 @pytest.mark.parametrize('name', ['crank_slider'])
 def test_a_derivation_without_a_square_jacobian_shows_itself(name):
     assert '$$' in ks.derive(ks.load_robot(name))._repr_latex_()

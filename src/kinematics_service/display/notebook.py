@@ -39,8 +39,11 @@ def latex_of(derivation: Any) -> str:
         ('jacobian', 'J', derivation.jacobian),
         ('singular_set.determinant.expression', left, determinant.expression),
     ):
-        right = None if expression is None else formula(derivation.in_angles(expression))
-        if right is None or len(right) > LONGEST:
+        if expression is None:
+            lines.append(rf'{left_side} &: \text{{too many minors to write out}}')
+            continue
+        right = formula(derivation.in_angles(expression))
+        if len(right) > LONGEST:
             right = rf'\texttt{{derivation.{name}}}'.replace('_', r'\_')
         lines.append(f'{left_side} &= {right}')
     return '$$\\begin{aligned}' + r' \\[1ex] '.join(lines) + '\\end{aligned}$$'
