@@ -11,11 +11,16 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
+from kinematics_service.ros.process import middleware
 from kinematics_service.ros.process.middleware import (
     LOCAL,
     MEMORY_BY_PROFILE,
+    OWN_PORTS,
+    REQUESTS,
+    SHARED_PORT,
     VARIABLES,
     fast_dds,
+    ports_are_free,
     profiles,
     take_profiles,
 )
@@ -38,7 +43,66 @@ def test_they_are_taken_where_the_user_has_none(tmp_path, monkeypatch):
     assert take_profiles(environment)
     file = {VARIABLES[fast_dds()]: str(profiles(fast_dds()))}
     memory = {MEMORY_BY_PROFILE: '1'} if fast_dds() == 2 else {}
-    assert environment == {**file, **memory}
+    assert environment == {**file, **memory, REQUESTS: OWN_PORTS}
+
+
+@pytest.mark.parametrize(('taken', 'are_free'), [(0, True), (299, True), (300, False)])
+def test_ports_are_free_where_few_are_taken(tmp_path, taken, are_free):
+    rows = [
+        f' {k}: 0100007F:{port:04X} 00000000:0000 07'
+        for k, port in enumerate(range(6900, 7000 + taken))
+    ]
+    table = tmp_path / 'udp'
+    table.write_text('\n'.join(['  sl  local_address rem_address   st', *rows, '']))
+    assert ports_are_free(table) == are_free
+    assert not ports_are_free(tmp_path / 'none')
+
+
+def test_requests_share_a_port_where_too_few_are_left(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(middleware, 'ports_are_free', lambda: False)
+    environment = {}
+    assert take_profiles(environment)
+    assert environment[REQUESTS] == SHARED_PORT
+
+
+# Makes a participant with a service, and prints its ports for data of endpoints.
+SERVICE = """
+import rclpy
+from kinematics_service.ros.process.session import open_context
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+context = open_context([])
+node = Node('one', context=context, start_parameter_services=False)
+node.create_service(Trigger, 'x', lambda request, response: response)
+for line in open('/proc/net/udp').read().splitlines()[1:]:
+    print(int(line.split()[1].rsplit(':')[-1], 16))
+context.try_shutdown()
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith('linux'), reason='needs /proc')
+@pytest.mark.skipif(
+    os.environ.get('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp') != 'rmw_fastrtps_cpp',
+    reason='of Fast DDS',
+)
+def test_the_middleware_gives_them_such_ports(ros_domain, tmp_path):
+    def ports(requests):
+        environment = {k: v for k, v in os.environ.items() if k not in VARIABLES.values()}
+        done = subprocess.run(
+            [sys.executable, '-c', SERVICE],
+            env={**environment, REQUESTS: requests},
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=True,
+            cwd=tmp_path,
+        )
+        assert done.stderr == ''
+        return sum(7000 <= int(port) < 7400 for port in done.stdout.split())
+
+    # Other tests have such ports, too, so it is said more than once.
+    assert any(ports(OWN_PORTS) > ports(SHARED_PORT) for _ in range(10))
 
 
 @pytest.mark.parametrize('variable', VARIABLES.values())

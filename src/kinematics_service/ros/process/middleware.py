@@ -12,6 +12,11 @@ VARIABLES = {2: 'FASTRTPS_DEFAULT_PROFILES_FILE', 3: 'FASTDDS_DEFAULT_PROFILES_F
 LOCAL = ('DEFAULT_FASTRTPS_PROFILES.xml', 'DEFAULT_FASTDDS_PROFILES.xml')
 # With it ROS leaves to the profiles how histories take memory.
 MEMORY_BY_PROFILE = 'RMW_FASTRTPS_USE_QOS_FROM_XML'
+# What the profiles ask for the requests of services. Fast DDS has these ports for that on a host,
+# the node takes nine of them, and does not start where it asks and there are too few.
+REQUESTS = 'KINEMATICS_SERVICE_REQUESTS'
+OWN_PORTS, SHARED_PORT = 'fastdds.unique_network_flows', 'none'
+PORTS, LEFT_FREE = range(7000, 7400), 100
 # The rclpy of Kilted, the first distribution with Fast DDS 3.
 RCLPY_WITH_3 = 9
 
@@ -39,6 +44,16 @@ def profiles(version: int) -> Path:
     return Path(__file__).with_name(f'fastdds_{version}.xml')
 
 
+def ports_are_free(table: Path = Path('/proc/net/udp')) -> bool:
+    """Return whether many ports are free for requests; False where the system does not say."""
+    try:
+        rows = table.read_text().splitlines()[1:]
+    except OSError:
+        return False
+    taken = {int(row.split()[1].rsplit(':')[-1], 16) for row in rows}
+    return len(taken.intersection(PORTS)) < len(PORTS) - LEFT_FREE
+
+
 def take_profiles(environment: MutableMapping[str, str] = os.environ) -> bool:
     """
     Let Fast DDS read this package's profiles; return False if the user has profiles, which stay.
@@ -53,6 +68,7 @@ def take_profiles(environment: MutableMapping[str, str] = os.environ) -> bool:
     except LookupError:  # profiles are not worth a complaint
         return False
     environment[VARIABLES[version]] = str(profiles(version))
+    environment.setdefault(REQUESTS, OWN_PORTS if ports_are_free() else SHARED_PORT)
     if version == 2:
         environment.setdefault(MEMORY_BY_PROFILE, '1')
     return True
