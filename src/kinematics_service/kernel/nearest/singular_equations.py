@@ -6,8 +6,9 @@ from ..forward import chain_pass, linear_equations
 from ..forward.chain import Chain
 from ..layout import arrays, places
 from ..layout.arrays import Flat, FlatIntegers
-from ..measures import gradient, singular_values, singularity
+from ..measures import singular_values, singularity
 from ..measures.task_rows import TaskRows
+from . import jacobian_changes
 
 # A direction in which the equations change by less than this share of the most is none.
 FLAT = 1e-5
@@ -59,7 +60,8 @@ class SingularEquations:
         self.count: int = self.length - self.rank + 1
         self.size: int = self.length + 1
         self.smallest, self.largest, self.corrected = 0.0, 0.0, False
-        room = 2 * n + chain.frames_at + self.length * self.width + self.turns + 6 * n
+        room = 3 * n + chain.frames_at + self.length * self.width + self.turns
+        room += 6 + 6 * chain.entries
         room += (
             self.count * (2 * n + self.count + 3)
             + self.size * (self.size + self.count + 2)
@@ -71,8 +73,10 @@ class SingularEquations:
         self.row: Flat = arrays.after(self.still, n)
         self.W: Flat = arrays.after(self.row, chain.frames_at)
         self.sigma: Flat = arrays.after(self.W, self.length * self.width)
-        self.Y: Flat = arrays.after(self.sigma, self.turns)
-        self.A: Flat = arrays.after(self.Y, 6 * n)
+        self.motion: Flat = arrays.after(self.sigma, self.turns)
+        self.weights: Flat = arrays.after(self.motion, n)
+        self.changes: Flat = arrays.after(self.weights, 6)
+        self.A: Flat = arrays.after(self.changes, 6 * chain.entries)
         self.turned: Flat = arrays.after(self.A, self.count * n)
         self.slopes: Flat = arrays.after(self.turned, self.count * (n + self.count))
         self.wanted: Flat = arrays.after(self.slopes, self.count)
@@ -279,37 +283,43 @@ class SingularEquations:
         """Return whether s_k is below a share of the largest singular value."""
         return self.smallest < share * self.largest
 
-    def write_products(self, tool: Flat, joints: Flat) -> None:
-        """
-        Fill Y with the weights of J that `write_of_screws` takes for the form tool' J_t joints.
-        """
-        left = [0.0] * 6
-        for i in range(6):
-            left[i] = 0.0
-        for i in range(self.task.count):
-            left[self.task.axis[i]] = tool[i] * self.task.row_scale[i]
-        singularity.to_base_axes(self.task, left)
+    def hold_joints(self, direction: int) -> None:
+        """Hold the joints' motion of a direction of J_t, and how the tool changes along it."""
+        joints = arrays.after(self.W, direction * self.width + (0 if self.wide else self.length))
         for j in range(self.n):
-            right = joints[j] * self.task.column_scale[j]
-            for i in range(6):
-                self.Y[6 * j + i] = right * left[i]
+            self.motion[j] = joints[j] * self.task.column_scale[j]
+        jacobian_changes.write_changes(self.chain, self.row, self.motion, self.changes)
 
-    def write_form(self, turn: int, line: int) -> None:
-        """Fill Y for the form of a turn and a line."""
-        many = arrays.after(self.W, line * self.width)
-        few = arrays.after(self.W, turn * self.width + self.length)
-        if self.wide:
-            self.write_products(few, many)
-        else:
-            self.write_products(many, few)
+    def hold_tool(self, direction: int) -> None:
+        """Hold the tool's motion of a direction of J_t, in base axes."""
+        tool = arrays.after(self.W, direction * self.width + (self.length if self.wide else 0))
+        for i in range(6):
+            self.weights[i] = 0.0
+        for i in range(self.task.count):
+            self.weights[self.task.axis[i]] = tool[i] * self.task.row_scale[i]
+        singularity.to_base_axes(self.task, self.weights)
+
+    def write_slope_held(self, slope: Flat) -> None:
+        """Fill the gradient (n,) of J_t between the directions held."""
+        jacobian_changes.write_slope(self.chain, self.changes, self.weights, slope)
+        for j in range(self.n):
+            slope[j] *= self.task.column_scale[j]
 
     def write_slope(self, turn: int, line: int, slope: Flat) -> None:
         """Fill the gradient (n,) of the form of a turn and a line, both of them held."""
-        self.write_form(turn, line)
-        screws = arrays.after(self.row, self.chain.screws_at)
-        gradient.write_of_screws(self.chain, screws, self.Y, slope)
-        for j in range(self.n):
-            slope[j] *= self.task.column_scale[j]
+        self.hold_joints(line if self.wide else turn)
+        self.hold_tool(turn if self.wide else line)
+        self.write_slope_held(slope)
+
+    def write_curvature_held(self, H: Flat) -> None:
+        """Fill the second derivative (n, n) of J_t between the directions held."""
+        n, scale = self.n, self.task.column_scale
+        jacobian_changes.write_curvature(
+            self.chain, self.row, self.motion, self.changes, self.weights, H
+        )
+        for i in range(n):
+            for j in range(n):
+                H[i * n + j] *= scale[i] * scale[j]
 
     def linearise(self) -> None:
         """Fill A, and prepare it for `write_least`."""

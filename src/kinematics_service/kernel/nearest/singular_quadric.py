@@ -5,7 +5,7 @@ import math
 from ..layout import arrays, places
 from ..layout.arrays import Flat
 from ..measures import symmetric
-from . import curvature, singular_equations
+from . import singular_equations
 from .singular_equations import SingularEquations
 
 # Halvings of a multiplier, and how near to its bound it comes as a share of the largest curvature.
@@ -36,12 +36,11 @@ class SingularQuadric:
 
     def __init__(self, n: int) -> None:
         self.n, self.f, self.steep, self.diagonal = n, 0.0, 0, False
-        self.room: Flat = arrays.scratch(5 * n + 2 * n * n)
+        self.room: Flat = arrays.scratch(4 * n + 2 * n * n)
         self.g: Flat = self.room
         self.along: Flat = arrays.after(self.g, n)
         self.b: Flat = arrays.after(self.along, n)
-        self.c: Flat = arrays.after(self.b, n)
-        self.x: Flat = arrays.after(self.c, n)
+        self.x: Flat = arrays.after(self.b, n)
         self.K: Flat = arrays.after(self.x, n)
         self.Z: Flat = arrays.after(self.K, n * n)
 
@@ -53,12 +52,8 @@ class SingularQuadric:
         """Take the second order of equations that stand a motion d (n,) away."""
         n, k = self.n, equations.rank - 1
         second = equations.sigma[k - 1] if k > 0 else 1.0
-        self._write_curvature(equations, second)
+        self._write_forms(equations, second)
         f = second * equations.sigma[k]
-        for i in range(n):
-            self.g[i] *= second
-        if k > 0:
-            self._add_second(equations)
         for i in range(n):
             along = 0.0
             for j in range(n):
@@ -88,40 +83,40 @@ class SingularQuadric:
             if self.K[i * n + i] < self.K[self.steep * n + self.steep]:
                 self.steep = i
 
-    def _write_curvature(self, equations: SingularEquations, second: float) -> None:
-        # Slope g and half the curvature K of the least singular value, with what all but the
-        # second one take of it.
+    def _write_forms(self, equations: SingularEquations, second: float) -> None:
+        # Slope g and half the curvature K of the determinant: what the least singular value is
+        # changed by, with what the other directions take of it. The slopes between its joints and
+        # the tool's other directions wait in Z.
         n, k = self.n, equations.rank - 1
-        equations.write_slope(k, k, self.g)
-        curvature.write_curvature(equations.chain, equations.row, equations.Y, self.K)
-        scale = equations.task.column_scale
+        equations.hold_joints(k)
+        for r in range(k):
+            equations.hold_tool(r)
+            equations.write_slope_held(arrays.after(self.Z, r * n))
+        equations.hold_tool(k)
+        equations.write_slope_held(self.g)
+        equations.write_curvature_held(self.K)
+        for p in range(n * n):
+            self.K[p] *= 0.5 * second
+        for r in range(k):
+            equations.hold_joints(r)
+            equations.write_slope_held(self.b)
+            # The second direction itself is not divided by its singular value.
+            share = 1.0 if r == k - 1 else second / equations.sigma[r]
+            self._add_product(-share, self.b, arrays.after(self.Z, r * n))
+        if k == 0:
+            return
+        equations.hold_tool(k - 1)
+        equations.write_slope_held(self.b)
+        self._add_product(1.0, self.b, self.g)
         for i in range(n):
-            for j in range(n):
-                self.K[i * n + j] *= 0.5 * second * scale[i] * scale[j]
-        for r in range(k - 1):
-            equations.write_slope(r, k, self.b)
-            equations.write_slope(k, r, self.c)
-            self._add_product(-second / equations.sigma[r])
+            self.g[i] = second * self.g[i] + equations.sigma[k] * self.b[i]
 
-    def _add_second(self, equations: SingularEquations) -> None:
-        # What the second singular value does.
-        n, k = self.n, equations.rank - 1
-        equations.write_slope(k - 1, k, self.b)
-        equations.write_slope(k, k - 1, self.c)
-        self._add_product(-1.0)
-        equations.write_slope(k - 1, k - 1, self.b)
-        equations.write_slope(k, k, self.c)
-        self._add_product(1.0)
-        for i in range(n):
-            self.g[i] += equations.sigma[k] * self.b[i]
-
-    def _add_product(self, factor: float) -> None:
-        # Of the two forms b and c.
+    def _add_product(self, factor: float, b: Flat, c: Flat) -> None:
+        # Of two forms.
         n = self.n
         for i in range(n):
             for j in range(n):
-                both = self.b[i] * self.c[j] + self.c[i] * self.b[j]
-                self.K[i * n + j] += 0.5 * factor * both
+                self.K[i * n + j] += 0.5 * factor * (b[i] * c[j] + c[i] * b[j])
 
     def write_nearest(self, other: bool, x: Flat) -> float:
         """
