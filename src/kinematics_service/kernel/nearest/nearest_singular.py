@@ -71,7 +71,7 @@ KNOWN = 0.3
 # What was found agrees with the first order up to this share.
 AGREES = 0.3
 # After a step shorter than this (rad) directions are corrected, and not decomposed anew.
-CLOSE = 0.02
+CLOSE = 0.1
 
 
 class NearestSearch:
@@ -147,10 +147,11 @@ class NearestSearch:
         n = self.n
         tape = arm.tape.steps * (n + 1) + 2 * n
         charts = max(CHARTS, ZEROS)
-        self.room: Flat = arrays.scratch(MEMORY * (2 * n + 1) + 12 * n + tape + 2 * charts)
+        self.room: Flat = arrays.scratch(MEMORY * (2 * n + 1) + 13 * n + tape + 2 * charts)
         self.origin: Flat = self.room
         self.first: Flat = arrays.after(self.origin, n)
-        self.d: Flat = arrays.after(self.first, n)
+        self.curved: Flat = arrays.after(self.first, n)
+        self.d: Flat = arrays.after(self.curved, n)
         self.onto: Flat = arrays.after(self.d, n)
         self.along: Flat = arrays.after(self.onto, n)
         self.reached: Flat = arrays.after(self.along, n)
@@ -355,7 +356,7 @@ class NearestSearch:
         for j in range(self.n):
             self.d[j] = 0.0
         self.around.stand_at(self.here, self.d)
-        self.by_quadric = self.around.write_nearest(False, self.along)
+        self.by_quadric = self.around.write_nearest(False, self.curved)
         self.estimate = min(self.by_product, min(self.by_least, self.by_quadric))
         # Nearer than this neither they nor the second order see a singular pose: the least
         # singular value falls by slope r + reach r^2 / 2 at most, or so.
@@ -610,9 +611,10 @@ class NearestSearch:
         # From the point of the quadric that is nearest, or from the one on its other side.
         if not (self.by_quadric < 1.2 * self.distance and self.by_quadric < 2.0 * self.horizon):
             return
-        length = self.around.write_nearest(other, self.along)
-        if self.distance == places.INFINITY or self._apart(self.along) > SAME * self.distance:
-            self._run_from(self.along, length, 1.0, max(0.4 * length, 1e-4))
+        point = self.curved
+        length = self.around.write_nearest(True, point) if other else self.by_quadric
+        if self.distance == places.INFINITY or self._apart(point) > SAME * self.distance:
+            self._run_from(point, length, 1.0, max(0.4 * length, 1e-4))
 
     def _run_between_directions(self) -> None:
         # Where a direction between those of the two least singular values is lost.

@@ -67,6 +67,7 @@ class SingularEquations:
             + self.size * (self.size + self.count + 2)
             + self.turns
         )
+        room += 3 * m + self.turns * self.size
         self.room: Flat = arrays.scratch(room)
         self.q: Flat = self.room
         self.still: Flat = arrays.after(self.q, n)
@@ -81,7 +82,9 @@ class SingularEquations:
         self.slopes: Flat = arrays.after(self.turned, self.count * (n + self.count))
         self.wanted: Flat = arrays.after(self.slopes, self.count)
         self.c: Flat = arrays.after(self.wanted, self.count)
-        self.B: Flat = arrays.after(self.c, self.count)
+        self.axes: Flat = arrays.after(self.c, self.count)
+        self.M: Flat = arrays.after(self.axes, 3 * m)
+        self.B: Flat = arrays.after(self.M, self.turns * self.size)
         self.y: Flat = arrays.after(self.B, self.size * self.size)
         self.X: Flat = arrays.after(self.y, self.size)
         orders = arrays.after(self.X, self.count * self.size)
@@ -89,6 +92,9 @@ class SingularEquations:
         self.rows: FlatIntegers = arrays.as_whole(arrays.after(orders, self.size))
         for j in range(n):
             self.still[j] = 0.0
+        for k in range(self.turns * self.size):
+            self.M[k] = 0.0
+        self._write_axes()
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -103,10 +109,36 @@ class SingularEquations:
         for j in range(self.n):
             self.q[j] = origin[j] + self.task.column_scale[j] * d[j]
         chain_pass.evaluate_row(self.chain, self.q, self.still, places.JACOBIAN, self.row)
+        self._write_scaled()
         self.corrected = self.rank == self.turns and (close or self._guess()) and self._correct()
         if not self.corrected:
             singularity.write_directions(self.n, self.task, self.row, self.W, self.sigma)
             self.complete()
+
+    def _write_axes(self) -> None:
+        # What the task's rows take of half a column of J.
+        for i in range(self.task.count):
+            axis = self.task.axis[i] if self.task.axis[i] < 3 else self.task.axis[i] - 3
+            for k in range(3):
+                along = self.task.rotation[3 * k + axis]
+                self.axes[3 * i + k] = along * self.task.row_scale[i]
+
+    def _write_scaled(self) -> None:
+        # J_t, its turns as rows of M, and how large it is.
+        n, size, M, scale = self.n, self.size, self.M, self.task.column_scale
+        squares = 0.0
+        for i in range(self.task.count):
+            axis = arrays.after(self.axes, 3 * i)
+            half = 3 * n if self.task.axis[i] > 2 else 0
+            x = arrays.after(self.row, places.JACOBIAN_AT + half)
+            into = arrays.after(M, i * size if self.wide else i)
+            step = 1 if self.wide else size
+            for j in range(n):
+                along = axis[0] * x[j] + axis[1] * x[n + j] + axis[2] * x[2 * n + j]
+                along *= scale[j]
+                squares += along * along
+                into[step * j] = along
+        self.largest = math.sqrt(squares / self.turns)
 
     def decompose(self) -> None:
         """Decompose J_t anew where directions were corrected only."""
@@ -136,7 +168,8 @@ class SingularEquations:
         # All turns but one, each by the largest pivot that is left; B holds the factors, rows
         # and order say where each stands. False without a pivot.
         turns, size, M, order, rows = self.turns, self.size, self.B, self.order, self.rows
-        singularity.write_scaled_rows(self.n, self.task, self.row, M, size)
+        for k in range(turns * size):
+            M[k] = self.M[k]
         for i in range(self.length):
             order[i] = i
         for r in range(turns):
@@ -196,13 +229,9 @@ class SingularEquations:
         turns, size, count, length = self.turns, self.size, self.count, self.length
         first, B = self.rank - 1, self.B
         lost = arrays.after(self.W, first * self.width + length)
-        singularity.write_scaled_rows(self.n, self.task, self.row, B, size)
-        squares = 0.0
-        for r in range(turns):
-            for i in range(length):
-                squares += B[r * size + i] * B[r * size + i]
+        for k in range(turns * size):
+            B[k] = self.M[k]
         # The border is as large as J_t, so that pivots are the same whatever the size of the arm.
-        self.largest = math.sqrt(squares / turns)
         border = self.largest
         for r in range(turns):
             B[r * size + length] = border * lost[r]

@@ -8,8 +8,9 @@ from ..measures import symmetric
 from . import singular_equations
 from .singular_equations import SingularEquations
 
-# Halvings of a multiplier, and how near to its bound it comes as a share of the largest curvature.
-HALVINGS, BOUND = 40, 1e-9
+# Steps to a multiplier, and how near to its bound it comes as a share of the largest curvature;
+# what it may leave of f, as a share: where two sheets meet a search depends on it.
+STEPS, BOUND, EXACT = 40, 1e-9, 1e-12
 # Steps of the secant method, and what it may leave of f, as a share.
 SECANTS, MET = 8, 1e-6
 
@@ -33,9 +34,10 @@ class SingularQuadric:
     steep: int
     diagonal: bool
     f: float
+    rise: float
 
     def __init__(self, n: int) -> None:
-        self.n, self.f, self.steep, self.diagonal = n, 0.0, 0, False
+        self.n, self.f, self.rise, self.steep, self.diagonal = n, 0.0, 0.0, 0, False
         self.room: Flat = arrays.scratch(4 * n + 2 * n * n)
         self.g: Flat = self.room
         self.along: Flat = arrays.after(self.g, n)
@@ -137,16 +139,9 @@ class SingularQuadric:
         low: float = max(-steepest, 0.0) + BOUND * largest
         # The multiplier's: the larger, the less x is, and the more of f is left.
         high: float = low + 2.0 * largest + (slope * slope / self.f if self.f > 0.0 else 0.0)
-        if self._left(low) < 0.0:
-            for _ in range(HALVINGS):
-                multiplier: float = 0.5 * (low + high)
-                if self._left(multiplier) < 0.0:
-                    low = multiplier
-                else:
-                    high = multiplier
-            left = self._left(high)
-        else:
-            left = self._left(low)
+        left = self._left(low)
+        if left < 0.0:
+            left = self._meet(low, high)
         if steepest < 0.0:
             # Where nothing slopes towards the steepest direction both ways along it lead there.
             root = math.sqrt(self.x[e] * self.x[e] + max(left, 0.0) / -steepest)
@@ -186,12 +181,31 @@ class SingularQuadric:
             inverse -= change * left
         return False
 
+    def _meet(self, low: float, high: float) -> float:
+        # Fills x for the multiplier between two that leaves nothing of f: Newton's method, halfway
+        # where it leads out of them; returns what is left.
+        multiplier, left = high, self.f
+        for _ in range(STEPS):
+            left = self._left(multiplier)
+            if abs(left) < EXACT * self.f:
+                break
+            if left < 0.0:
+                low = multiplier
+            else:
+                high = multiplier
+            multiplier -= left / self.rise
+            if not low < multiplier < high:
+                multiplier = 0.5 * (low + high)
+        return left
+
     def _left(self, multiplier: float) -> float:
-        # Fills x for a multiplier, and returns what is left of f there.
-        n, left = self.n, self.f
+        # Fills x for a multiplier, and how fast what is left of f there rises; returns that.
+        n, left, rise = self.n, self.f, 0.0
         for i in range(n):
             curved = self.K[i * n + i]
             x = -0.5 * self.along[i] / (multiplier + curved) if self.along[i] != 0.0 else 0.0
             left += (self.along[i] + curved * x) * x
+            rise += x * x / (multiplier + curved) if x != 0.0 else 0.0
             self.x[i] = x
+        self.rise = 2.0 * multiplier * rise
         return left
