@@ -65,7 +65,7 @@ MEMORY, SAME, FOLLOWED = 6, 0.2, 0.1
 FOLLOWING_STEPS = 6
 # One is not moved before the joints have moved by this share of its distance, which is then too
 # large by half the square of that; nor before it may be nearer than the nearest by this share.
-KEPT, LITTLE_NEARER = 0.01, 0.001
+KEPT, LITTLE_NEARER = 0.03, 0.001
 # A search begins with what the last one found, up to this motion, rad.
 KNOWN = 0.3
 # What was found agrees with the first order up to this share.
@@ -257,9 +257,17 @@ class NearestSearch:
         return True
 
     def _may_be_nearer(self, k: int, q: Flat) -> bool:
-        # Than what was found by more than a little.
-        moved = self._moved_from(arrays.after(self.slid_at, k * self.n), q)
-        return self.lengths_of[k] - moved < (1.0 - LITTLE_NEARER) * self.distance
+        # Than what was found by more than a little: what was moved along the way to the pose
+        # brings it nearer, and what was moved across by its square where the set is bent.
+        pose, at = arrays.after(self.poses, k * self.n), arrays.after(self.slid_at, k * self.n)
+        length, along, squares = self.lengths_of[k], 0.0, 0.0
+        for j in range(self.n):
+            scale = self.arm.task.column_scale[j]
+            moved = (q[j] - at[j]) / scale
+            along += moved * (pose[j] - at[j]) / scale
+            squares += moved * moved
+        nearest = (1.0 - LITTLE_NEARER) * self.distance
+        return length * length - along - squares < length * nearest
 
     def _bring(self, k: int, q: Flat) -> bool:
         # Brings a pose that was found to the nearest to q; keeps it where no other is nearer.
