@@ -48,8 +48,8 @@ SADDLE = 0.1
 # So many poses of the atlas are starts at most, that are farther than what was found by so much at
 # most, rad; and of the zeros of a factor, farther by so much at most.
 CHARTS, SPREAD = 32, 0.35
-# Along a motion no start is given up that leads to a farther one than what was found by this share:
-# it may become the nearest. Starts nearer to each other than this share of their length are one.
+# Of starts that lead to farther ones than that by this share none is given up: along a motion they
+# may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.1, 0.4
 ZEROS, ZEROS_APART = 3, 0.2
 # From a direction between those of the two least singular values a search starts where one is lost
@@ -122,7 +122,6 @@ class NearestSearch:
     slope: float
     missed: float
     bent: bool
-    wide: float
     standing: bool
     stands_for: int
 
@@ -144,7 +143,7 @@ class NearestSearch:
         self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
         self.free, self.lasting = 0.0, -1.0
         self.standing, self.stands_for, self.missed = False, -1, places.INFINITY
-        self.bent, self.wide = False, 1.0
+        self.bent: bool = False
         self.known: int = 0
         self.settled: bool = False
         n = self.n
@@ -200,9 +199,7 @@ class NearestSearch:
         self.ran, self.complete, self.evaluations = False, True, 0
         self.estimate, self.by_product = first_order, first_order
         self.missed, self.settled = places.INFINITY, False
-        alone = not self.lasting >= 0.0
-        self.wide = 1.0 if alone else WIDE
-        if alone or not self._moved_from(self.searched, q) <= KNOWN:
+        if not (self.lasting >= 0.0 and self._moved_from(self.searched, q) <= KNOWN):
             self.known = 0
         self._bring_known(q)
         for j in range(n):
@@ -224,8 +221,7 @@ class NearestSearch:
             self.here.take(row, W, sigma)
             self._estimate(sigma)
             self.settled = self._search()
-        # Of a first pose only the nearest was looked for: the next one is searched again.
-        self.lasting = 0.0 if alone else FOLLOWED * min(self.distance, self.horizon)
+        self.lasting = FOLLOWED * min(self.distance, self.horizon)
 
     def forget(self) -> None:
         """Let the next search begin with nothing that the last one found."""
@@ -408,7 +404,7 @@ class NearestSearch:
         near = min(self.distance, self.horizon)
         count: int = self._pick_charts(0, min(near + SPREAD, 3.0 * near), CHARTS)
         for k in range(count):
-            if self.scores[k] > self.wide * self.distance:
+            if self.scores[k] > WIDE * self.distance:
                 return
             self.atlas.write_motion(self.wrapped, self.picked[k], self.away, self.motion)
             if not self._leads_to_known(self.motion):
@@ -420,7 +416,7 @@ class NearestSearch:
         # Those of a set that promise nothing farther than what was found; returns their number.
         for j in range(self.n):
             self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
-        promise = self.wide * min(self.distance, self.horizon)
+        promise = WIDE * min(self.distance, self.horizon)
         return self.atlas.nearest(
             f, self.wrapped, radius, promise, most, self.picked, self.scores, self.away
         )
@@ -447,7 +443,7 @@ class NearestSearch:
             near = min(self.distance, self.horizon)
             count: int = self._pick_charts(f, near + ZEROS_APART, ZEROS)
             for k in range(count):
-                if self.scores[k] > self.wide * self.distance:
+                if self.scores[k] > WIDE * self.distance:
                     break
                 self.atlas.write_motion(self.wrapped, self.picked[k], self.away, self.d)
                 self._go_to_zero(f)
@@ -465,7 +461,7 @@ class NearestSearch:
 
     def _go_to_zero(self, f: int) -> None:
         # From d to the nearest zero of a factor; keeps it where it is nearer than what was found.
-        farthest = min(self.wide * self.distance, 1.2 * self.horizon)
+        farthest = min(WIDE * self.distance, 1.2 * self.horizon)
         if factor_zeros.go(
             self.arm.tape, f, self.arm.task, self.origin, self.d, farthest, self.onto, self.tape
         ):
@@ -564,7 +560,7 @@ class NearestSearch:
                     self.reached[j] = self.d[j]
                 if gain < NO_GAIN * away or away > 2.0 * self.horizon:
                     break
-            elif self._promise(left, away, nearest, curved) > self.wide * self.distance:
+            elif self._promise(left, away, nearest, curved) > WIDE * self.distance:
                 break  # it is on its way to one that is farther than what was found
             if step >= steps - 1 and (
                 best < places.INFINITY or not self._is_late(step - steps, left, away)
