@@ -1,9 +1,9 @@
 """
 How the tool's velocity along a motion changes with the joints, to first and second order.
 
-Of entries with screws (v, w), in the order of the chain, the tool's velocity by one behind e, or by
-e itself, changes by w_e x v and w_e x w, by one before it by w x v_e. Entries of one element have
-one axis: their order does not matter.
+Of entries with screws (v, w), in the order of the chain, the tool's velocity by one behind e, or
+by e itself, changes by w_e x v and w_e x w, by one before it by w x v_e. Entries of one element
+have one axis: their order does not matter.
 """
 
 from ..forward.chain import Chain
