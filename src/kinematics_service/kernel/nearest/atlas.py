@@ -27,7 +27,7 @@ STEPS, LONGEST = 16, 0.5
 SINGULAR, ARRIVED = 1e-6, 1e-5
 # Of what is across a pose's tangent plane and what is along it, so much of the latter counts: the
 # set bends.
-BENDS = 0.4
+BENDS = 0.5
 # So far from a pose, rad, its tangent plane is followed.
 FLAT = 0.4
 # Poses are sorted into cells, by so many bins of each of two joints.

@@ -65,13 +65,13 @@ MEMORY, SAME, FOLLOWED = 6, 0.2, 0.1
 FOLLOWING_STEPS = 6
 # One is not moved before the joints have moved by this share of its distance, which is then too
 # large by half the square of that; nor before it may be nearer than the nearest by this share.
-KEPT, LITTLE_NEARER = 0.01, 0.001
+KEPT, LITTLE_NEARER = 0.03, 0.001
 # A search begins with what the last one found, up to this motion, rad.
 KNOWN = 0.3
 # What was found agrees with the first order up to this share.
 AGREES = 0.3
 # After a step shorter than this (rad) directions are corrected, and not decomposed anew.
-CLOSE = 0.02
+CLOSE = 0.1
 
 
 class NearestSearch:
@@ -121,6 +121,7 @@ class NearestSearch:
     second: float
     slope: float
     missed: float
+    bent: bool
     standing: bool
     stands_for: int
 
@@ -142,15 +143,17 @@ class NearestSearch:
         self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
         self.free, self.lasting = 0.0, -1.0
         self.standing, self.stands_for, self.missed = False, -1, places.INFINITY
+        self.bent: bool = False
         self.known: int = 0
         self.settled: bool = False
         n = self.n
         tape = arm.tape.steps * (n + 1) + 2 * n
         charts = max(CHARTS, ZEROS)
-        self.room: Flat = arrays.scratch(MEMORY * (2 * n + 1) + 12 * n + tape + 2 * charts)
+        self.room: Flat = arrays.scratch(MEMORY * (2 * n + 1) + 13 * n + tape + 2 * charts)
         self.origin: Flat = self.room
         self.first: Flat = arrays.after(self.origin, n)
-        self.d: Flat = arrays.after(self.first, n)
+        self.curved: Flat = arrays.after(self.first, n)
+        self.d: Flat = arrays.after(self.curved, n)
         self.onto: Flat = arrays.after(self.d, n)
         self.along: Flat = arrays.after(self.onto, n)
         self.reached: Flat = arrays.after(self.along, n)
@@ -256,9 +259,17 @@ class NearestSearch:
         return True
 
     def _may_be_nearer(self, k: int, q: Flat) -> bool:
-        # Than what was found by more than a little.
-        moved = self._moved_from(arrays.after(self.slid_at, k * self.n), q)
-        return self.lengths_of[k] - moved < (1.0 - LITTLE_NEARER) * self.distance
+        # Than what was found by more than a little: what was moved along the way to the pose
+        # brings it nearer, and what was moved across by its square where the set is bent.
+        pose, at = arrays.after(self.poses, k * self.n), arrays.after(self.slid_at, k * self.n)
+        length, along, squares = self.lengths_of[k], 0.0, 0.0
+        for j in range(self.n):
+            scale = self.arm.task.column_scale[j]
+            moved = (q[j] - at[j]) / scale
+            along += moved * (pose[j] - at[j]) / scale
+            squares += moved * moved
+        nearest = (1.0 - LITTLE_NEARER) * self.distance
+        return length * length - along - squares < length * nearest
 
     def _bring(self, k: int, q: Flat) -> bool:
         # Brings a pose that was found to the nearest to q; keeps it where no other is nearer.
@@ -355,7 +366,7 @@ class NearestSearch:
         for j in range(self.n):
             self.d[j] = 0.0
         self.around.stand_at(self.here, self.d)
-        self.by_quadric = self.around.write_nearest(False, self.along)
+        self.by_quadric = self.around.write_nearest(False, self.curved)
         self.estimate = min(self.by_product, min(self.by_least, self.by_quadric))
         # Nearer than this neither they nor the second order see a singular pose: the least
         # singular value falls by slope r + reach r^2 / 2 at most, or so.
@@ -368,6 +379,7 @@ class NearestSearch:
         # From one start after the other, until what is found agrees with the first order; returns
         # whether it does. Of what is farther the first order says little: there starts are poses
         # that are known to be singular.
+        self.bent = False
         settled = self.found() and self._is_where_the_first_order_says() and self._is_settled()
         if not settled:
             self._run_from(self.first, self.by_least, min(1.0, 0.5 / self.by_least), 0.3)
@@ -376,8 +388,12 @@ class NearestSearch:
             self._run_from_known_poses()
         if settled:
             return True
+        self.bent = True
         self._run_from_second_order(False)
-        self._run_from_second_order(True)
+        # On the other side are other singular poses only where the second singular value, which
+        # falls by the reach, may vanish too.
+        if self.second < self.distance * self.arm.reach:
+            self._run_from_second_order(True)
         if self.count > 1:
             self._run_between_directions()
         return False
@@ -519,7 +535,7 @@ class NearestSearch:
         best = places.INFINITY
         standing, self.standing = self.standing and known, False
         close = standing
-        curves = self.count == 1 and not known
+        curves = self.count == 1 and self.bent and not known
         for step in range(steps + MORE_STEPS):
             if step > 0 or not standing:
                 if self.evaluations >= self.budget:
@@ -610,9 +626,12 @@ class NearestSearch:
         # From the point of the quadric that is nearest, or from the one on its other side.
         if not (self.by_quadric < 1.2 * self.distance and self.by_quadric < 2.0 * self.horizon):
             return
-        length = self.around.write_nearest(other, self.along)
-        if self.distance == places.INFINITY or self._apart(self.along) > SAME * self.distance:
-            self._run_from(self.along, length, 1.0, max(0.4 * length, 1e-4))
+        point = self.curved
+        length = self.around.write_nearest(True, point) if other else self.by_quadric
+        if other and not length < 1.2 * self.distance:
+            return
+        if self.distance == places.INFINITY or self._apart(point) > SAME * self.distance:
+            self._run_from(point, length, 1.0, max(0.4 * length, 1e-4))
 
     def _run_between_directions(self) -> None:
         # Where a direction between those of the two least singular values is lost.

@@ -6,8 +6,9 @@ from ..forward import chain_pass, linear_equations
 from ..forward.chain import Chain
 from ..layout import arrays, places
 from ..layout.arrays import Flat, FlatIntegers
-from ..measures import gradient, singular_values, singularity
+from ..measures import singular_values, singularity
 from ..measures.task_rows import TaskRows
+from . import jacobian_changes
 
 # A direction in which the equations change by less than this share of the most is none.
 FLAT = 1e-5
@@ -59,25 +60,31 @@ class SingularEquations:
         self.count: int = self.length - self.rank + 1
         self.size: int = self.length + 1
         self.smallest, self.largest, self.corrected = 0.0, 0.0, False
-        room = 2 * n + chain.frames_at + self.length * self.width + self.turns + 6 * n
+        room = 3 * n + chain.frames_at + self.length * self.width + self.turns
+        room += 6 + 6 * chain.entries
         room += (
             self.count * (2 * n + self.count + 3)
             + self.size * (self.size + self.count + 2)
             + self.turns
         )
+        room += 3 * m + self.turns * self.size
         self.room: Flat = arrays.scratch(room)
         self.q: Flat = self.room
         self.still: Flat = arrays.after(self.q, n)
         self.row: Flat = arrays.after(self.still, n)
         self.W: Flat = arrays.after(self.row, chain.frames_at)
         self.sigma: Flat = arrays.after(self.W, self.length * self.width)
-        self.Y: Flat = arrays.after(self.sigma, self.turns)
-        self.A: Flat = arrays.after(self.Y, 6 * n)
+        self.motion: Flat = arrays.after(self.sigma, self.turns)
+        self.weights: Flat = arrays.after(self.motion, n)
+        self.changes: Flat = arrays.after(self.weights, 6)
+        self.A: Flat = arrays.after(self.changes, 6 * chain.entries)
         self.turned: Flat = arrays.after(self.A, self.count * n)
         self.slopes: Flat = arrays.after(self.turned, self.count * (n + self.count))
         self.wanted: Flat = arrays.after(self.slopes, self.count)
         self.c: Flat = arrays.after(self.wanted, self.count)
-        self.B: Flat = arrays.after(self.c, self.count)
+        self.axes: Flat = arrays.after(self.c, self.count)
+        self.M: Flat = arrays.after(self.axes, 3 * m)
+        self.B: Flat = arrays.after(self.M, self.turns * self.size)
         self.y: Flat = arrays.after(self.B, self.size * self.size)
         self.X: Flat = arrays.after(self.y, self.size)
         orders = arrays.after(self.X, self.count * self.size)
@@ -85,6 +92,9 @@ class SingularEquations:
         self.rows: FlatIntegers = arrays.as_whole(arrays.after(orders, self.size))
         for j in range(n):
             self.still[j] = 0.0
+        for k in range(self.turns * self.size):
+            self.M[k] = 0.0
+        self._write_axes()
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -99,10 +109,36 @@ class SingularEquations:
         for j in range(self.n):
             self.q[j] = origin[j] + self.task.column_scale[j] * d[j]
         chain_pass.evaluate_row(self.chain, self.q, self.still, places.JACOBIAN, self.row)
+        self._write_scaled()
         self.corrected = self.rank == self.turns and (close or self._guess()) and self._correct()
         if not self.corrected:
             singularity.write_directions(self.n, self.task, self.row, self.W, self.sigma)
             self.complete()
+
+    def _write_axes(self) -> None:
+        # What the task's rows take of half a column of J.
+        for i in range(self.task.count):
+            axis = self.task.axis[i] if self.task.axis[i] < 3 else self.task.axis[i] - 3
+            for k in range(3):
+                along = self.task.rotation[3 * k + axis]
+                self.axes[3 * i + k] = along * self.task.row_scale[i]
+
+    def _write_scaled(self) -> None:
+        # J_t, its turns as rows of M, and how large it is.
+        n, size, M, scale = self.n, self.size, self.M, self.task.column_scale
+        squares = 0.0
+        for i in range(self.task.count):
+            axis = arrays.after(self.axes, 3 * i)
+            half = 3 * n if self.task.axis[i] > 2 else 0
+            x = arrays.after(self.row, places.JACOBIAN_AT + half)
+            into = arrays.after(M, i * size if self.wide else i)
+            step = 1 if self.wide else size
+            for j in range(n):
+                along = axis[0] * x[j] + axis[1] * x[n + j] + axis[2] * x[2 * n + j]
+                along *= scale[j]
+                squares += along * along
+                into[step * j] = along
+        self.largest = math.sqrt(squares / self.turns)
 
     def decompose(self) -> None:
         """Decompose J_t anew where directions were corrected only."""
@@ -132,7 +168,8 @@ class SingularEquations:
         # All turns but one, each by the largest pivot that is left; B holds the factors, rows
         # and order say where each stands. False without a pivot.
         turns, size, M, order, rows = self.turns, self.size, self.B, self.order, self.rows
-        singularity.write_scaled_rows(self.n, self.task, self.row, M, size)
+        for k in range(turns * size):
+            M[k] = self.M[k]
         for i in range(self.length):
             order[i] = i
         for r in range(turns):
@@ -192,13 +229,9 @@ class SingularEquations:
         turns, size, count, length = self.turns, self.size, self.count, self.length
         first, B = self.rank - 1, self.B
         lost = arrays.after(self.W, first * self.width + length)
-        singularity.write_scaled_rows(self.n, self.task, self.row, B, size)
-        squares = 0.0
-        for r in range(turns):
-            for i in range(length):
-                squares += B[r * size + i] * B[r * size + i]
+        for k in range(turns * size):
+            B[k] = self.M[k]
         # The border is as large as J_t, so that pivots are the same whatever the size of the arm.
-        self.largest = math.sqrt(squares / turns)
         border = self.largest
         for r in range(turns):
             B[r * size + length] = border * lost[r]
@@ -279,37 +312,43 @@ class SingularEquations:
         """Return whether s_k is below a share of the largest singular value."""
         return self.smallest < share * self.largest
 
-    def write_products(self, tool: Flat, joints: Flat) -> None:
-        """
-        Fill Y with the weights of J that `write_of_screws` takes for the form tool' J_t joints.
-        """
-        left = [0.0] * 6
-        for i in range(6):
-            left[i] = 0.0
-        for i in range(self.task.count):
-            left[self.task.axis[i]] = tool[i] * self.task.row_scale[i]
-        singularity.to_base_axes(self.task, left)
+    def hold_joints(self, direction: int) -> None:
+        """Hold the joints' motion of a direction of J_t, and how the tool changes along it."""
+        joints = arrays.after(self.W, direction * self.width + (0 if self.wide else self.length))
         for j in range(self.n):
-            right = joints[j] * self.task.column_scale[j]
-            for i in range(6):
-                self.Y[6 * j + i] = right * left[i]
+            self.motion[j] = joints[j] * self.task.column_scale[j]
+        jacobian_changes.write_changes(self.chain, self.row, self.motion, self.changes)
 
-    def write_form(self, turn: int, line: int) -> None:
-        """Fill Y for the form of a turn and a line."""
-        many = arrays.after(self.W, line * self.width)
-        few = arrays.after(self.W, turn * self.width + self.length)
-        if self.wide:
-            self.write_products(few, many)
-        else:
-            self.write_products(many, few)
+    def hold_tool(self, direction: int) -> None:
+        """Hold the tool's motion of a direction of J_t, in base axes."""
+        tool = arrays.after(self.W, direction * self.width + (self.length if self.wide else 0))
+        for i in range(6):
+            self.weights[i] = 0.0
+        for i in range(self.task.count):
+            self.weights[self.task.axis[i]] = tool[i] * self.task.row_scale[i]
+        singularity.to_base_axes(self.task, self.weights)
+
+    def write_slope_held(self, slope: Flat) -> None:
+        """Fill the gradient (n,) of J_t between the directions held."""
+        jacobian_changes.write_slope(self.chain, self.changes, self.weights, slope)
+        for j in range(self.n):
+            slope[j] *= self.task.column_scale[j]
 
     def write_slope(self, turn: int, line: int, slope: Flat) -> None:
         """Fill the gradient (n,) of the form of a turn and a line, both of them held."""
-        self.write_form(turn, line)
-        screws = arrays.after(self.row, self.chain.screws_at)
-        gradient.write_of_screws(self.chain, screws, self.Y, slope)
-        for j in range(self.n):
-            slope[j] *= self.task.column_scale[j]
+        self.hold_joints(line if self.wide else turn)
+        self.hold_tool(turn if self.wide else line)
+        self.write_slope_held(slope)
+
+    def write_curvature_held(self, H: Flat) -> None:
+        """Fill the second derivative (n, n) of J_t between the directions held."""
+        n, scale = self.n, self.task.column_scale
+        jacobian_changes.write_curvature(
+            self.chain, self.row, self.motion, self.changes, self.weights, H
+        )
+        for i in range(n):
+            for j in range(n):
+                H[i * n + j] *= scale[i] * scale[j]
 
     def linearise(self) -> None:
         """Fill A, and prepare it for `write_least`."""

@@ -5,11 +5,12 @@ import math
 from ..layout import arrays, places
 from ..layout.arrays import Flat
 from ..measures import symmetric
-from . import curvature, singular_equations
+from . import singular_equations
 from .singular_equations import SingularEquations
 
-# Halvings of a multiplier, and how near to its bound it comes as a share of the largest curvature.
-HALVINGS, BOUND = 40, 1e-9
+# Steps to a multiplier, and how near to its bound it comes as a share of the largest curvature;
+# what it may leave of f, as a share: where two sheets meet a search depends on it.
+STEPS, BOUND, EXACT = 40, 1e-9, 1e-12
 # Steps of the secant method, and what it may leave of f, as a share.
 SECANTS, MET = 8, 1e-6
 
@@ -33,15 +34,15 @@ class SingularQuadric:
     steep: int
     diagonal: bool
     f: float
+    rise: float
 
     def __init__(self, n: int) -> None:
-        self.n, self.f, self.steep, self.diagonal = n, 0.0, 0, False
-        self.room: Flat = arrays.scratch(5 * n + 2 * n * n)
+        self.n, self.f, self.rise, self.steep, self.diagonal = n, 0.0, 0.0, 0, False
+        self.room: Flat = arrays.scratch(4 * n + 2 * n * n)
         self.g: Flat = self.room
         self.along: Flat = arrays.after(self.g, n)
         self.b: Flat = arrays.after(self.along, n)
-        self.c: Flat = arrays.after(self.b, n)
-        self.x: Flat = arrays.after(self.c, n)
+        self.x: Flat = arrays.after(self.b, n)
         self.K: Flat = arrays.after(self.x, n)
         self.Z: Flat = arrays.after(self.K, n * n)
 
@@ -53,12 +54,8 @@ class SingularQuadric:
         """Take the second order of equations that stand a motion d (n,) away."""
         n, k = self.n, equations.rank - 1
         second = equations.sigma[k - 1] if k > 0 else 1.0
-        self._write_curvature(equations, second)
+        self._write_forms(equations, second)
         f = second * equations.sigma[k]
-        for i in range(n):
-            self.g[i] *= second
-        if k > 0:
-            self._add_second(equations)
         for i in range(n):
             along = 0.0
             for j in range(n):
@@ -88,40 +85,40 @@ class SingularQuadric:
             if self.K[i * n + i] < self.K[self.steep * n + self.steep]:
                 self.steep = i
 
-    def _write_curvature(self, equations: SingularEquations, second: float) -> None:
-        # Slope g and half the curvature K of the least singular value, with what all but the
-        # second one take of it.
+    def _write_forms(self, equations: SingularEquations, second: float) -> None:
+        # Slope g and half the curvature K of the determinant: what the least singular value is
+        # changed by, with what the other directions take of it. The slopes between its joints and
+        # the tool's other directions wait in Z.
         n, k = self.n, equations.rank - 1
-        equations.write_slope(k, k, self.g)
-        curvature.write_curvature(equations.chain, equations.row, equations.Y, self.K)
-        scale = equations.task.column_scale
+        equations.hold_joints(k)
+        for r in range(k):
+            equations.hold_tool(r)
+            equations.write_slope_held(arrays.after(self.Z, r * n))
+        equations.hold_tool(k)
+        equations.write_slope_held(self.g)
+        equations.write_curvature_held(self.K)
+        for p in range(n * n):
+            self.K[p] *= 0.5 * second
+        for r in range(k):
+            equations.hold_joints(r)
+            equations.write_slope_held(self.b)
+            # The second direction itself is not divided by its singular value.
+            share = 1.0 if r == k - 1 else second / equations.sigma[r]
+            self._add_product(-share, self.b, arrays.after(self.Z, r * n))
+        if k == 0:
+            return
+        equations.hold_tool(k - 1)
+        equations.write_slope_held(self.b)
+        self._add_product(1.0, self.b, self.g)
         for i in range(n):
-            for j in range(n):
-                self.K[i * n + j] *= 0.5 * second * scale[i] * scale[j]
-        for r in range(k - 1):
-            equations.write_slope(r, k, self.b)
-            equations.write_slope(k, r, self.c)
-            self._add_product(-second / equations.sigma[r])
+            self.g[i] = second * self.g[i] + equations.sigma[k] * self.b[i]
 
-    def _add_second(self, equations: SingularEquations) -> None:
-        # What the second singular value does.
-        n, k = self.n, equations.rank - 1
-        equations.write_slope(k - 1, k, self.b)
-        equations.write_slope(k, k - 1, self.c)
-        self._add_product(-1.0)
-        equations.write_slope(k - 1, k - 1, self.b)
-        equations.write_slope(k, k, self.c)
-        self._add_product(1.0)
-        for i in range(n):
-            self.g[i] += equations.sigma[k] * self.b[i]
-
-    def _add_product(self, factor: float) -> None:
-        # Of the two forms b and c.
+    def _add_product(self, factor: float, b: Flat, c: Flat) -> None:
+        # Of two forms.
         n = self.n
         for i in range(n):
             for j in range(n):
-                both = self.b[i] * self.c[j] + self.c[i] * self.b[j]
-                self.K[i * n + j] += 0.5 * factor * both
+                self.K[i * n + j] += 0.5 * factor * (b[i] * c[j] + c[i] * b[j])
 
     def write_nearest(self, other: bool, x: Flat) -> float:
         """
@@ -142,16 +139,9 @@ class SingularQuadric:
         low: float = max(-steepest, 0.0) + BOUND * largest
         # The multiplier's: the larger, the less x is, and the more of f is left.
         high: float = low + 2.0 * largest + (slope * slope / self.f if self.f > 0.0 else 0.0)
-        if self._left(low) < 0.0:
-            for _ in range(HALVINGS):
-                multiplier: float = 0.5 * (low + high)
-                if self._left(multiplier) < 0.0:
-                    low = multiplier
-                else:
-                    high = multiplier
-            left = self._left(high)
-        else:
-            left = self._left(low)
+        left = self._left(low)
+        if left < 0.0:
+            left = self._meet(low, high)
         if steepest < 0.0:
             # Where nothing slopes towards the steepest direction both ways along it lead there.
             root = math.sqrt(self.x[e] * self.x[e] + max(left, 0.0) / -steepest)
@@ -191,12 +181,31 @@ class SingularQuadric:
             inverse -= change * left
         return False
 
+    def _meet(self, low: float, high: float) -> float:
+        # Fills x for the multiplier between two that leaves nothing of f: Newton's method, halfway
+        # where it leads out of them; returns what is left.
+        multiplier, left = high, self.f
+        for _ in range(STEPS):
+            left = self._left(multiplier)
+            if abs(left) < EXACT * self.f:
+                break
+            if left < 0.0:
+                low = multiplier
+            else:
+                high = multiplier
+            multiplier -= left / self.rise
+            if not low < multiplier < high:
+                multiplier = 0.5 * (low + high)
+        return left
+
     def _left(self, multiplier: float) -> float:
-        # Fills x for a multiplier, and returns what is left of f there.
-        n, left = self.n, self.f
+        # Fills x for a multiplier, and how fast what is left of f there rises; returns that.
+        n, left, rise = self.n, self.f, 0.0
         for i in range(n):
             curved = self.K[i * n + i]
             x = -0.5 * self.along[i] / (multiplier + curved) if self.along[i] != 0.0 else 0.0
             left += (self.along[i] + curved * x) * x
+            rise += x * x / (multiplier + curved) if x != 0.0 else 0.0
             self.x[i] = x
+        self.rise = 2.0 * multiplier * rise
         return left

@@ -1,0 +1,103 @@
+"""
+How the tool's velocity along a motion changes with the joints, to first and second order.
+
+Of entries with screws (v, w), in the order of the chain, the tool's velocity by one behind e, or
+by e itself, changes by w_e x v and w_e x w, by one before it by w x v_e. Entries of one element
+have one axis: their order does not matter.
+"""
+
+from ..forward.chain import Chain
+from ..layout import arrays
+from ..layout.arrays import Flat, Numbers
+
+
+def write_changes(chain: Chain, row: Flat, x: Flat, changes: Flat) -> None:
+    """
+    Fill the changes (entries, 6) of J x with what each entry of the chain moves.
+
+    J is geometric, in base axes, and x (n,) are held.
+    """
+    entries = chain.entries
+    v = arrays.after(row, chain.screws_at)
+    w = arrays.after(v, 3 * entries)
+    behind, before = [0.0] * 6, [0.0] * 3
+    for k in range(6):
+        behind[k] = 0.0
+    for e in range(entries - 1, -1, -1):
+        rate = x[chain.joint[e]]
+        for k in range(6):
+            behind[k] += rate * v[e + k * entries]
+        change = arrays.after(changes, 6 * e)
+        for half in range(2):
+            at = 3 * half
+            change[at] = w[e + entries] * behind[at + 2] - w[e + 2 * entries] * behind[at + 1]
+            change[at + 1] = w[e + 2 * entries] * behind[at] - w[e] * behind[at + 2]
+            change[at + 2] = w[e] * behind[at + 1] - w[e + entries] * behind[at]
+    for k in range(3):
+        before[k] = 0.0
+    for e in range(entries):
+        change = arrays.after(changes, 6 * e)
+        vx, vy, vz = v[e], v[e + entries], v[e + 2 * entries]
+        change[0] += before[1] * vz - before[2] * vy
+        change[1] += before[2] * vx - before[0] * vz
+        change[2] += before[0] * vy - before[1] * vx
+        _add_turn(w, e, entries, x[chain.joint[e]], before)
+
+
+def _add_turn(w: Flat, e: int, entries: int, rate: float, total: Numbers) -> None:
+    # Of an entry at a rate.
+    for k in range(3):
+        total[k] += rate * w[e + k * entries]
+
+
+def write_slope(chain: Chain, changes: Flat, y: Flat, slope: Flat) -> None:
+    """Fill the gradient (n,) of y' J x of its changes, y (6,) held too."""
+    for j in range(chain.dof):
+        slope[j] = 0.0
+    for e in range(chain.entries):
+        along = 0.0
+        for k in range(6):
+            along += y[k] * changes[6 * e + k]
+        slope[chain.joint[e]] += along
+
+
+def write_curvature(chain: Chain, row: Flat, x: Flat, changes: Flat, y: Flat, H: Flat) -> None:
+    """
+    Fill the second derivative H (n, n) of y' J x of its changes.
+
+    Of two entries the first one turns what the second one changes, but for what those before both
+    of them do: with W their sum of x w, and y = (a, b), it is (a x w) . change + (b x w) . change
+    + (a x (W x w)) . v, w of the first, changes and v of the second.
+    """
+    n, entries = chain.dof, chain.entries
+    v = arrays.after(row, chain.screws_at)
+    w = arrays.after(v, 3 * entries)
+    turned, before = [0.0] * 9, [0.0] * 3
+    for k in range(n * n):
+        H[k] = 0.0
+    for k in range(3):
+        before[k] = 0.0
+    for e in range(entries):
+        wx, wy, wz = w[e], w[e + entries], w[e + 2 * entries]
+        for half in range(2):
+            at = 3 * half
+            turned[at] = y[at + 1] * wz - y[at + 2] * wy
+            turned[at + 1] = y[at + 2] * wx - y[at] * wz
+            turned[at + 2] = y[at] * wy - y[at + 1] * wx
+        px = before[1] * wz - before[2] * wy
+        py = before[2] * wx - before[0] * wz
+        pz = before[0] * wy - before[1] * wx
+        turned[6] = y[1] * pz - y[2] * py
+        turned[7] = y[2] * px - y[0] * pz
+        turned[8] = y[0] * py - y[1] * px
+        for f in range(e, entries):
+            change = 0.0
+            for k in range(6):
+                change += turned[k] * changes[6 * f + k]
+            for k in range(3):
+                change += turned[6 + k] * v[f + k * entries]
+            i, j = chain.joint[e], chain.joint[f]
+            H[i * n + j] += change
+            if e != f:
+                H[j * n + i] += change
+        _add_turn(w, e, entries, x[chain.joint[e]], before)
