@@ -50,7 +50,7 @@ setup(
     packages=[*find_packages('src'), f'{NAME}.config'],
     package_data={
         NAME: ['py.typed', '*.pyi', 'page.css'],
-        f'{NAME}.kernel': ['layout/arrays.pxd'],
+        f'{NAME}.kernel': ['layout/*.pxd'],
         f'{NAME}.diagnosis.audit.report': ['page.js'],
         f'{NAME}.diagnosis.calibration.output': ['page.css', 'page.js'],
         f'{NAME}.symbolic.output': ['formulas.css'],

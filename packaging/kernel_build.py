@@ -28,8 +28,16 @@ OPTIONS = [
 ]
 # Functions whose number of lanes is known where they are called become part of their callers.
 INLINE = '-DCYTHON_INLINE=inline __attribute__((always_inline))'
-# What is made once an arm.
-MADE_ONCE = ('forward/chain', 'nearest/arm', 'measures/task_rows')
+# What is made once an arm, and what has others do its arithmetic: the compiler takes half its time
+# without its highest level, and a call takes as long.
+PLAINLY = (
+    *('joint_memory', 'judging', 'messages', 'observing', 'origin', 'outgoing'),
+    *('forward/angles', 'forward/chain', 'inverse/closed_forms', 'inverse/dependence'),
+    *('inverse/joints', 'inverse/posture', 'inverse/searching', 'inverse/servoing'),
+    *('inverse/solutions', 'inverse/solving', 'inverse/targets', 'measures/task_rows'),
+    *('nearest/arm', 'nearest/nearest_closed', 'six_joints/six_joints'),
+)
+AT_FIRST_LEVEL = ['-O1', '-fstrict-aliasing', '-finline-small-functions']
 # A loop over a few joints takes a tenth longer where several of its steps are computed at once,
 # but here those over LANES poses need it.
 AT_ONCE = (*AVX2, 'measures/factors')
@@ -88,8 +96,8 @@ def extension_modules() -> list[Extension]:
 def options_of(file: Path) -> list[str]:
     """Return the compiler's options for a module."""
     name = name_of(file.with_suffix(''))
-    if name in MADE_ONCE:
-        return [*OPTIONS, '-O1']
+    if name in PLAINLY:
+        return [*OPTIONS, *AT_FIRST_LEVEL]
     # The same text for one pose and for many, whose number of lanes the compiler has to know.
     inline = [INLINE] if 'lanes: int' in file.read_text(encoding='utf-8') else []
     return [*OPTIONS, *inline, *([] if name in AT_ONCE else STEP_BY_STEP)]
@@ -164,7 +172,7 @@ class BuildIfPossible(build_ext):
         # Where the types of each module stand; Cython looks for packages there.
         types, written = KernelTypes(FOLDER, INCLUDED), {}
         types.check()
-        for file in FOLDER.rglob('*.py'):
+        for file in source_files():
             into = Path(self.build_temp, 'types', file.relative_to('src')).with_suffix('.pxd')
             if file.stem in PLAIN and file.stem != '__init__':
                 continue

@@ -65,7 +65,7 @@ class KernelTypes:
     Parameters
     ----------
     folder
-        With `layout/arrays.pxd`, which is written by hand.
+        With `layout/arrays.pxd` and `layout/math.pxd`, which are written by hand.
     included
         Modules that are compiled wherever they are used.
     """
@@ -138,8 +138,8 @@ class KernelTypes:
 
     def text(self, file: Path) -> str:
         """Return the .pxd of a module."""
-        if file == self.folder / 'layout' / 'arrays.py':
-            return file.with_suffix('.pxd').read_text(encoding='utf-8')
+        if (written := file.with_suffix('.pxd')).exists():
+            return written.read_text(encoding='utf-8')
         body = self.trees[file].body
         if not any(isinstance(node, ast.ClassDef | ast.FunctionDef) for node in body):
             return included_numbers(file)
@@ -158,7 +158,7 @@ class KernelTypes:
         lines = ['cimport cython', f'from {up}layout.arrays cimport Pair, Triple, ndarray']
         for node in self.trees[file].body:
             if isinstance(node, ast.Import) and node.names[0].name == 'math':
-                lines.append('from libc cimport math')
+                lines.append(f'from {up}layout cimport math')
             if isinstance(node, ast.ImportFrom) and node.level:
                 of = node.module or ''
                 place = file.parents[node.level - 1].joinpath(*of.split('.'))

@@ -1,7 +1,20 @@
-from cpython.bytes cimport PyBytes_AS_STRING
-from cpython.mem cimport PyMem_RawMalloc, PyMem_RawFree
-from libc.string cimport memcpy
-from libc.stdint cimport int32_t, uint32_t, uintptr_t
+# Of Python and C only what is used: Cython reads its own files of all their names, for each module
+# of the kernel again, in a third of its time.
+cdef extern from "Python.h":
+    ctypedef struct PyThreadState
+    PyThreadState* PyEval_SaveThread() nogil
+    void PyEval_RestoreThread(PyThreadState*) nogil
+    void* PyMem_RawMalloc(size_t) nogil
+    void PyMem_RawFree(void*) nogil
+    char* PyBytes_AS_STRING(bytes)
+
+cdef extern from "<string.h>" nogil:
+    void* memcpy(void*, const void*, size_t)
+
+cdef extern from "<stdint.h>":
+    ctypedef int int32_t
+    ctypedef unsigned int uint32_t
+    ctypedef size_t uintptr_t
 
 # All that the kernel needs of numpy: nothing more is read, and nothing is imported.
 cdef extern from "numpy/arrayobject.h":
@@ -116,12 +129,6 @@ cdef inline double* scratch(Py_ssize_t count) except NULL:
 cdef inline void give_back(double* room) noexcept nogil:
     if room != NULL:
         PyMem_RawFree((<void**> room - 1)[0])
-
-
-cdef extern from "Python.h":
-    ctypedef struct PyThreadState
-    PyThreadState* PyEval_SaveThread() nogil
-    void PyEval_RestoreThread(PyThreadState*) nogil
 
 
 cdef inline PyThreadState* let_go() noexcept nogil:

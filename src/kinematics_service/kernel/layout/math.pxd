@@ -1,0 +1,16 @@
+# The functions of Python's module of this name that the kernel calls, as C has them.
+cdef extern from "<math.h>" nogil:
+    double atan2(double, double)
+    double ceil(double)
+    double copysign(double, double)
+    double cos(double)
+    double exp(double)
+    double floor(double)
+    double fmod(double, double)
+    bint isfinite(double)
+    bint isnan(double)
+    double log(double)
+    double pow(double, double)
+    double remainder(double, double)
+    double sin(double)
+    double sqrt(double)
