@@ -394,11 +394,6 @@ REFUSED = {
         "<text>:3: <joint name='j'>: a planar joint moves in three ways at once: begin the chain "
         'below it (accepted: revolute, continuous, prismatic, fixed)' + LEADS,
     ),
-    'spherical': (
-        small(('j', 'spherical', 'a', 'b', '')),
-        "<text>:3: <joint name='j'>: a spherical joint turns in three ways at once: begin the "
-        'chain below it (accepted: revolute, continuous, prismatic, fixed)' + LEADS,
-    ),
     'unknown type': (
         small(('j', 'hinge', 'a', 'b', '')),
         "<text>:3: <joint name='j'>: its type is 'hinge' (accepted: revolute, continuous, "

@@ -21,7 +21,6 @@ MOVING = ('revolute', 'continuous', 'prismatic')
 WHY_NOT = {
     'floating': 'a floating joint moves in six ways at once: begin the chain below it',
     'planar': 'a planar joint moves in three ways at once: begin the chain below it',
-    'spherical': 'a spherical joint turns in three ways at once: begin the chain below it',
 }
 # An axis shorter than this is not a direction but a mistake.
 SHORTEST_AXIS = 1e-6
