@@ -59,6 +59,18 @@ RENAMED = {'import': 'import_urdf'}
 WITH_ROS = ('calibrate', 'demo', 'echo', 'view')
 # Those whose first argument is a robot, which they take by --robot as well.
 ROBOT_FIRST = ('check', 'compare', 'derive', 'export', 'plot')
+# What a first argument that stands alone is of those that take all theirs by options.
+FIRST_OPTION = {
+    **dict.fromkeys(('demo', 'fk', 'ik', 'jacobian', 'view'), ROBOT),
+    'import': '--urdf',
+}
+# What typer says of a value, and plain words for it.
+TYPER_WORDS = {
+    'Value error, ': '',
+    'Input should be a valid integer, unable to parse string as an integer': 'not a whole number',
+    'Input should be a valid number, unable to parse string as a number': 'not a number',
+    'Input should be ': 'not ',
+}
 
 # typer before 0.12 asks nobody whether help and errors shall stand in boxes.
 typer.core.rich = None  # type: ignore[attr-defined]
@@ -98,6 +110,8 @@ class CommandGroup(typer.core.TyperGroup):
             ctx.fail(f'unknown command {name!r}{suggestion} (commands: {", ".join(COMMANDS)})')
         if name in ROBOT_FIRST:
             others = robot_first(others)
+        if name in FIRST_OPTION and others and not others[0].startswith('-'):
+            others = [FIRST_OPTION[name], *others]
         return super().resolve_command(ctx, [name, *others])
 
     def invoke(self, ctx: typer.Context) -> object:  # type: ignore[override]
@@ -106,6 +120,10 @@ class CommandGroup(typer.core.TyperGroup):
             return super().invoke(ctx)
         except KeyboardInterrupt:
             raise typer.Exit(130) from None
+        except typer.BadParameter as error:
+            for typers, plain in TYPER_WORDS.items():
+                error.message = error.message.replace(typers, plain)
+            raise
 
 
 def robot_first(arguments: Sequence[str]) -> list[str]:

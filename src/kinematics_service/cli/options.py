@@ -279,8 +279,11 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
         values.append(value)
     if len(words) != robot.dof:
         joints = f'{robot.dof} joint' if robot.dof == 1 else f'{robot.dof} joints'
+        # 0,1,0,2 for two joints
+        halves = len(words) == 2 * robot.dof and '.' not in text
+        points = ','.join(map('.'.join, zip(words[::2], words[1::2])))
         raise WrongUsage(
             f'{option}: {robot.name} has {joints} ({", ".join(robot.joint_names)}), '
-            f'not {len(words)}'
+            f'not {len(words)}' + (f'; with decimal points: {option}={points}' if halves else '')
         )
     return np.array(values)
