@@ -30,7 +30,7 @@ from .ingest import Ingest, RefusedExample
 from .joints import JointReport, Jump, joint_reports, jumps_of
 from .planned import PlanSettings, checks_of
 from .stream import Stream, StreamWatch
-from .stretches import Stretch, badness, stretches_of, watched_values
+from .intervals import Stretch, badness, stretches_of, watched_values
 from .timeline import Timeline, TimelineBatch
 
 # Number of joint names shown if none is of this arm.

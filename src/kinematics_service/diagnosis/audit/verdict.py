@@ -11,7 +11,7 @@ from .findings import Finding, count, seconds
 from .frames import NotCompared
 from .joints import look_like_degrees
 from .plan_findings import joints_refuted, plan_findings
-from .stretches import watched_values
+from .intervals import watched_values
 
 # The verdict is in doubt if more messages than this number, and than this share, make no state: a
 # few are usual while several drivers start, and 1 in 1,000 at 1 kHz is a millisecond in a second,

@@ -18,7 +18,7 @@ from ....version import __version__
 from ...frame_check.causes import TestedCause
 from ..auditing import Audit
 from ..frames import NotCompared
-from ..stretches import badness, watched_values
+from ..intervals import badness, watched_values
 from ..verdict import verdict_of
 
 # Rows of the series at most; of longer recordings the worst ones, evenly spread.

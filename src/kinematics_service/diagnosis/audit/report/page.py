@@ -18,7 +18,7 @@ from ..auditing import Audit
 from ..findings import count, seconds
 from ..joints import JointReport
 from ..reported_velocities import VelocityCheck
-from ..stretches import Stretch
+from ..intervals import Stretch
 from ..verdict import AuditVerdict, judged_in_words, verdict_of
 from .page_charts import interval_chart, joint_charts, measure_charts, tool_charts
 from .page_frames import frame_section

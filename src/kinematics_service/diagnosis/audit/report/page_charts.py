@@ -13,7 +13,7 @@ from ....robot.measures import MEASURES, Level
 from ..auditing import Audit
 from ..curves import Curve, curve_of
 from ..frames import FrameReport
-from ..stretches import watched_values
+from ..intervals import watched_values
 from .charts import Band, Chart, LevelLine
 
 # Returns the values of some rows, for a curve.
