@@ -65,7 +65,7 @@ The keys of --json: robot, file, agrees, poses, random_constants, formulas; of e
   name, line, status        agrees or differs
   rows, columns, remarks
   entries                   row, column, yours, right, largest_difference (SI units)
-  causes                    name, sentence, entries, as_well: other causes that fit
+  causes                    name, sentence, entries, alternatives: other causes that fit
   unexplained, tested
 """
 
