@@ -6,6 +6,7 @@ right in them or was put right, the others one erratum each, named as in the che
 """
 
 import functools
+import inspect
 import json
 import re
 import subprocess
@@ -600,9 +601,14 @@ def test_json(capsys):
 
 
 def test_the_example_of_the_help_agrees_with_its_robot():
-    from kinematics_service.cli.compare import HELP
+    from kinematics_service.cli.compare import compare
 
-    lines = HELP.split('mixed as you like:\n')[1].split('\b')[0].splitlines()
+    lines = (
+        inspect.cleandoc(compare.__doc__)
+        .split('mixed as you like:\n')[1]
+        .split('\b')[0]
+        .splitlines()
+    )
     text = '\n'.join(line for line in lines if 'T_{12}' not in line)
     found = verdicts('craig_3r', text)
     assert [v.name for v in found if v.status == 'differs'] == ['the singular set']
