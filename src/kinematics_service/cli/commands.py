@@ -109,6 +109,8 @@ class CommandGroup(typer.core.TyperGroup):
         except typer.BadParameter as error:
             for typers, plain in TYPER_WORDS.items():
                 error.message = error.message.replace(typers, plain)
+            # Of what is missing typer says the name alone.
+            error.message = error.message or getattr(error.param, 'help', None) or ''
             raise
 
 
