@@ -513,7 +513,7 @@ def test_the_labelled_jacobian_and_twist_are_the_librarys(capsys):
         (['robots', '--ros-args', '-p', 'a:=1'],
          'Error: robots takes no --ros-args: it needs no ROS\n'),
         (['fk', '--q', '1'],
-         "Error: Missing option '--robot'. A robot file, a URDF, or a bundled robot.\n"),
+         "Error: Missing option '--robot'. A robot file, a URDF (with --base and --tip LINK), "),
         (['export', 'ur5e'], "Error: Missing option '--urdf'. "),
         (['new'], "Error: Missing argument 'NAME'. Name of the robot.\n"),
         (['frobnicate'], f"Error: unknown command 'frobnicate' (commands: {EVERY_COMMAND})\n"),

@@ -175,6 +175,10 @@ def _node(
     ~/jacobian, ~/twist, ~/singularity/warning and others. Arguments from --ros-args on are ROS's
     own.
 
+    --robot-description [TOPIC] takes the URDF that the robot itself publishes, usually on
+    /robot_description, and each newer one. --base LINK and --tip LINK choose the arm of a URDF;
+    without them it is the longest chain of moving joints.
+
     \b
     Examples:
       kinematics_service --robot puma560

@@ -26,7 +26,8 @@ NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 
 LARGEST = 256 * 1024  # bytes of a text that is given
 UTF_16 = (b'\xff\xfe', b'\xfe\xff')  # as spreadsheets begin their Unicode text
-ROBOT, ROBOT_WORDS = 'FILE|NAME', 'A robot file, a URDF, or a bundled robot.'
+ROBOT = 'FILE|NAME'
+ROBOT_WORDS = 'A robot file, a URDF (with --base and --tip LINK), or a bundled robot.'
 
 
 def robots_like(incomplete: str) -> list[str]:
@@ -42,7 +43,7 @@ RobotArgument = Annotated[
     str,
     typer.Argument(
         metavar='ROBOT',
-        help='A robot file, a URDF, or a bundled robot; also with --robot.',
+        help=f'{ROBOT_WORDS} Also by --robot.',
         autocompletion=robots_like,
     ),
 ]
