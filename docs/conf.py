@@ -28,6 +28,8 @@ napoleon_use_rtype = False
 html_theme = 'furo'
 html_title = f'kinematics_service {release}'
 html_theme_options = {'navigation_with_keys': True}
+# Seen on a light page and on a dark one.
+html_logo = html_favicon = 'logo.svg'
 html_show_copyright = False
 html_static_path = ['site.css']
 html_css_files = ['site.css']

@@ -438,6 +438,7 @@ def fill(app: Any, page: str, source: list[str]) -> None:
     """Put into a page of the site what only the site can show."""
     if ON_THE_SITE in source[0]:
         source[0] = source[0].replace(ON_THE_SITE, docstrings())
+        app.env.note_reread()  # in every build: the page does not change where the code does
 
 
 def setup(app: Any) -> dict[str, bool]:

@@ -85,9 +85,9 @@ ROBOT_FILE = {
     ),
     'DhRowEntry': (
         'links, standard and modified',
-        '`theta` and `d` may be any expression that is linear in the joint variables, so signs, '
-        'offsets, gears and coupled joints need no keyword. In `elementary` a row is instead one '
-        'text, such as `Rz(q1)` or `Tx(L1)`, of `Rx Ry Rz Tx Ty Tz`.',
+        '`theta` and `d` may be any expression that is linear in the joint variables. So signs, '
+        'offsets, gears and coupled joints need no keyword. In `elementary` a row is one text '
+        'instead, such as `Rz(q1)` or `Tx(L1)`, of `Rx Ry Rz Tx Ty Tz`.',
         {
             'a': 'distance of the joint axes along x',
             'alpha': 'angle of the joint axes about x',
@@ -112,9 +112,9 @@ ROBOT_FILE = {
     ),
     'PointEntry': (
         'points',
-        'A mapping of names to points. A name may be part of a topic, `~/elbow/pose`; `tool` is '
-        'always a point, and stands under its own key. A point that is written to a URDF is a '
-        'link there, and `import --point` reads it back.',
+        'A mapping of names to points. A name may be part of a topic, `~/elbow/pose`. The `tool` '
+        'is always a point, and has a key of its own. A point that is written to a URDF is a link '
+        'there, and `import --point` reads it back.',
         {
             'row': 'the frame that the point moves with, counted as `link_frames` does: 0 is the '
             "table's frame 0, i the frame after row i",
@@ -125,10 +125,10 @@ ROBOT_FILE = {
     'LoopEntry': (
         'loops',
         'A list of closed loops. Each is a second chain that parts from the table and meets it '
-        'again; its passive joints have no motor, may stand in rows like joints, and follow from '
-        "the joints by Newton's method, on the branch of the known position. A loop may use the "
-        'passive joints of the loops before it, and of the next ones where these need its own. '
-        'Messages have the joints only.',
+        'again. Its passive joints have no motor, and may stand in rows like joints. They follow '
+        "from the joints by Newton's method, on the branch of the known position. A loop may use "
+        'the passive joints of the loops before it, and of the next ones where these need its '
+        'own. Messages have the joints only.',
         {
             'name': 'what messages call it',
             'passive': 'names of the joints that it moves, as many as `rows`; revolute, or as '
@@ -182,10 +182,10 @@ ROBOT_FILE = {
     ),
     'UncertaintyEntry': (
         'uncertainty',
-        'Without it nothing is said of how far a pose may be off. A key for joints is one number '
-        'for all, where they all turn or all slide, or a list with one for each: angles for those '
-        'that turn, lengths for those that slide. Deviations are standard deviations; what may be '
-        'anywhere within a width counts as the width / sqrt(12); all are independent.',
+        'Without it the node publishes no covariances. A key for joints takes a list with one '
+        'number for each joint: an angle if it turns, a length if it slides. Where all joints '
+        'turn or all slide, it also takes one number for all. Deviations are standard deviations. '
+        'A width counts as the standard deviation width / sqrt(12). All errors are independent.',
         {
             'encoder_noise': 'deviation of joint positions',
             'encoder_resolution': 'the steps that positions are counted in: a width',
@@ -208,7 +208,8 @@ ROBOT_FILE = {
     ),
     'KnownPoseEntry': (
         'known_poses',
-        'A list. A pose without `rpy` is compared in its position alone.',
+        'A list. A pose without `rpy` is compared in its position alone, and one without '
+        '`tolerance` to 1e-6 m and rad. Rounded numbers need a `tolerance`; `check` says which.',
         {
             'q': 'joint positions, in the units of the file',
             'xyz': 'where the tool then is',
@@ -223,8 +224,8 @@ ROBOT_FILE = {
     ),
     'TableToleranceEntry': (
         'tolerance',
-        'Standard deviations, with which a calibration begins. Each of them may be left out; then '
-        'it is 1 mm, 0.2 degrees, and a thousandth of a gear ratio.',
+        'Standard deviations, with which a calibration begins. Each of them may be left out. The '
+        'defaults are 1 mm, 0.2 degrees, and a thousandth of a gear ratio.',
         {
             'length': 'of every length of the table',
             'angle': 'of every angle',

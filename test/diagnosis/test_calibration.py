@@ -213,9 +213,9 @@ def test_what_cannot_be_told_apart_is_named():
     ]
     unknown = sum(len(one.names) - one.determined for one in found.combinations)
     assert len(found.parameters) - unknown == found.possible == 30
-    assert set(found.untold) == {name for one in found.combinations for name in one.names} - {
-        name for name in found.corrections if '.' in name
-    }
+    assert set(found.not_identifiable) == {
+        name for one in found.combinations for name in one.names
+    } - {name for name in found.corrections if '.' in name}
     # What is not told stays at its nominal value: the base has the wider prior by far.
     assert abs(found.corrections['theta1']) < 1e-6
 
@@ -376,7 +376,7 @@ def test_gear_ratios_are_found_where_they_are_asked_for(name):
     assert found.possible == plain.possible + len(gears) == plain.possible + arm.robot.dof
     assert not any(one.group == 'gears' for one in plain.parameters)
     assert max(abs(one.correction - true[one.name]) for one in gears) < EXACT
-    assert all(one.told and one.prior == 1e-3 for one in gears)
+    assert all(one.identifiable and one.prior == 1e-3 for one in gears)
     q = positions_within(arm.robot, 50, 9)
     assert (
         off(predicted(found, q), truly(arm, q)) < EXACT < off(predicted(plain, q), truly(arm, q))

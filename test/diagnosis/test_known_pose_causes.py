@@ -9,6 +9,7 @@ from arms import robot_of
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.diagnosis.frame_check.known_pose_causes import pose_causes
+from kinematics_service.diagnosis.frame_check.known_poses import pose_errors, pose_faults
 from kinematics_service.rigid_motion import exact_rpy
 
 DIGITS = 9  # of the poses in a file
@@ -171,6 +172,71 @@ def test_joints_that_count_the_other_way_or_are_swapped_are_named():
         (lambda q: [q[1], q[0], *q[2:]], 'joints j1 and j2 are swapped'),
     ):
         assert causes(text(), known(text(), written=[change(q) for q in Q])) == (said,)
+
+
+# Poses with few digits, as people write them down.
+
+
+@pytest.fixture(params=[3, 4, 5])
+def digits(request, monkeypatch):
+    monkeypatch.setitem(globals(), 'DIGITS', request.param)
+    return request.param
+
+
+@pytest.mark.parametrize('turned', [True, False])
+def test_a_mistake_is_named_though_the_poses_are_rounded(digits, turned):
+    poses = known(text(), turned=turned)
+    for wrong, sentence in (
+        ({'rows': with_row(1, alpha=0.4)}, 'alpha of links[1] has the other sign'),
+        ({'rows': with_row(2, a=0.09)}, 'a of links[2] has the other sign'),
+        ({'convention': 'modified'}, 'the table is standard, and is read as modified'),
+    ):
+        assert causes(text(**wrong), poses) == (sentence,)
+    assert causes(text(), known(text(), unit=1000.0)) == (
+        'the poses are in millimetres, not metres',
+    )
+
+
+def test_an_error_of_the_digits_is_no_mistake_and_told_as_that(digits, tmp_path, capsys):
+    file = tmp_path / 'arm.yaml'
+    file.write_text(f'{text()}known_poses:\n{known(text())}')
+    assert main(['check', str(file)]) == 1
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == len(Q)
+    for line in said:
+        _, advice = line.split('as its rounded digits may be: write ')
+        assert advice.startswith('tolerance: {xyz: ')
+    tolerance = f'tolerance: {{xyz: {10.0 ** (1 - digits):g}, rpy: {10.0 ** (1 - digits):g}}}'
+    poses = known(text()).replace(']}\n', f'], {tolerance}}}\n')
+    file.write_text(f'{text()}known_poses:\n{poses}')
+    assert main(['check', str(file)]) == 0
+    # Less than what so few digits can show explains nothing; nor do two mistakes at once.
+    for rows in (
+        with_row(3, d=0.61 + 2.0 * 10.0**-digits),
+        (*with_row(1, alpha=0.4)[:3], *with_row(4, d=0.08)[3:]),
+    ):
+        assert causes(text(rows), known(text())) == ()
+
+
+def test_digits_count_in_the_units_of_the_file():
+    units = 'units: {angle: deg, length: mm}\n'
+    arm = 'robot: r\nsource: a test\nconvention: standard\n' + units
+    arm += 'joints: [{name: q1, type: revolute}, {name: q2, type: revolute}]\n'
+    arm += 'links: [{a: 300, alpha: %s, d: 0, theta: q1}, {a: 200, alpha: 0, d: 0, theta: q2}]\n'
+    poses = '  - {q: [20.5, 35.25], xyz: [434, 162.3, 115.4]}\n'
+    right = ks.robot_from_text(f'{arm % 90}known_poses:\n{poses}')
+    (fault,) = pose_faults(right, pose_errors(right))
+    assert fault.message.endswith('as its rounded digits may be: write tolerance: {xyz: 0.1}')
+    assert causes(arm % -90, poses) == (
+        'joint q2 counts the other way round',
+        'alpha of links[0] has the other sign',
+    )
+    # Numbers of one digit, and of none, are exact.
+    coarse = ks.robot_from_text(
+        f'{arm % 90}known_poses:\n{poses.replace("162.3, 115.4", "162, 115")}'
+    )
+    (fault,) = pose_faults(coarse, pose_errors(coarse))
+    assert 'digits' not in fault.message
 
 
 # What must not be told.

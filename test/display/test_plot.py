@@ -402,7 +402,7 @@ def test_measures_are_those_of_the_library(name):
     assert list(thresholds['stop 0.03']) == [0.03, 0.03]
 
 
-def test_stretches_near_singular_poses_are_shaded_and_named():
+def test_intervals_near_singular_poses_are_shaded_and_named():
     robot = robot_of('ur5e')
     motion = motion_of(robot, 'smooth')
     figure = drawn(measures_picture(robot, motion))

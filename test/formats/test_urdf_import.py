@@ -421,6 +421,16 @@ REFUSED = {
         small(('j', 'revolute', 'a', 'b', LIMIT + '<origin xyz="0 0"/>')),
         "<text>:3: <origin> of <joint name='j'>: xyz: expected three numbers, not '0 0'" + LEADS,
     ),
+    'commas between numbers': (
+        small(('j', 'revolute', 'a', 'b', LIMIT + '<origin rpy="0 1.57, 0"/>')),
+        "<text>:3: <origin> of <joint name='j'>: rpy: '0 1.57, 0' has commas between its numbers: "
+        "write '0 1.57 0'" + LEADS,
+    ),
+    'a decimal comma': (
+        small(('j', 'revolute', 'a', 'b', LIMIT + '<origin xyz="0 0,5 0"/>')),
+        "<text>:3: <origin> of <joint name='j'>: xyz: '0,5' is not a number (at most 1e+06)"
+        + LEADS,
+    ),
     'not a number': (
         small(('j', 'revolute', 'a', 'b', LIMIT + '<origin xyz="0 nan 0"/>')),
         "<text>:3: <origin> of <joint name='j'>: xyz: 'nan' is not a number (at most 1e+06)"
@@ -442,6 +452,14 @@ REFUSED = {
     'mimics nobody': (
         small(('j', 'continuous', 'a', 'b', '<mimic joint="x"/>')),
         "<text>:3: <joint name='j'>: it mimics 'x', and there is no such joint" + LEADS,
+    ),
+    'mimics a misspelt one': (
+        small(
+            ('elbow', 'continuous', 'b', 'c', ''),
+            ('j', 'continuous', 'a', 'b', '<mimic joint="elbwo"/>'),
+        ),
+        "<text>:4: <joint name='j'>: it mimics 'elbwo', and there is no such joint, did you mean "
+        "'elbow'?" + LEADS,
     ),
     'mimics itself': (
         small(('j', 'continuous', 'a', 'b', '<mimic joint="j"/>')),
@@ -600,6 +618,17 @@ def tree_of(*joints):
             'l2',
             'r2 (4)',
         ),
+        # Each with two fingers: the hand of the first.
+        (
+            tuple(
+                (f'{side}{k}', 'revolute', near, f'{side}{k}', LIMIT)
+                for side in 'lr'
+                for k, near in enumerate(('base', *(f'{side}{n}' for n in (0, 1, 1))))
+            ),
+            'base',
+            'l1',
+            'l2 (3), l3 (3), r2 (3), r3 (3)',
+        ),
         # A mobile base: what moves freely is no joint of an arm.
         (
             (('drive', 'planar', 'odom', 'cart', ''), ('m', 'fixed', 'cart', 'base', ''), *HAND),
@@ -618,6 +647,25 @@ def test_the_longest_chain_is_taken_and_others_are_told(joints, base, tip, other
         assert choice.endswith(f'write <text>:{base}:{others.split()[0]}')
     else:
         assert not choice
+
+
+def test_where_the_chosen_chain_is_refused_others_are_told():
+    text = tree_of(*HAND).replace('xyz="0.1 0 0"', 'xyz="0.1, 0, 0"')
+    with pytest.raises(UrdfError) as error:
+        ks.import_urdf(text)
+    assert "<origin> of <joint name='flange'>: xyz: '0.1, 0, 0' has commas" in str(error.value)
+    assert str(error.value).endswith(
+        'other tips, and their joints: camera (1); to take the first of them, write '
+        '<text>:base:camera'
+    )
+    assert ks.import_urdf(text, 'base', 'camera').robot.joint_names == ('turn',)
+
+
+def test_blank_lines_before_the_declaration_are_accepted():
+    text = '\n \t\r\n<?xml version="1.0"?>\n' + small(FINE)
+    assert ks.import_urdf(text).robot.joint_names == ('j',)
+    with pytest.raises(UrdfError, match=r"^<text>:6: <joint name='j'>: .* needs <limit"):
+        ks.import_urdf(text.replace(LIMIT, ''), 'a', 'b')
 
 
 def test_one_end_of_the_chain_may_be_named():

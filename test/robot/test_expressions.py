@@ -98,6 +98,7 @@ def test_trigonometry_follows_the_angle_unit() -> None:
         ('2q1', "'2q1' is not a number: write 2*q1 for a product"),
         ('1:30', "'1:30' is text, not a number: write 90 or 1.5 for 1:30"),
         ('2**3', "'**' is not accepted: write x*x for a square"),
+        ('2^3', "'^' is not accepted: write x*x for a square"),
         ('7//2', "'//' is not accepted: write / to divide"),
         ('7 % 2', "unexpected character '%' (accepted: numbers, names, + - * / ( ) ,)"),
         ('L1.real', "unexpected character '.' (accepted: numbers, names, + - * / ( ) ,)"),

@@ -230,7 +230,7 @@ def test_publishers_that_disagree_are_both_named_with_the_joint(arm):
     one.spin_until(disputed, 'dispute')
     status = one.diagnose()
     assert status.message == 'publishers disagree about q2: /impostor and /peer'
-    assert values_of(status)['joints told differently by publishers'] == 'q2'
+    assert values_of(status)['joints that publishers disagree about'] == 'q2'
 
 
 def test_publishers_that_agree_are_not_accused(arm):

@@ -416,7 +416,7 @@ def test_diagnostics_come_once_a_second_with_all_their_keys(arm):
         'publisher names': '/peer',
         'missing joints': '',
         'joints beyond their limits': '',
-        'joints told differently by publishers': '',
+        'joints that publishers disagree about': '',
         'velocity source': 'message',
         'accepted': '1',
         'ignored: none of our joints': '0',

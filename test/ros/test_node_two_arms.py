@@ -135,4 +135,4 @@ def test_two_arms_share_one_topic_with_a_message_for_each(arm):
         values = one.counts()
         assert values['accepted'] == '5'
         assert values['ignored: none of our joints'] == '5'
-        assert values['joints told differently by publishers'] == ''
+        assert values['joints that publishers disagree about'] == ''

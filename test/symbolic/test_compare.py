@@ -6,6 +6,7 @@ right in them or was put right, the others one erratum each, named as in the che
 """
 
 import functools
+import inspect
 import json
 import re
 import subprocess
@@ -473,7 +474,12 @@ FAULTS = {
     'q1 = sin(x, y)': '1:6: sin takes 1 argument, not 2',
     'rows: sideways': "1:7: rows: 'sideways' is not accepted: 'linear first' or 'angular first'",
     'foo = 3': "1:1: 'foo' is no formula this command knows",
-    'hello': "1:1: 'hello' begins no formula",
+    'hello': "1:1: 'hello' begins no formula (expected",
+    'x = 1,5*q1': "1:7: '5' begins no formula: decimals have a point, as in 0.5 (expected",
+    '|J| = L1': "1:1: '|' has no meaning in a formula: write det(J) for a determinant (",
+    'T_0^2 = [1]': '1:1: there is no row 0: the robot has 4; frame 2 in frame 0 is T_02',
+    'x = l1cos(q1)': "1:5: unknown name 'l1cos', did you mean 'L1*cos(...)'?",
+    'singular q2 = 0': "1:1: unknown name 'singular', did you mean 'singular:'?",
     'T_09 = [1]': '1:1: there is no frame 9: the frames are 0 to 4',
     '# nothing': '1:1: no formula in the file',
     'q1 = a\na = b\nb = a': "3:5: 'a' is defined by itself",
@@ -600,9 +606,14 @@ def test_json(capsys):
 
 
 def test_the_example_of_the_help_agrees_with_its_robot():
-    from kinematics_service.cli.compare import HELP
+    from kinematics_service.cli.compare import compare
 
-    lines = HELP.split('mixed as you like:\n')[1].split('\b')[0].splitlines()
+    lines = (
+        inspect.cleandoc(compare.__doc__)
+        .split('mixed as you like:\n')[1]
+        .split('\b')[0]
+        .splitlines()
+    )
     text = '\n'.join(line for line in lines if 'T_{12}' not in line)
     found = verdicts('craig_3r', text)
     assert [v.name for v in found if v.status == 'differs'] == ['the singular set']

@@ -25,50 +25,6 @@ from .recording_options import ColumnsOption, PrefixOption, TopicOption
 
 FAILURES = ('never', 'warn', 'stop', 'undecided', 'limits', 'speed', 'frames')
 
-HELP = """
-Judge a recording of joint states, or a planned trajectory, as the node would have judged it:
-poses, twists, times near a singularity, limits, gaps, jumps, and whether a second source of
-poses agrees.
-
-\b
-Examples:
-  kinematics_service audit run.mcap --robot ur5e --html run.html
-  kinematics_service audit plan.yaml --robot arm.yaml --speed-limit 0.25
-  kinematics_service audit bag/ --robot ur5e --pose-topic /tcp_pose --json -
-  kinematics_service audit run.bag --robot panda --out run_kinematics.mcap
-  kinematics_service audit shift/*.mcap --robot ur5e --jobs 4 --html pages/
-
-\b
-FILE is one of
-  an MCAP file, a rosbag2 directory or .db3, a ROS 1 bag    (needs rosbags)
-  a table (.csv): stamp,position.<joint>,velocity.<joint>, perhaps pose.x ...;
-    what UR's RTDE recorder writes; other columns with --columns
-  a JointTrajectory (.yaml, .json) as `ros2 topic echo` prints it, or in a bag
-
-A plan is judged between its points too. It is proved to keep away from singular
-poses, or refuted by one, or not decided. This is no safety function.
-
-\b
-Each of several FILEs gets its own verdict; --html, --json and --out name
-folders, and the exit code is that of the worst.
-
-\b
-Exit code 0: judged. 1: FILE cannot be read or has no state of this robot, or
---fail-on is met. 2: wrong usage. --fail-on is a list of
-  warn, stop     it comes nearer to a singularity than that threshold
-  undecided      of a plan that is neither proved nor refuted, and the same
-                 of --speed-limit
-  limits         a joint is beyond its limits
-  speed          a joint is above its velocity limit, or a plan above --speed-limit
-  frames         there is no second source of poses, it cannot be compared, or
-                 it disagrees: a cause is found, or more than --pose-stop
-                 remains with constant offsets of base and tool
-  never          the default for a recording; the default for a plan is
-                 stop,undecided, and speed with --speed-limit
-A plan with a sample that could not be judged, and a file with a wrong checksum,
-fail too, unless --fail-on is never.
-"""
-
 
 class VelocitySource(str, Enum):
     """Where joint velocities come from."""
@@ -115,7 +71,49 @@ def audit(
         shown='here',
     ),
 ) -> None:
-    """Run the command; `HELP` is what its user reads."""
+    """
+    Judge a recording of joint states, or a planned trajectory, as the node would have judged it:
+    poses, twists, times near a singularity, limits, gaps, jumps, and whether a second source of
+    poses agrees.
+
+    \b
+    Examples:
+      kinematics_service audit run.mcap --robot ur5e --html run.html
+      kinematics_service audit plan.yaml --robot arm.yaml --speed-limit 0.25
+      kinematics_service audit bag/ --robot ur5e --pose-topic /tcp_pose --json -
+      kinematics_service audit run.bag --robot panda --out run_kinematics.mcap
+      kinematics_service audit shift/*.mcap --robot ur5e --jobs 4 --html pages/
+
+    \b
+    FILE is one of
+      an MCAP file, a rosbag2 directory or .db3, a ROS 1 bag    (needs rosbags)
+      a table (.csv): stamp,position.<joint>,velocity.<joint>, perhaps pose.x ...;
+        what UR's RTDE recorder writes; other columns with --columns
+      a JointTrajectory (.yaml, .json) as `ros2 topic echo` prints it, or in a bag
+
+    A plan is judged between its points too. It is proved to keep away from singular
+    poses, or refuted by one, or not decided. This is no safety function.
+
+    \b
+    Each of several FILEs gets its own verdict; --html, --json and --out name
+    folders, and the exit code is that of the worst.
+
+    \b
+    Exit code 0: judged. 1: FILE cannot be read or has no state of this robot, or
+    --fail-on is met. 2: wrong usage. --fail-on is a list of
+      warn, stop     it comes nearer to a singularity than that threshold
+      undecided      of a plan that is neither proved nor refuted, and the same
+                     of --speed-limit
+      limits         a joint is beyond its limits
+      speed          a joint is above its velocity limit, or a plan above --speed-limit
+      frames         there is no second source of poses, it cannot be compared, or
+                     it disagrees: a cause is found, or more than --pose-stop
+                     remains with constant offsets of base and tool
+      never          the default for a recording; the default for a plan is
+                     stop,undecided, and speed with --speed-limit
+    A plan with a sample that could not be judged, and a file with a wrong checksum,
+    fail too, unless --fail-on is never.
+    """
     failures = _failures(fail_on)
     if not 1e-3 <= timeout <= 3600.0:
         raise WrongUsage(f'--timeout: {timeout:g} is not within 0.001 and 3600 s')

@@ -37,69 +37,6 @@ from .live_calibration import (
 from .options import RobotOption, WrongUsage, flag, given_robot, option, refuse_unwritable
 from .recording_options import ColumnsOption, PrefixOption, TopicOption
 
-HELP = """
-Identify the numbers of an arm from measured poses of its tool, and write its robot file.
-
-\b
-Examples:
-  kinematics_service calibrate tracker.csv --robot ur5e --output my_ur5e.yaml
-  kinematics_service calibrate tracker.csv --robot ur5e --html found.html
-  kinematics_service calibrate points.csv --robot ur5e --pose-format mm,position
-  kinematics_service calibrate bag/ --robot arm.yaml --pose-topic /tracker/pose
-  kinematics_service calibrate a.csv b.csv --robot ur5e --own base --json -
-  kinematics_service calibrate run.csv --robot ur3e --fix base --frames measured
-  kinematics_service calibrate holes.csv --robot ur5e --same-point hole
-  kinematics_service calibrate --robot ur5e --live 300 --output my_ur5e.yaml
-  kinematics_service calibrate --robot ur5e --propose 10 --plan next.yaml
-
-\b
-FILE has joint states and measured poses, as for audit: a bag, or a table
-(.csv) with columns stamp, position.<joint>, pose.x and so on. The frame of
-the poses and the measured frame or point of the tool may differ from those of
-the robot file: both are fitted, unless --fix names base or tool.
-
-\b
---fit and --fix take groups or names, with commas:
-  offsets, lengths, angles, gears, base, tool, lag; all; theta2, d1, a3, alpha2,
-  beta2, gear2, base.x
-
-
-Gear ratios are fitted where --fit names them, or all.
-
-\b
---same-point needs no instrument: a spike on the tool touches the same point
-from many poses, and COLUMN of a table names the point of each row. Points and
-tip are fitted. Only the ratios of lengths are identifiable then, unless
---distance says how far two points are apart.
-
-\b
---live hears joint states (--topic, /joint_states) and poses of the tool
-(--pose-topic, /kinematics/reference_pose) of a running robot. It says which
-numbers are identified by now, and which pose would identify more. At the end,
-or at Ctrl-C, it calibrates with what it has heard.
-
-\b
-Every number has a prior: --tolerance, or `tolerance` of the robot file. A
-number that is not identifiable keeps its nominal value. --propose names the
-poses to measure next, after those of FILE or before any. They keep away from
-limits and singular poses, but the command knows nothing of the cell around the
-arm: look at the motion first. --output is in the convention of the robot file:
-each number is the nominal one and its correction, and known_poses are the
-measured ones.
-
-\b
-A result is refused in three cases: more error remains than audit accepts (4 mm,
-0.5 deg; --noise is for an instrument that leaves more); more than a tenth of
-the poses do not fit; or those that do not fit share the positions of one joint.
-Mistakes that would explain it are tried and named. No robot file is written
-then, unless --anyway asks for it.
-
-
-Exit code 0: calibrated. 1: FILE cannot be read, the frame check finds a
-mistake that calibration cannot mend, or the result is refused. 2: wrong usage.
-"""
-
-
 PLANS = ('.csv', '.yaml', '.yml')
 # Outputs that replace no file unless they are told to.
 OVERWRITTEN_BY_FORCE = ('--output', '--plan')
@@ -162,7 +99,67 @@ def calibrate(
     anyway: bool = flag('--anyway', 'Write the robot file even if the result is refused.'),
     force: bool = flag('--force', 'Overwrite the output.'),
 ) -> None:
-    """Run the command; `HELP` is what its user reads."""
+    """
+    Identify the numbers of an arm from measured poses of its tool, and write its robot file.
+
+    \b
+    Examples:
+      kinematics_service calibrate tracker.csv --robot ur5e --output my_ur5e.yaml
+      kinematics_service calibrate tracker.csv --robot ur5e --html found.html
+      kinematics_service calibrate points.csv --robot ur5e --pose-format mm,position
+      kinematics_service calibrate bag/ --robot arm.yaml --pose-topic /tracker/pose
+      kinematics_service calibrate a.csv b.csv --robot ur5e --own base --json -
+      kinematics_service calibrate run.csv --robot ur3e --fix base --frames measured
+      kinematics_service calibrate holes.csv --robot ur5e --same-point hole
+      kinematics_service calibrate --robot ur5e --live 300 --output my_ur5e.yaml
+      kinematics_service calibrate --robot ur5e --propose 10 --plan next.yaml
+
+    \b
+    FILE has joint states and measured poses, as for audit: a bag, or a table
+    (.csv) with columns stamp, position.<joint>, pose.x and so on. The frame of
+    the poses and the measured frame or point of the tool may differ from those of
+    the robot file: both are fitted, unless --fix names base or tool.
+
+    \b
+    --fit and --fix take groups or names, with commas:
+      offsets, lengths, angles, gears, base, tool, lag; all; theta2, d1, a3, alpha2,
+      beta2, gear2, base.x
+
+    \b
+    Gear ratios are fitted where --fit names them, or all.
+
+    \b
+    --same-point needs no instrument: a spike on the tool touches the same point
+    from many poses, and COLUMN of a table names the point of each row. Points and
+    tip are fitted. Only the ratios of lengths are identifiable then, unless
+    --distance says how far two points are apart.
+
+    \b
+    --live hears joint states (--topic, /joint_states) and poses of the tool
+    (--pose-topic, /kinematics/reference_pose) of a running robot. It says which
+    numbers are identified by now, and which pose would identify more. At the end,
+    or at Ctrl-C, it calibrates with what it has heard.
+
+    \b
+    Every number has a prior: --tolerance, or `tolerance` of the robot file. A
+    number that is not identifiable keeps its nominal value. --propose names the
+    poses to measure next, after those of FILE or before any. They keep away from
+    limits and singular poses, but the command knows nothing of the cell around the
+    arm: look at the motion first. --output is in the convention of the robot file:
+    each number is the nominal one and its correction, and known_poses are the
+    measured ones.
+
+    \b
+    A result is refused in three cases: more error remains than audit accepts (4 mm,
+    0.5 deg; --noise is for an instrument that leaves more); more than a tenth of
+    the poses do not fit; or those that do not fit share the positions of one joint.
+    Mistakes that would explain it are tried and named. No robot file is written
+    then, unless --anyway asks for it.
+
+    \b
+    Exit code 0: calibrated. 1: FILE cannot be read, the frame check finds a
+    mistake that calibration cannot mend, or the result is refused. 2: wrong usage.
+    """
     plans = _plans(plan, propose)
     _check_outputs({'--output': output, '--html': html, '--json': json}, plans, files, force)
     outputs = CalibrationOutputs(output, html, json, plans, frames.value, anyway)

@@ -32,35 +32,6 @@ from .textbook_table import motion_text, textbook_table
 # Of a group of loops; a machine of several arms has many.
 BRANCHES_SHOWN = 4
 
-HELP = """
-Check robot files, and print what they say: the table as in a textbook, the joints, and what is
-true of the arm at every pose.
-
-\b
-Examples:
-  kinematics_service check my_robot.yaml
-  kinematics_service check puma560 ur5e config/*.yaml > report.txt
-  kinematics_service check --strict my_robot.yaml
-  kinematics_service check --json my_robot.yaml
-
-All faults of a file are reported at once, on standard error, as file:line: where: message. Known
-poses of the file that the table does not reach are faults too. The exit code is 1 if any file has
-a fault; the other files are still checked. What is allowed but most likely a mistake, such as a
-link of 250 m, is a line with WARN there; with --strict it makes the exit code 1 too.
-
-\b
-The keys of --json, of each object of the list `files`:
-  file, robot             as given; the robot's name, or null
-  faults, warnings        objects: line (0: none can be named), where, message
-  dof, joint_names, joint_types, convention
-                          of a robot
-  reach, length           m
-  task_rows, generic_rank
-                          rows of J that count; how many of them
-                          are independent
-  known_poses             objects: index, agrees
-"""
-
 Files = Annotated[
     list[str],
     typer.Argument(
@@ -85,7 +56,34 @@ def check(
     strict: bool = flag('--strict', 'Exit with code 1 also for warnings.'),
     json: JsonOption = False,
 ) -> None:
-    """Run the command; `HELP` is what its user reads."""
+    """
+    Check robot files, and print what they say: the table as in a textbook, the joints, and what is
+    true of the arm at every pose.
+
+    \b
+    Examples:
+      kinematics_service check my_robot.yaml
+      kinematics_service check puma560 ur5e config/*.yaml > report.txt
+      kinematics_service check --strict my_robot.yaml
+      kinematics_service check --json my_robot.yaml
+
+    All faults of a file are reported at once, on standard error, as file:line: where: message.
+    Known poses of the file that the table does not reach are faults too. The exit code is 1 if any
+    file has a fault; the other files are still checked. What is allowed but most likely a mistake,
+    such as a link of 250 m, is a line with WARN there; with --strict it makes the exit code 1 too.
+
+    \b
+    The keys of --json, of each object of the list `files`:
+      file, robot             as given; the robot's name, or null
+      faults, warnings        objects: line (0: none can be named), where, message
+      dof, joint_names, joint_types, convention
+                              of a robot
+      reach, length           m
+      task_rows, generic_rank
+                              rows of J that count; how many of them
+                              are independent
+      known_poses             objects: index, agrees
+    """
     out, found = Output(), []
     for file in files:
         found.append(_checked(file))

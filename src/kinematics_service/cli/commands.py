@@ -5,6 +5,7 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from inspect import cleandoc
 from typing import Annotated, Any, Optional
 
 import typer
@@ -16,25 +17,8 @@ from ..version import __version__
 from .node import MIXED_ROS, ROBOT, UNSECURED, NodeOptions, start_node
 from .options import WrongUsage, flag, option
 
-HELP = """
-Pose, Jacobian, twist and singularity warning of any arm given by its Denavit-Hartenberg table.
-
-Without a command the ROS 2 node starts. It listens to joint_states and publishes ~/pose,
-~/jacobian, ~/twist, ~/singularity/warning and others. Arguments from --ros-args on are ROS's own.
-
-\b
-Examples:
-  kinematics_service --robot puma560
-  kinematics_service --robot arm.urdf --base base_link --tip tool0
-  kinematics_service --robot-description    (the URDF on /robot_description)
-  kinematics_service --robot arm.yaml --ros-args -r __ns:=/left
-  kinematics_service --robot left=ur5e --robot right=ur5e
-  kinematics_service check arm.yaml
-  kinematics_service COMMAND --help
-"""
-
-# The commands, in the order of the help. Each has a file of its name, with `HELP` and a function
-# of that name, whose parameters are its arguments and options.
+# The commands, in the order of the help. Each has a file of its name with a function of that name,
+# whose parameters are its arguments and options, and whose docstring is its help.
 COMMANDS = {
     'check': 'Check robot files and print what they say.',
     'new': 'Write a robot file to begin with.',
@@ -59,6 +43,18 @@ RENAMED = {'import': 'import_urdf'}
 WITH_ROS = ('calibrate', 'demo', 'echo', 'view')
 # Those whose first argument is a robot, which they take by --robot as well.
 ROBOT_FIRST = ('check', 'compare', 'derive', 'export', 'plot')
+# What a first argument that stands alone is of those that take all theirs by options.
+FIRST_OPTION = {
+    **dict.fromkeys(('demo', 'fk', 'ik', 'jacobian', 'view'), ROBOT),
+    'import': '--urdf',
+}
+# What typer says of a value, and plain words for it.
+TYPER_WORDS = {
+    'Value error, ': '',
+    'Input should be a valid integer, unable to parse string as an integer': 'not a whole number',
+    'Input should be a valid number, unable to parse string as a number': 'not a number',
+    'Input should be ': 'not ',
+}
 
 # typer before 0.12 asks nobody whether help and errors shall stand in boxes.
 typer.core.rich = None  # type: ignore[attr-defined]
@@ -81,7 +77,9 @@ class CommandGroup(typer.core.TyperGroup):
         name = RENAMED.get(cmd_name, cmd_name)
         module = import_module(f'.{name}', __package__)
         alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-        alone.command(cmd_name, help=module.HELP)(getattr(module, name))
+        command = getattr(module, name)
+        words = f'{cleandoc(command.__doc__ or "")}\n{getattr(module, "HELP_ENDS", "")}'
+        alone.command(cmd_name, help=words)(command)
         return typer.main.get_command(alone)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -98,6 +96,8 @@ class CommandGroup(typer.core.TyperGroup):
             ctx.fail(f'unknown command {name!r}{suggestion} (commands: {", ".join(COMMANDS)})')
         if name in ROBOT_FIRST:
             others = robot_first(others)
+        if name in FIRST_OPTION and others and not others[0].startswith('-'):
+            others = [FIRST_OPTION[name], *others]
         return super().resolve_command(ctx, [name, *others])
 
     def invoke(self, ctx: typer.Context) -> object:  # type: ignore[override]
@@ -106,6 +106,12 @@ class CommandGroup(typer.core.TyperGroup):
             return super().invoke(ctx)
         except KeyboardInterrupt:
             raise typer.Exit(130) from None
+        except typer.BadParameter as error:
+            for typers, plain in TYPER_WORDS.items():
+                error.message = error.message.replace(typers, plain)
+            # Of what is missing typer says the name alone.
+            error.message = error.message or getattr(error.param, 'help', None) or ''
+            raise
 
 
 def robot_first(arguments: Sequence[str]) -> list[str]:
@@ -129,7 +135,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     invoke_without_command=True,
-    help=HELP,
     context_settings={'help_option_names': ['-h', '--help']},
 )
 
@@ -163,6 +168,27 @@ def _node(
         ),
     ] = False,
 ) -> None:
+    """
+    Pose, Jacobian, twist and singularity warning of any arm given by its Denavit-Hartenberg table.
+
+    Without a command the ROS 2 node starts. It listens to joint_states and publishes ~/pose,
+    ~/jacobian, ~/twist, ~/singularity/warning and others. Arguments from --ros-args on are ROS's
+    own.
+
+    --robot-description [TOPIC] takes the URDF that the robot itself publishes, usually on
+    /robot_description, and each newer one. --base LINK and --tip LINK choose the arm of a URDF;
+    without them it is the longest chain of moving joints.
+
+    \b
+    Examples:
+      kinematics_service --robot puma560
+      kinematics_service --robot arm.urdf --base base_link --tip tool0
+      kinematics_service --robot-description    (the URDF on /robot_description)
+      kinematics_service --robot arm.yaml --ros-args -r __ns:=/left
+      kinematics_service --robot left=ur5e --robot right=ur5e
+      kinematics_service check arm.yaml
+      kinematics_service COMMAND --help
+    """
     command = context.invoked_subcommand
     if command is None:
         options = NodeOptions(robot or [], allow_unsecured, allow_mixed_ros)

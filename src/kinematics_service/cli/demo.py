@@ -10,20 +10,6 @@ import typer
 from .missing_ros import ros_module
 from .options import ROBOT, ROBOT_WORDS, WrongUsage, option, refuse_unknown_robot
 
-HELP = """
-Show the node at work without a robot: a simulated arm moves, and the node's outputs are
-printed. All of it stays on this computer, in the namespace /demo.
-
-\b
-Examples:
-  kinematics_service demo
-  kinematics_service demo --robot ur5e --duration 10 --trajectory sine
-  kinematics_service demo --robot ur5e --replay recorded.csv
-
-A recording has a line for each moment and these columns, in s, rad and m: stamp, position.JOINT
-for each joint of the robot, and, if known, velocity.JOINT.
-"""
-
 
 class DemoTrajectory(str, Enum):
     """How the demo moves the joints."""
@@ -52,7 +38,19 @@ def demo(
         ),
     ] = None,
 ) -> None:
-    """Run the command; `HELP` is what its user reads."""
+    """
+    Show the node at work without a robot: a simulated arm moves, and the node's outputs are
+    printed. All of it stays on this computer, in the namespace /demo.
+
+    \b
+    Examples:
+      kinematics_service demo
+      kinematics_service demo --robot ur5e --duration 10 --trajectory sine
+      kinematics_service demo --robot ur5e --replay recorded.csv
+
+    A recording has a line for each moment and these columns, in s, rad and m: stamp,
+    position.JOINT for each joint of the robot, and, if known, velocity.JOINT.
+    """
     if robot is not None:
         refuse_unknown_robot(robot)
     if duration is not None and not math.isfinite(duration):

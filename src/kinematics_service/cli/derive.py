@@ -23,27 +23,6 @@ if TYPE_CHECKING:
     from ..symbolic.derivation import Derivation
     from ..symbolic.path import Path as PathAlong
 
-HELP = """
-Derive the kinematics of an arm exactly, in the symbols of its robot file.
-
-\b
-Examples:
-  kinematics_service derive craig_3r
-  kinematics_service derive puma560 --format html --out puma560.html
-  kinematics_service derive panda --lock q3=0
-  kinematics_service derive ur5e --code c --out ur5e.c
-  kinematics_service derive rrp_elementary --path 'theta1=sin(t), theta2=cos(2*t), d3=sin(3*t)'
-  kinematics_service derive arm.yaml --write
-
-The result has every row's T, every frame, the Jacobian in four ways and their difference, and the
-determinant of the task rows as a product. For each factor it says where the factor vanishes, the
-rank there and the lost motion. --write puts the factors into the robot file, after checking their
-product against the determinant.
-
-For an arm with closed loops the result says what closes them and how their passive joints follow
-the others. It has the determinants of the closure and of the arm.
-"""
-
 
 class Format(str, Enum):
     """The formats of a derivation."""
@@ -80,7 +59,26 @@ def derive(
     ),
     write: bool = flag('--write', 'Store the factors in the robot file.'),
 ) -> None:
-    """Run the command; `HELP` is what its user reads."""
+    """
+    Derive the kinematics of an arm exactly, in the symbols of its robot file.
+
+    \b
+    Examples:
+      kinematics_service derive craig_3r
+      kinematics_service derive puma560 --format html --out puma560.html
+      kinematics_service derive panda --lock q3=0
+      kinematics_service derive ur5e --code c --out ur5e.c
+      kinematics_service derive rrp_elementary --path 'theta1=sin(t), theta2=cos(2*t), d3=sin(3*t)'
+      kinematics_service derive arm.yaml --write
+
+    The result has every row's T, every frame, the Jacobian in four ways and their difference, and
+    the determinant of the task rows as a product. For each factor it says where the factor
+    vanishes, the rank there and the lost motion. --write puts the factors into the robot file,
+    after checking their product against the determinant.
+
+    For an arm with closed loops the result says what closes them and how their passive joints
+    follow the others. It has the determinants of the closure and of the arm.
+    """
     refuse_unknown_robot(robot)
     if out is not None:
         refuse_unwritable('--out', out)

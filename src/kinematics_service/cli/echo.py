@@ -8,18 +8,6 @@ import typer
 from .missing_ros import ros_module
 from .options import WrongUsage, flag, option
 
-HELP = """
-Print what a running node says, without any other ROS tool installed.
-
-\b
-Examples:
-  kinematics_service echo
-  kinematics_service echo pose --once
-  kinematics_service echo warning --json
-  kinematics_service echo twist --node /left_arm/kinematics
-  kinematics_service echo pose --once --timeout 30
-"""
-
 # Range of the time-out of `echo`, in s.
 ONCE_TIMEOUT, SHORTEST_TIMEOUT, LONGEST_TIMEOUT = 10.0, 0.1, 86_400.0
 
@@ -45,7 +33,17 @@ def echo(
         shown=f'{ONCE_TIMEOUT:g} with --once, else never',
     ),
 ) -> None:
-    """Run the command; `HELP` is what its user reads."""
+    """
+    Print what a running node says, without any other ROS tool installed.
+
+    \b
+    Examples:
+      kinematics_service echo
+      kinematics_service echo pose --once
+      kinematics_service echo warning --json
+      kinematics_service echo twist --node /left_arm/kinematics
+      kinematics_service echo pose --once --timeout 30
+    """
     if timeout is not None and not timeout >= SHORTEST_TIMEOUT:
         raise WrongUsage(f'--timeout: {timeout:g} is not at least {SHORTEST_TIMEOUT:g} s')
     if timeout is not None and timeout > LONGEST_TIMEOUT:

@@ -8,26 +8,24 @@ from ..formats.urdf.writer import export_urdf, without_loops
 from ..output_file import write_file
 from .options import RobotArgument, given_robot, option, refuse_robot_file
 
-HELP = """
-Write a robot as URDF, for RViz, robot_state_publisher, MoveIt, Pinocchio and others.
-
-\b
-Examples:
-  kinematics_service export puma560 --urdf puma560.urdf
-  kinematics_service export my_arm.yaml --urdf - | check_urdf /dev/stdin
-
-Every frame of the table and every point is a link, exact to 1e-12. Coupled and helical
-joints become joints that mimic. The shapes only mark joints and links, so that there is
-something to see; inertia and collision shapes are not known and not written. Closed loops, which
-URDF does not have, are left out, and a sentence on standard error says so.
-"""
-
 
 def export(
     robot: RobotArgument,
     urdf: str = option("Where to write it; '-': the screen.", 'FILE', default=...),
 ) -> None:
-    """Run the command; `HELP` is what its user reads."""
+    """
+    Write a robot as URDF, for RViz, robot_state_publisher, MoveIt, Pinocchio and others.
+
+    \b
+    Examples:
+      kinematics_service export puma560 --urdf puma560.urdf
+      kinematics_service export my_arm.yaml --urdf - | check_urdf /dev/stdin
+
+    Every frame of the table and every point is a link, exact to 1e-12. Coupled and helical joints
+    become joints that mimic. The shapes only mark joints and links, so that there is something to
+    see; inertia and collision shapes are not known and not written. Closed loops, which URDF does
+    not have, are left out, and a sentence on standard error says so.
+    """
     arm = given_robot(robot)
     refuse_robot_file('--urdf', Path(urdf), robot)
     text = export_urdf(arm)

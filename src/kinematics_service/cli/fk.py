@@ -1,7 +1,5 @@
 """The command `fk`: where the tool is at given joint positions."""
 
-from textwrap import indent
-
 from ..kernel import Floats
 from ..kinematics.singularity import Singularity, singularity_of
 from ..kinematics.tool_state import ToolState, evaluate
@@ -26,30 +24,8 @@ from .singularity_report import (
     state_json,
 )
 
-HELP = f"""
-Print the pose of the tool at joint positions, and how near it is to a singular one.
-
-\b
-Examples:
-  kinematics_service fk --robot puma560 --deg --q 20,35,-60,15,40,-70
-  kinematics_service fk --robot ur5e --q=-0.1,-1.57,1.2,0,0.4,0 --json
-  kinematics_service fk --robot puma560 --of 3 --q 0,0.8,3.1,0,0.8,0
-
-Positions may be negative, and separated by commas, spaces or both. Those of
-prismatic joints are in metres, also with --deg. With --of and --at the pose and its
-singularity are those of another point of the arm instead of the tool.
-
-\b
-The keys of --json, in m and rad; null: infinite or undefined:
-  robot, base_frame, tool_frame, joint_names, q
-  beyond_limits                  names of joints outside their limits
-  position                       x y z of the tool in the base frame
-  quaternion_xyzw                unit length, w >= 0
-  roll_pitch_yaw                 R = Rz(yaw) Ry(pitch) Rx(roll)
-  matrix                         4 rows of 4
-  singularity                    an object:
-{indent(JSON_KEYS, '  ')}
-"""
+# What follows the help: the keys of the object `singularity`.
+HELP_ENDS = JSON_KEYS
 
 
 def fk(
@@ -60,7 +36,29 @@ def fk(
     deg: DegreesOption = False,
     json: JsonOption = False,
 ) -> None:
-    """Run the command; `HELP` is what its user reads."""
+    """
+    Print the pose of the tool at joint positions, and how near it is to a singular one.
+
+    \b
+    Examples:
+      kinematics_service fk --robot puma560 --deg --q 20,35,-60,15,40,-70
+      kinematics_service fk --robot ur5e --q=-0.1,-1.57,1.2,0,0.4,0 --json
+      kinematics_service fk --robot puma560 --of 3 --q 0,0.8,3.1,0,0.8,0
+
+    Positions may be negative, and separated by commas, spaces or both. Those of
+    prismatic joints are in metres, also with --deg. With --of and --at the pose and its
+    singularity are those of another point of the arm instead of the tool.
+
+    \b
+    The keys of --json, in m and rad; null: infinite or undefined:
+      robot, base_frame, tool_frame, joint_names, q
+      beyond_limits                  names of joints outside their limits
+      position                       x y z of the tool in the base frame
+      quaternion_xyzw                unit length, w >= 0
+      roll_pitch_yaw                 R = Rz(yaw) Ry(pitch) Rx(roll)
+      matrix                         4 rows of 4
+      singularity                    an object:
+    """
     arm = ending_at(given_robot(robot), of, at)
     state = evaluate(arm, given_positions(arm, q, deg))
     singularity = singularity_of(state)

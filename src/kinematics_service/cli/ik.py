@@ -29,49 +29,6 @@ from .options import (
 )
 from .singularity_report import DEGREES, arm_json
 
-HELP = """
-Print the joint positions that bring the tool to a pose, or to a position alone, and whether
-they are proved to be all.
-
-\b
-Examples:
-  kinematics_service ik --robot ur5e --xyz 0.3,-0.2,0.4 --rpy 180,0,90 --deg
-  kinematics_service ik --robot craig_3r --xyz 0.4,0.1,-0.2 --near 0,0.5,0.5
-  kinematics_service ik --robot puma560 --xyz=-0.3,0.4,0.9 --quaternion 0,0,0,1 --json
-  kinematics_service ik --robot scara_hsr065 --xyz 0.4,0.1,0.2 --rows x,y --one
-  kinematics_service ik --robot ur5e --xyz 0.3,-0.2,0.4 --rpy 180,0,0 --deg --axis z
-
-Positions that differ by full turns are one solution: the one inside the limits nearest
-to --near (default: the middle of the limits) is printed. Each was checked by forward
-kinematics. Where the arm can move on without moving the tool, the solution is a family,
-printed at one of its positions. The exit code is 1 if nothing is inside the limits;
-then the nearest pose is printed.
-
---axis is for arms of five joints: only the direction of that axis of the tool counts, not the
-whole orientation. A target that is not met exactly counts as reached within --tolerance, because
-typed numbers are rounded; the residual says how well.
-
---one: the first solution found inside the limits, the nearest one where there is a
-closed form. An arm without one is searched from there: --seed gives other starts.
-
-\b
-The keys of --json, in m and rad; null: infinite or undefined:
-  robot, base_frame, tool_frame, joint_names
-  target, near                   4 rows of 4, or x y z; near may be null
-  axis, tolerance                null, or x, y or z; m and rad
-  status                         solved, family, outside_limits or unreachable
-  reason, method                 a sentence; closed form, algebraic or search
-  complete                       proved, found (no proof that these are all) or partial
-  roots                          null, or how many complex solutions were found of how
-                                 many there can be
-  solutions                      objects: q, residual, feasible, beyond (names of
-                                 joints outside their limits), margin (to the nearest
-                                 limit), shoulder, elbow, wrist, multiplicity
-  families                       the same keys, and motions (a row a direction along
-                                 it), straight, joints
-  nearest                        null, or q, residual, position_error, rotation_error
-"""
-
 # How the solutions were found.
 HOW = {'closed form': 'in closed form', 'algebraic': 'by elimination', 'search': 'by search'}
 
@@ -129,7 +86,48 @@ def ik(
     deg: DegreesOption = False,
     json: JsonOption = False,
 ) -> None:
-    """Run the command; `HELP` is what its user reads."""
+    """
+    Print the joint positions that bring the tool to a pose, or to a position alone, and whether
+    they are proved to be all.
+
+    \b
+    Examples:
+      kinematics_service ik --robot ur5e --xyz 0.3,-0.2,0.4 --rpy 180,0,90 --deg
+      kinematics_service ik --robot craig_3r --xyz 0.4,0.1,-0.2 --near 0,0.5,0.5
+      kinematics_service ik --robot puma560 --xyz=-0.3,0.4,0.9 --quaternion 0,0,0,1 --json
+      kinematics_service ik --robot scara_hsr065 --xyz 0.4,0.1,0.2 --rows x,y --one
+      kinematics_service ik --robot ur5e --xyz 0.3,-0.2,0.4 --rpy 180,0,0 --deg --axis z
+
+    Positions that differ by full turns are one solution: the one inside the limits nearest
+    to --near (default: the middle of the limits) is printed. Each was checked by forward
+    kinematics. Where the arm can move on without moving the tool, the solution is a family,
+    printed at one of its positions. The exit code is 1 if nothing is inside the limits;
+    then the nearest pose is printed.
+
+    --axis is for arms of five joints: only the direction of that axis of the tool counts, not the
+    whole orientation. A target that is not met exactly counts as reached within --tolerance,
+    because typed numbers are rounded; the residual says how well.
+
+    --one: the first solution found inside the limits, the nearest one where there is a
+    closed form. An arm without one is searched from there: --seed gives other starts.
+
+    \b
+    The keys of --json, in m and rad; null: infinite or undefined:
+      robot, base_frame, tool_frame, joint_names
+      target, near                   4 rows of 4, or x y z; near may be null
+      axis, tolerance                null, or x, y or z; m and rad
+      status                         solved, family, outside_limits or unreachable
+      reason, method                 a sentence; closed form, algebraic or search
+      complete                       proved, found (no proof that these are all) or partial
+      roots                          null, or how many complex solutions were found of how
+                                     many there can be
+      solutions                      objects: q, residual, feasible, beyond (names of
+                                     joints outside their limits), margin (to the nearest
+                                     limit), shoulder, elbow, wrist, multiplicity
+      families                       the same keys, and motions (a row a direction along
+                                     it), straight, joints
+      nearest                        null, or q, residual, position_error, rotation_error
+    """
     if rpy is not None and quaternion is not None:
         raise WrongUsage('--rpy and --quaternion both say how the tool is turned: give one')
     if one and everything:

@@ -15,27 +15,6 @@ from ..robot.file.reader import robot_file_text
 from .export import write_document
 from .options import ROBOT, WrongUsage, doubt_text, flag, given_robot, option
 
-HELP = """
-Make a robot file from a chain of a URDF, or from a factory calibration, and prove it.
-
-\b
-Examples:
-  kinematics_service import --urdf arm.urdf
-  kinematics_service import --urdf arm.urdf --base base_link --tip tool0
-  kinematics_service import --urdf a.urdf --base b --tip t --out a.yaml
-  kinematics_service import --urdf a.urdf --base b --tip t --name my_arm
-  kinematics_service import --urdf a.urdf --base b --tip t --point camera_link
-  kinematics_service import --ur-calibration calibration.conf --robot ur5e --out my_ur5e.yaml
-
-Names, limits, velocities and joints that mimic are kept. The robot file is compared with
-the plain product of the URDF's joints over 1000 random configurations; the worst error
-is printed and written into the file. xacro files are expanded first: xacro FILE > arm.urdf
-
---ur-calibration is the controller's calibration.conf, or the YAML of ur_calibration; --robot the
-nominal arm. Its numbers get corrections of millimetres and an extra angle between parallel axes,
-instead of lengths of hundreds of metres that cancel. It is the same arm to 1e-9.
-"""
-
 
 class ImportedConvention(str, Enum):
     """The conventions that a table may be written in."""
@@ -67,7 +46,26 @@ def import_urdf(
     ),
     point: Optional[list[str]] = option('A link that becomes a point; repeatable.', 'LINK'),
 ) -> None:
-    """Run the command; `HELP` is what its user reads."""
+    """
+    Make a robot file from a chain of a URDF, or from a factory calibration, and prove it.
+
+    \b
+    Examples:
+      kinematics_service import --urdf arm.urdf
+      kinematics_service import --urdf arm.urdf --base base_link --tip tool0
+      kinematics_service import --urdf a.urdf --base b --tip t --out a.yaml
+      kinematics_service import --urdf a.urdf --base b --tip t --name my_arm
+      kinematics_service import --urdf a.urdf --base b --tip t --point camera_link
+      kinematics_service import --ur-calibration calibration.conf --robot ur5e --out my_ur5e.yaml
+
+    Names, limits, velocities and joints that mimic are kept. The robot file is compared with
+    the plain product of the URDF's joints over 1000 random configurations; the worst error
+    is printed and written into the file. xacro files are expanded first: xacro FILE > arm.urdf
+
+    --ur-calibration is the controller's calibration.conf, or the YAML of ur_calibration; --robot
+    the nominal arm. Its numbers get corrections of millimetres and an extra angle between parallel
+    axes, instead of lengths of hundreds of metres that cancel. It is the same arm to 1e-9.
+    """
     if name and not re.fullmatch(r'[A-Za-z0-9_]+', name):
         raise WrongUsage(f'--name: {name!r} is not a name of letters, digits and underscores')
     if ur_calibration is not None:

@@ -1,6 +1,5 @@
 """The command `jacobian`: how joint velocities move the tool at given joint positions."""
 
-from textwrap import indent
 from typing import Annotated, Optional
 
 import typer
@@ -41,31 +40,8 @@ ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 # printed on one line.
 CELL = 9
 
-HELP = f"""
-Print the Jacobian at joint positions, the twist of the tool at joint velocities, and how near the
-pose is to a singular one.
-
-\b
-Examples:
-  kinematics_service jacobian --robot puma560 --q 0,0.8,3.1,0,0.8,0
-  kinematics_service jacobian --robot planar_2r --deg --q 20,30 --qdot 5,-2
-
-The Jacobian is the geometric one, rows vx vy vz wx wy wz, a column a joint in the order of the
-robot; its reference point is the tool's origin, its axes are those of --axes. The twist is
-J qdot in the same axes. With --of and --at all that is printed is of another point of the arm
-instead of the tool.
-
-\b
-The keys of --json, in m, rad, s; null: infinite, undefined, not asked for:
-  robot, base_frame, tool_frame, joint_names, q
-  beyond_limits                  names of joints outside their limits
-  frame                          the axes: base, tool, a point or a row
-  rows                           vx vy vz wx wy wz
-  jacobian                       6 rows of n
-  qdot, twist                    n and 6 numbers
-  singularity                    an object:
-{indent(JSON_KEYS, '  ')}
-"""
+# What follows the help: the keys of the object `singularity`.
+HELP_ENDS = JSON_KEYS
 
 
 def jacobian(
@@ -86,7 +62,30 @@ def jacobian(
     deg: DegreesOption = False,
     json: JsonOption = False,
 ) -> None:
-    """Run the command; `HELP` is what its user reads."""
+    """
+    Print the Jacobian at joint positions, the twist of the tool at joint velocities, and how near
+    the pose is to a singular one.
+
+    \b
+    Examples:
+      kinematics_service jacobian --robot puma560 --q 0,0.8,3.1,0,0.8,0
+      kinematics_service jacobian --robot planar_2r --deg --q 20,30 --qdot 5,-2
+
+    The Jacobian is the geometric one, rows vx vy vz wx wy wz, a column a joint in the order of the
+    robot; its reference point is the tool's origin, its axes are those of --axes. The twist is
+    J qdot in the same axes. With --of and --at all that is printed is of another point of the arm
+    instead of the tool.
+
+    \b
+    The keys of --json, in m, rad, s; null: infinite, undefined, not asked for:
+      robot, base_frame, tool_frame, joint_names, q
+      beyond_limits                  names of joints outside their limits
+      frame                          the axes: base, tool, a point or a row
+      rows                           vx vy vz wx wy wz
+      jacobian                       6 rows of n
+      qdot, twist                    n and 6 numbers
+      singularity                    an object:
+    """
     whole = given_robot(robot)
     arm = ending_at(whole, of, at)
     rates = None if qdot is None else joint_values(arm, qdot, '--qdot', deg)

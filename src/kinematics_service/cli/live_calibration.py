@@ -82,8 +82,8 @@ def kept_when_refused(robot: Robot, poses: CollectedPoses) -> Iterator[None]:
 def _lines(robot: Robot, found: Calibration, complete: bool, propose: int) -> Iterator[str]:
     yield f'{found.count} poses: {found.known} of {found.possible} combinations are identified'
     table = [one for one in found.parameters if one.group in TABLE_GROUPS]
-    for words, told in (('identified', True), ('not yet, or not by itself', False)):
-        names = ', '.join(one.name for one in table if one.told == told)
+    for words, known in (('identified', True), ('not yet, or not by itself', False)):
+        names = ', '.join(one.name for one in table if one.identifiable == known)
         yield f'  {words}: {names or "none"}'
     if not found.accepted:
         yield f'  no calibration so far: {"; ".join(found.refusals)}'

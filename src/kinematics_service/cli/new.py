@@ -19,28 +19,6 @@ from .check import check
 from .export import write_document
 from .options import WrongUsage, flag, given_text, option, refuse_unwritable
 
-HELP = """
-Write a robot file to begin with: an example arm whose comments say what each part means.
-
-\b
-Examples:
-  kinematics_service new my_arm --dof 4 --units deg,mm
-  kinematics_service new my_arm --convention modified
-  kinematics_service new my_ur5e --from ur5e
-  kinematics_service new my_arm --table dh.csv
-  kinematics_service new my_arm --table - --columns a,alpha,d,theta --units deg,mm
-
-The file is NAME.yaml in this folder, or that of --out; an existing file is kept unless
---force is given. With --from it is a copy of the file of a bundled robot, comments included,
-for you to change.
-
-With --table it is the robot of a table: rows of a spreadsheet (commas, semicolons or tabs), of a
-text, of Markdown or LaTeX, a matrix, or the links of Corke's toolbox for MATLAB or Python. The
-heads of the columns say what they hold, in any order; without heads --columns does. Theta or d
-moves: the one with the variable, or the empty one. The command says what it assumes, and checks
-the result.
-"""
-
 DEFAULT_DOF = 6
 DEFAULT_CONVENTION = 'standard'
 ROBOT_LINE = re.compile(r'^robot:.*$', re.MULTILINE)
@@ -75,7 +53,27 @@ def new(
     ),
     force: bool = flag('--force', 'Overwrite the file.'),
 ) -> None:
-    """Run the command; `HELP` is what its user reads."""
+    """
+    Write a robot file to begin with: an example arm whose comments say what each part means.
+
+    \b
+    Examples:
+      kinematics_service new my_arm --dof 4 --units deg,mm
+      kinematics_service new my_arm --convention modified
+      kinematics_service new my_ur5e --from ur5e
+      kinematics_service new my_arm --table dh.csv
+      kinematics_service new my_arm --table - --columns a,alpha,d,theta --units deg,mm
+
+    The file is NAME.yaml in this folder, or that of --out; an existing file is kept unless
+    --force is given. With --from it is a copy of the file of a bundled robot, comments included,
+    for you to change.
+
+    With --table it is the robot of a table: rows of a spreadsheet (commas, semicolons or tabs), of
+    a text, of Markdown or LaTeX, a matrix, or the links of Corke's toolbox for MATLAB or Python.
+    The heads of the columns say what they hold, in any order; without heads --columns does. Theta
+    or d moves: the one with the variable, or the empty one. The command says what it assumes, and
+    checks the result.
+    """
     if not re.fullmatch(r'[A-Za-z0-9_]+', name):
         raise WrongUsage(f'NAME: {name!r} is not a name of letters, digits and underscores')
     if table is None and columns is not None:

@@ -26,7 +26,8 @@ NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 
 LARGEST = 256 * 1024  # bytes of a text that is given
 UTF_16 = (b'\xff\xfe', b'\xfe\xff')  # as spreadsheets begin their Unicode text
-ROBOT, ROBOT_WORDS = 'FILE|NAME', 'A robot file, a URDF, or a bundled robot.'
+ROBOT = 'FILE|NAME'
+ROBOT_WORDS = 'A robot file, a URDF (with --base and --tip LINK), or a bundled robot.'
 
 
 def robots_like(incomplete: str) -> list[str]:
@@ -42,7 +43,7 @@ RobotArgument = Annotated[
     str,
     typer.Argument(
         metavar='ROBOT',
-        help='A robot file, a URDF, or a bundled robot; also with --robot.',
+        help=f'{ROBOT_WORDS} Also by --robot.',
         autocompletion=robots_like,
     ),
 ]
@@ -279,8 +280,11 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
         values.append(value)
     if len(words) != robot.dof:
         joints = f'{robot.dof} joint' if robot.dof == 1 else f'{robot.dof} joints'
+        # 0,1,0,2 for two joints
+        halves = len(words) == 2 * robot.dof and '.' not in text
+        points = ','.join(map('.'.join, zip(words[::2], words[1::2])))
         raise WrongUsage(
             f'{option}: {robot.name} has {joints} ({", ".join(robot.joint_names)}), '
-            f'not {len(words)}'
+            f'not {len(words)}' + (f'; with decimal points: {option}={points}' if halves else '')
         )
     return np.array(values)

@@ -46,30 +46,6 @@ from .options import (
     option,
 )
 
-HELP = """
-Draw a picture of an arm, and write it as PNG, SVG or PDF.
-
-\b
-KIND is one of:
-  arm         links, joint axes and frames in a pose        --q
-  ik          every pose that reaches a target              --xyz --rpy --near
-  velocity    the tool's velocity along a path              --path
-  measures    how near to singular along a path             --path
-  map         the same over two joints, singular sets       --joints --q
-  workspace   where the tool gets, in a plane               --plane --at
-
-\b
-Examples:
-  kinematics_service plot ur5e --q 0,-1.57,1.2,0,0.4,0
-  kinematics_service plot ur5e ik --xyz 0.3,-0.2,0.4 --rpy 180,0,90 --deg
-  kinematics_service plot craig_3r velocity --path sine --save velocity.svg
-  kinematics_service plot ur5e measures --path recorded.csv
-  kinematics_service plot craig_3r map --joints q2,q3
-  kinematics_service plot puma560 workspace --plane xz --show
-
-Pictures need matplotlib. The same command gives the same picture, byte for byte.
-"""
-
 # The options of each kind besides --of, --save, --show and --deg.
 OPTIONS = {
     'arm': ('--q',),
@@ -123,7 +99,29 @@ def plot(
     save: Optional[Path] = option('A .png, .svg or .pdf.', 'FILE', shown='ROBOT_KIND.png, here'),
     show: bool = flag('--show', 'Open a window instead.'),
 ) -> None:
-    """Run the command; `HELP` is what its user reads."""
+    """
+    Draw a picture of an arm, and write it as PNG, SVG or PDF.
+
+    \b
+    KIND is one of:
+      arm         links, joint axes and frames in a pose        --q
+      ik          every pose that reaches a target              --xyz --rpy --near
+      velocity    the tool's velocity along a path              --path
+      measures    how near to singular along a path             --path
+      map         the same over two joints, singular sets       --joints --q
+      workspace   where the tool gets, in a plane               --plane --at
+
+    \b
+    Examples:
+      kinematics_service plot ur5e --q 0,-1.57,1.2,0,0.4,0
+      kinematics_service plot ur5e ik --xyz 0.3,-0.2,0.4 --rpy 180,0,90 --deg
+      kinematics_service plot craig_3r velocity --path sine --save velocity.svg
+      kinematics_service plot ur5e measures --path recorded.csv
+      kinematics_service plot craig_3r map --joints q2,q3
+      kinematics_service plot puma560 workspace --plane xz --show
+
+    Pictures need matplotlib. The same command gives the same picture, byte for byte.
+    """
     given = {
         '--q': q, '--xyz': xyz, '--rpy': rpy, '--quaternion': quaternion, '--near': near,
         '--path': path, '--joints': joints, '--plane': plane, '--at': at, '--points': points,

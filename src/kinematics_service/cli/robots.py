@@ -12,29 +12,6 @@ from ..robot.file.parts.description import JointDescription, RobotDescription
 from ..robot.file.reader import read_robot_file
 from .options import JsonOption
 
-HELP = """
-List the robots that come with the package, one per line. Every command takes their names, and
-'new NAME --from ROBOT' makes a file of one.
-
-In a terminal it lists the machines, and --all adds the arms of textbooks and courses. In a file or
-a pipe it lists all of them.
-
-\b
-Joints: R revolute, P prismatic, H helical, base to tool.
-
-\b
-Examples:
-  kinematics_service robots
-  kinematics_service robots --all
-  kinematics_service robots --json
-
-\b
-The keys of --json, of each object of the list `robots`:
-  name, group, file
-  dof, joints, convention        joints: the letters above
-  source                         where the numbers come from
-"""
-
 # The groups that a terminal shows with --all only.
 COURSE = (
     'Textbook and course arms',
@@ -56,7 +33,28 @@ def robots(
     ] = False,
     json: JsonOption = False,
 ) -> None:
-    """Run the command; `HELP` is what its user reads."""
+    """
+    List the robots that come with the package, one per line. Every command takes their names, and
+    'new NAME --from ROBOT' makes a file of one.
+
+    In a terminal it lists the machines, and --all adds the arms of textbooks and courses. In a
+    file or a pipe it lists all of them.
+
+    \b
+    Joints: R revolute, P prismatic, H helical, base to tool.
+
+    \b
+    Examples:
+      kinematics_service robots
+      kinematics_service robots --all
+      kinematics_service robots --json
+
+    \b
+    The keys of --json, of each object of the list `robots`:
+      name, group, file
+      dof, joints, convention        joints: the letters above
+      source                         where the numbers come from
+    """
     found = {
         title: [(name, path, read_robot_file(path)) for name, path in robots.items()]
         for title, robots in grouped_robots().items()

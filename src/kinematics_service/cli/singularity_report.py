@@ -30,19 +30,19 @@ LONG = 1e5
 
 NUMBERS = (*MEASURES, 'singular_values', 'rank', 'generic_rank')
 JSON_KEYS = f"""\
-  level, measure, warn, stop     OK, WARN or ERROR by the measure watched
-{textwrap.indent(textwrap.fill(', '.join(NUMBERS), 74), '  ')}
-  distance_at_least              true: it is 1 rad or more, not just 1
-  nearest_singular               joint positions of the singular pose found,
-                                 distance away; null where none was found
-  flat_loop                      the loop that is flat there; null: the arm
-                                 is singular there
-  decided                        false: a nearer one may not have been found
-  clearance                      radius without a singular pose, proved, rad
-  task, length                   rows of J judged, characteristic length
-  lost_direction                 6 numbers, base axes; angular ones * length
-  joint_motion, way_out          n numbers each, rad or m
-  rate, time_to_warning          1/s and s along qdot; null without one"""
+    level, measure, warn, stop     OK, WARN or ERROR by the measure watched
+{textwrap.indent(textwrap.fill(', '.join(NUMBERS), 74), '    ')}
+    distance_at_least              true: it is 1 rad or more, not just 1
+    nearest_singular               joint positions of the singular pose found,
+                                   distance away; null where none was found
+    flat_loop                      the loop that is flat there; null: the arm
+                                   is singular there
+    decided                        false: a nearer one may not have been found
+    clearance                      radius without a singular pose, proved, rad
+    task, length                   rows of J judged, characteristic length
+    lost_direction                 6 numbers, base axes; angular ones * length
+    joint_motion, way_out          n numbers each, rad or m
+    rate, time_to_warning          1/s and s along qdot; null without one"""
 
 
 def in_degrees(angle: float) -> str:

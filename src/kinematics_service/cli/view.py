@@ -17,24 +17,6 @@ WITHOUT_VISER = (
     "pip install '.[view]' in its checkout"
 )
 
-HELP = """
-Show the arm on a web page, live from a running node, or moved by sliders if no joint states
-arrive. The page shows links and axes from the table alone, velocity, manipulability ellipsoids,
-the motion lost at a singular pose, the distance to it, the Jacobian and the limits.
-
-\b
-Examples:
-  kinematics_service view
-  kinematics_service view --robot ur5e --sliders
-  kinematics_service view --node /left/kinematics --port 8081
-  kinematics_service view --robot my_arm.yaml --publish
-
-If several nodes run, the page has a list to choose from. Only this computer sees the page
-unless --host says otherwise. Then the printed address has a token, and nothing is shown
-without it. With --publish the page has a box to tick: then the sliders publish joint states,
-for a node without a robot. Without ROS there are only sliders.
-"""
-
 
 def view(
     context: typer.Context,
@@ -56,7 +38,24 @@ def view(
     sliders: bool = flag('--sliders', 'Use sliders only, without ROS.'),
     publish: bool = flag('--publish', 'Let the sliders publish joint states.'),
 ) -> None:
-    """Run the command; `HELP` is what its user reads."""
+    """
+    Show the arm on a web page, live from a running node, or moved by sliders if no joint states
+    arrive. The page shows links and axes from the table alone, velocity, manipulability
+    ellipsoids, the motion lost at a singular pose, the distance to it, the Jacobian and the
+    limits.
+
+    \b
+    Examples:
+      kinematics_service view
+      kinematics_service view --robot ur5e --sliders
+      kinematics_service view --node /left/kinematics --port 8081
+      kinematics_service view --robot my_arm.yaml --publish
+
+    If several nodes run, the page has a list to choose from. Only this computer sees the page
+    unless --host says otherwise. Then the printed address has a token, and nothing is shown
+    without it. With --publish the page has a box to tick: then the sliders publish joint states,
+    for a node without a robot. Without ROS there are only sliders.
+    """
     if sliders and publish:
         raise WrongUsage('--sliders needs no ROS and --publish does: give one of them')
     if of is not None and robot is None:

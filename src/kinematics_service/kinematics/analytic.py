@@ -36,8 +36,8 @@ class AnalyticJacobian(FrozenArrays):
     rows
         Names of the rows: x y z, then the coordinates.
     jacobian : shape (..., 6 or 7, n)
-        In m and rad, base axes. Where the coordinates are singular and have no rates, as roll and
-        yaw at pitch = +-90 degrees, the rows of the orientation are not a number.
+        In m and rad, base axes. At a singularity of the coordinates, for roll and yaw pitch =
+        +-90 degrees, they have no rates: the rows of the orientation are NaN.
     coordinates : shape (..., 3 or 4)
         Roll, pitch and yaw, R = Rz(yaw) Ry(pitch) Rx(roll); the unit quaternion x y z w, w >= 0;
         or the rotation vector, of length up to pi.

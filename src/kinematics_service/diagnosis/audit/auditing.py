@@ -27,10 +27,10 @@ from ...robot.robot import Robot
 from .computer import Computer, NoStateError
 from .frames import FrameReport, FrameSettings, NotCompared, frames_of
 from .ingest import Ingest, RefusedExample
+from .intervals import Interval, badness, intervals_of, watched_values
 from .joints import JointReport, Jump, joint_reports, jumps_of
 from .planned import PlanSettings, checks_of
 from .stream import Stream, StreamWatch
-from .stretches import Stretch, badness, stretches_of, watched_values
 from .timeline import Timeline, TimelineBatch
 
 # Number of joint names shown if none is of this arm.
@@ -77,7 +77,7 @@ class Audit:
     examples: dict[str, RefusedExample]
     stream: Stream
     timeline: Timeline
-    stretches: tuple[Stretch, ...]
+    intervals: tuple[Interval, ...]
     joints: tuple[JointReport, ...]
     jump_count: int
     jumps: tuple[Jump, ...]
@@ -152,7 +152,7 @@ def audit(
         raise RecordingError(_why_nothing(source, robot, ingest, names, tuple(heard))) from None
     stream = watch.stream()
     jump_count, jumps = jumps_of(robot, timeline)
-    stretches = stretches_of(robot, timeline)
+    intervals = intervals_of(robot, timeline)
     joints = joint_reports(robot, timeline)
     track, frames = source.poses(), None
     if track is not None:
@@ -169,7 +169,7 @@ def audit(
         examples=ingest.examples,
         stream=stream,
         timeline=timeline,
-        stretches=stretches,
+        intervals=intervals,
         joints=joints,
         jump_count=jump_count,
         jumps=jumps,

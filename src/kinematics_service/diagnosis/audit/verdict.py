@@ -9,9 +9,9 @@ from ...robot.measures import MEASURES, Level
 from .auditing import Audit
 from .findings import Finding, count, seconds
 from .frames import NotCompared
+from .intervals import watched_values
 from .joints import look_like_degrees
 from .plan_findings import joints_refuted, plan_findings
-from .stretches import watched_values
 
 # The verdict is in doubt if more messages than this number, and than this share, make no state: a
 # few are usual while several drivers start, and 1 in 1,000 at 1 kHz is a millisecond in a second,
@@ -113,23 +113,23 @@ def _singular_poses(audit: Audit) -> Finding:
     worst = float(watched_values(audit.robot, audit.timeline, slice(row, row + 1))[0])
     value = f'{measure.words} {worst:.3g} {measure.unit}'.rstrip()
     value = measure.farther(worst) or value
-    if not audit.stretches:
+    if not audit.intervals:
         return Finding(
             Level.OK,
             f'{who} {_away(audit)}: the nearest is {value} (WARN at {thresholds.warn:g}).',
         )
-    level = max(stretch.level for stretch in audit.stretches)
-    stretch = max(audit.stretches, key=lambda one: (one.level, -_goodness(audit, one.value)))
-    near = sum(one.seconds for one in audit.stretches)
+    level = max(interval.level for interval in audit.intervals)
+    interval = max(audit.intervals, key=lambda one: (one.level, -_goodness(audit, one.value)))
+    near = sum(one.seconds for one in audit.intervals)
     total = audit.timeline.end
-    names = dict.fromkeys([stretch.factor, *(one.name for one in stretch.factors)])
-    named = f' ({", ".join(names)})' if stretch.factor else ''
+    names = dict.fromkeys([interval.factor, *(one.name for one in interval.factors)])
+    named = f' ({", ".join(names)})' if interval.factor else ''
     where = (
-        f'{count(len(audit.stretches), "interval")} near it, {seconds(near)} of {seconds(total)}'
+        f'{count(len(audit.intervals), "interval")} near it, {seconds(near)} of {seconds(total)}'
     )
     how = 'too close to' if level == Level.ERROR else 'near'
     text = f'{who} comes {how} a singularity{named}'
-    at = seconds(float(audit.timeline.t[stretch.worst]))
+    at = seconds(float(audit.timeline.t[interval.worst]))
     return Finding(
         level,
         f'{text}: {value} at {at} (WARN at {thresholds.warn:g}, ERROR at '

@@ -194,10 +194,12 @@ class Calibration(IdentifiedTable):
         return {one.name: one.correction for one in self.parameters}
 
     @property
-    def untold(self) -> tuple[str, ...]:
+    def not_identifiable(self) -> tuple[str, ...]:
         """Return the parameters of the table that mostly stay where their prior has them."""
         return tuple(
-            one.name for one in self.parameters if one.group in TABLE_GROUPS and not one.told
+            one.name
+            for one in self.parameters
+            if one.group in TABLE_GROUPS and not one.identifiable
         )
 
 
@@ -376,8 +378,8 @@ def _fitted(
     used = found.used
     ends = problem.only(names.placed_groups)
     begin = refined(ends, np.zeros(len(ends.parameters)), found.noise, used)
-    told = weighted_jacobian(problem, found.values, found.noise, used)
-    values = np.linalg.svd(told, compute_uv=False)
+    weighted = weighted_jacobian(problem, found.values, found.noise, used)
+    values = np.linalg.svd(weighted, compute_uv=False)
     base, tool = names.ends_of(problem, found.values)
     base_starts, tool_starts = names.starts_of(problem)
     before, after = ends.remainders(begin), problem.remainders(found.values)

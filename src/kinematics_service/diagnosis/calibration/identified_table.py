@@ -20,8 +20,8 @@ from .checking import apart, value_in_words
 
 # A robot is the calibrated one if its poses are (m, rad): its file has printed digits.
 SAME = 1e-8
-# Below this share of its prior a parameter's deviation says that the poses tell it.
-TOLD = 1.0 / 3.0
+# Below this share of its prior a parameter's deviation says that the poses identify it.
+IDENTIFIABLE = 1.0 / 3.0
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,9 @@ class CalibratedParameter(ArmParameter):
         return value_in_words(self.group, self.angle, value)
 
     @property
-    def told(self) -> bool:
-        """Return whether the poses tell it; otherwise it mostly stays where its prior has it."""
-        return self.deviation < TOLD * min(self.prior, self.scale)
+    def identifiable(self) -> bool:
+        """Return whether the poses identify it; else it mostly stays where its prior has it."""
+        return self.deviation < IDENTIFIABLE * min(self.prior, self.scale)
 
 
 @dataclass(frozen=True, eq=False)

@@ -67,8 +67,8 @@ def null_space(J: Floats) -> Floats:
     if not J.size:
         return np.zeros((0, J.shape[1]))
     _, values, right = np.linalg.svd(J, full_matrices=len(J) < J.shape[1])
-    told = int(np.sum(values > NOTHING * values[0]))
-    return np.asarray(right[told:])
+    rank = int(np.sum(values > NOTHING * values[0]))
+    return np.asarray(right[rank:])
 
 
 def _reduced(null: Floats) -> Floats:

@@ -16,7 +16,7 @@ from .identified_table import CalibratedParameter
 # Outliers named in a sentence.
 MOST_NAMED = 8
 # What a document says of a parameter.
-OF_PARAMETER = ('name', 'group', 'unit', 'correction', 'deviation', 'prior', 'told')
+OF_PARAMETER = ('name', 'group', 'unit', 'correction', 'deviation', 'prior', 'identifiable')
 
 
 def kind_of(found: Calibration) -> str:
@@ -73,8 +73,8 @@ def sentences_of(found: Calibration) -> Iterator[str]:
     for one in found.combinations:
         yield one.sentence[0].upper() + one.sentence[1:]
     together = {name for one in found.combinations for name in one.names}
-    if untold := [name for name in found.untold if name not in together]:
-        yield f'Not identifiable: {", ".join(untold)}; these mostly keep their nominal values'
+    if others := [name for name in found.not_identifiable if name not in together]:
+        yield f'Not identifiable: {", ".join(others)}; these mostly keep their nominal values'
     if found.outliers:
         yield _outliers(found)
     yield from _starts(found)
@@ -126,7 +126,7 @@ def cells_of(one: CalibratedParameter) -> tuple[str, str, str, str]:
     words = one.in_words
     sign = '+' if one.correction > 0.0 else ''
     alone = 'assumed' if one.group in TABLE_GROUPS else 'in a combination'
-    known = 'identifiable' if one.told else alone
+    known = 'identifiable' if one.identifiable else alone
     return one.name, f'{sign}{words(one.correction)}', not_nothing(words(one.deviation)), known
 
 

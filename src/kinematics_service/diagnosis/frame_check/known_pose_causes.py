@@ -1,13 +1,15 @@
 """
 The one mistake that explains why an arm misses the known poses of its file.
 
-A mistake is told only where all poses are met, to their tolerances, once it is undone. No offset
-is fitted meanwhile, so that two mistakes at once, or noise, are explained by none.
+A mistake is told only where all poses are met, to their tolerances or the digits they are written
+with, once it is undone. No offset is fitted meanwhile, so that two mistakes at once, or noise, are
+explained by none.
 """
 
 import itertools
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -31,7 +33,7 @@ from .hypotheses import (
     number_hypotheses_of,
     number_signs_of,
 )
-from .known_poses import errors_between
+from .known_poses import errors_between, pose_errors, within_digits
 
 # What is told of known poses in the words of their file, whose units may be other ones.
 IN_DEGREES = {RADIANS_TWICE: 'q of the poses is in radians, not degrees'}
@@ -42,6 +44,9 @@ OF_ORIENTATIONS = ('tool_axes', 'quaternion_order')
 STARTS, STEPS, SLOPE = (0.0, 0.5 * math.pi, -0.5 * math.pi, math.pi), 12, 1e-7
 # Tools that differ by less between two poses are one (m and rad): these poses are alike.
 ALIKE = 1e-9
+# Of rounded poses one must be missed by so many times what its digits allow: a smaller error is
+# made as small as that by many a change.
+DECISIVE = 10.0
 
 
 class PoseCauses(NamedTuple):
@@ -82,7 +87,11 @@ class _Undone(NamedTuple):
 
 def pose_causes(robot: Robot) -> PoseCauses:
     """Return the mistakes each of which explains all known poses of a robot's file."""
-    known = robot.description.known_poses
+    known = within_digits(robot)
+    if known != robot.description.known_poses:
+        errors = [replace(error, known=known[error.index]) for error in pose_errors(robot)]
+        if max(error.share for error in errors) < DECISIVE:
+            return PoseCauses((), 0)
     expected = np.array([pose.motion.matrix for pose in known])
     given = ComparedData(robot, np.array([pose.q for pose in known]), expected, None)
     count = 0

@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...errors import Fault
 from ...kernel import Floats
-from ...kinematics.forward import forward_kinematics
+from ...kinematics.forward import forward_kinematics, jacobian
 from ...rigid_motion import rotation_vector
 from ...robot.file.parts.description import KnownPose
 from ...robot.robot import Robot
@@ -77,15 +77,48 @@ def errors_between(
     )
 
 
+def within_digits(robot: Robot) -> tuple[KnownPose, ...]:
+    """
+    Return the known poses with tolerances that allow for the digits they are written with.
+    """
+    known = robot.description.known_poses
+    widened = []
+    for pose, J in zip(known, jacobian(robot, [pose.q for pose in known])):
+        q = pose.rounding.q or (0.0,) * robot.dof
+        xyz, rpy = np.reshape(np.abs(J) @ q, (2, 3))
+        xyz, rpy = xyz + pose.rounding.xyz, rpy + pose.rounding.rpy
+        widened.append(
+            replace(
+                pose,
+                tolerance_xyz=max(pose.tolerance_xyz, float(np.linalg.norm(xyz))),
+                tolerance_rpy=max(pose.tolerance_rpy, float(np.linalg.norm(rpy))),
+            )
+        )
+    return tuple(widened)
+
+
 def pose_faults(robot: Robot, errors: Sequence[PoseError]) -> tuple[Fault, ...]:
     """Return a fault for each known pose that the arm misses by more than its tolerance."""
-    return tuple(
-        Fault(
-            robot.description.file,
-            0,
-            f'known_poses[{error.index}]',
-            f'the table puts the tool elsewhere: off by {error}',
-        )
-        for error in errors
-        if error.share > 1.0
+    missed = [error for error in errors if error.share > 1.0]
+    allowed = within_digits(robot) if missed else ()
+    faults = []
+    for error in missed:
+        message = f'the table puts the tool elsewhere: off by {error}'
+        if replace(error, known=allowed[error.index]).share <= 1.0:
+            tolerance = _tolerance(robot, error)
+            message += f', as its rounded digits may be: write tolerance: {{{tolerance}}}'
+        where = f'known_poses[{error.index}]'
+        faults.append(Fault(robot.description.file, 0, where, message))
+    return tuple(faults)
+
+
+def _tolerance(robot: Robot, error: PoseError) -> str:
+    # In the units of the file, by powers of ten.
+    lengths = 1000.0 if robot.description.length_unit == 'mm' else 1.0
+    angles = 180.0 / math.pi if robot.description.angle_unit == 'deg' else 1.0
+    needed = [('xyz', error.distance * lengths, error.known.tolerance_xyz * lengths)]
+    if not math.isinf(error.known.tolerance_rpy):
+        needed.append(('rpy', error.angle * angles, error.known.tolerance_rpy * angles))
+    return ', '.join(
+        f'{key}: {10.0 ** math.ceil(math.log10(off)):g}' for key, off, own in needed if off > own
     )

@@ -29,7 +29,7 @@ def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
     """
     Return the picture of every measure along a motion.
 
-    The thresholds of the measure that is watched are drawn in its panel, and the stretches beyond
+    The thresholds of the measure that is watched are drawn in its panel, and the intervals beyond
     them are shaded in all.
     """
     near = singularity(robot, motion.q)

@@ -141,7 +141,7 @@ def _differentiated(robot: Robot, times: Floats, q: Floats, name: str) -> Plotte
 
 
 @dataclass(frozen=True)
-class ShadedStretch:
+class ShadedInterval:
     """A time from `start` to `end`, s, in which the level is not OK."""
 
     start: float
@@ -149,9 +149,9 @@ class ShadedStretch:
     level: Level
 
 
-def stretches(times: Floats, levels: Floats) -> tuple[ShadedStretch, ...]:
+def shaded_intervals(times: Floats, levels: Floats) -> tuple[ShadedInterval, ...]:
     """
-    Return the stretches of equal level other than OK, each up to the next row.
+    Return the intervals of equal level other than OK, each up to the next row.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def stretches(times: Floats, levels: Floats) -> tuple[ShadedStretch, ...]:
     starts = np.concatenate([[0], changes]).astype(int)
     ends = np.append(changes, len(levels) - 1).astype(int)
     return tuple(
-        ShadedStretch(float(times[a]), float(times[b]), Level(int(levels[a])))
+        ShadedInterval(float(times[a]), float(times[b]), Level(int(levels[a])))
         for a, b in zip(starts, ends)
         if levels[a] != Level.OK
     )

@@ -1,4 +1,4 @@
-"""Panels below each other over one time axis, with the stretches near singular poses shaded."""
+"""Panels below each other over one time axis, with the intervals near singular poses shaded."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...robot.measures import Level
-from .motion import PlottedMotion, stretches
+from .motion import PlottedMotion, shaded_intervals
 from .picture import DASHES, SERIES, VERMILION, YELLOW, with_unit
 
 WIDTH, HEAD = 8.5, 1.3  # inches
@@ -68,17 +68,17 @@ def draw_legend(axes: Any) -> None:
 def shade(
     figure: Any, rows: Sequence[Any], motion: PlottedMotion, levels: Floats, meaning: str
 ) -> None:
-    """Shade the stretches of WARN and ERROR in all panels; a legend says what they are."""
+    """Shade the intervals of WARN and ERROR in all panels; a legend says what they are."""
     from matplotlib.patches import Patch
 
-    found = stretches(motion.times, levels)
+    found = shaded_intervals(motion.times, levels)
     least = 0.001 * float(motion.times[-1] - motion.times[0])
-    for stretch in found:
-        color, alpha = SHADES[stretch.level]
-        end = max(stretch.end, stretch.start + least)
+    for interval in found:
+        color, alpha = SHADES[interval.level]
+        end = max(interval.end, interval.start + least)
         for axes in rows:
-            axes.axvspan(stretch.start, end, color=color, alpha=alpha, linewidth=0, zorder=0.5)
-    present = {stretch.level for stretch in found}
+            axes.axvspan(interval.start, end, color=color, alpha=alpha, linewidth=0, zorder=0.5)
+    present = {interval.level for interval in found}
     entries = [
         Patch(color=color, alpha=alpha, label=level.name)
         for level, (color, alpha) in SHADES.items()

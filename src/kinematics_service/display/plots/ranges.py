@@ -22,23 +22,21 @@ SLIDES = 1.0
 CANDIDATES, FAR, TIDINESS = 4000, 0.9, 0.06
 
 
-def finite_ranges(robot: Robot) -> Floats:
+def finite_ranges(robot: Robot, whole: bool = False) -> Floats:
     """
     Return where each joint is looked at, shape (n, 2), rad or m.
 
-    Its limits; a full turn of one that turns farther, and 1 m of one that slides without an end.
+    Its limits; a full turn of one that turns farther, unless these are wanted whole; and a turn or
+    1 m of one without an end.
     """
     ranges = np.array(robot.limits)
     for j, slides in enumerate(robot.prismatic):
         low, high = ranges[j]
         longest = SLIDES if slides else 2.0 * math.pi
-        if slides and math.isfinite(high - low):
-            continue
-        if high - low <= longest:
-            continue
         if math.isfinite(low) and math.isfinite(high):
-            middle = min(max(0.0, low + longest / 2.0), high - longest / 2.0)
-            ranges[j] = middle - longest / 2.0, middle + longest / 2.0
+            if not (slides or whole or high - low <= longest):
+                middle = min(max(0.0, low + longest / 2.0), high - longest / 2.0)
+                ranges[j] = middle - longest / 2.0, middle + longest / 2.0
         elif math.isfinite(low):
             ranges[j] = low, low + longest
         elif math.isfinite(high):

@@ -14,6 +14,7 @@ from ...robot.closed_poses import closed_poses
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
+from ..plots.ranges import finite_ranges
 from .scene import short_names
 
 STEP = 0.001
@@ -21,23 +22,6 @@ STEP = 0.001
 MEMORY = 0.25
 # Number of poses tried for one that is far from singular.
 POSES = 200
-
-
-def slider_ranges(robot: Robot) -> Floats:
-    """
-    Return the ends of the sliders, shape (n, 2), rad or m: the limits, or a turn, or a metre.
-    """
-    ranges = np.array(robot.limits)
-    for j, slides in enumerate(robot.prismatic):
-        low, high = ranges[j]
-        reach = (0.0, 1.0) if slides else (-math.pi, math.pi)
-        if math.isinf(low) and math.isinf(high):
-            ranges[j] = reach
-        elif math.isinf(low):
-            ranges[j, 0] = high - (reach[1] - reach[0])
-        elif math.isinf(high):
-            ranges[j, 1] = low + (reach[1] - reach[0])
-    return ranges
 
 
 def regular_pose(robot: Robot, inside: Floats) -> Floats:
@@ -82,7 +66,7 @@ class Sliders:
     """
 
     def __init__(self, server: viser.ViserServer, robot: Robot) -> None:
-        self.ranges = slider_ranges(robot)
+        self.ranges = finite_ranges(robot, whole=True)
         self._continuous = robot.continuous
         self._history: deque[tuple[float, Floats]] = deque()
         start = np.round(regular_pose(robot, self.ranges), 3)

@@ -139,14 +139,13 @@ class _Bag:
         topic, kind = self._topic()
         self._refuse_other_fields(topic, kind)
         connections = self._connections(topic)
-        total = sum(connection.msgcount for connection in connections)
+        total: int | None = sum(connection.msgcount for connection in connections)
         if not total:
             raise RecordingError(f'{self.path}: there is no message on {topic}')
         poses = self._poses()
-        what = 'ROS 1 bag' if self.path.suffix == '.bag' else 'rosbag2 bag'
-        if self.path.suffix == '.mcap':
-            what = 'MCAP file'
-        if kind == TRAJECTORY:
+        what = {'.bag': 'ROS 1 bag', '.mcap': 'MCAP file'}.get(self.path.suffix, 'rosbag2 bag')
+        planned = kind == TRAJECTORY
+        if planned:
 
             def read() -> Iterator[PlannedTrajectory]:
                 for message, _ in self._messages(connections):
@@ -159,7 +158,6 @@ class _Bag:
             what, total = f'planned trajectory in a {what}', None
         else:
             blocks = self._blocks(connections)
-        planned = kind == TRAJECTORY
         guarded = self._guarded(blocks, connections)
         return RecordingSource(
             what, topic, planned, total, guarded, lambda: poses, self.remarks, self.plans
@@ -201,9 +199,7 @@ class _Bag:
                 )
             if topics:
                 return topics[0], kind
-        raise RecordingError(
-            f'{self.path}: no topic has JointState or JointTrajectory; {self._all()}'
-        )
+        raise RecordingError(f'{self.path}: {self._listed()}')
 
     def _refuse_other_fields(self, topic: str, kind: str) -> None:
         # The bytes are read as the type of this name is everywhere, whatever the file calls so.
@@ -219,17 +215,12 @@ class _Bag:
             names += [part for part in _types_of(fields) if part not in names]
 
     def _listed(self) -> str:
-        kinds = (JOINT_STATE, TRAJECTORY)
-        topics = sorted(topic for topic, kind in self.types.items() if kind in kinds)
-        return (
-            f'JointState or JointTrajectory are on {", ".join(topics)}'
-            if topics
-            else (f'no topic has JointState or JointTrajectory; {self._all()}')
-        )
-
-    def _all(self) -> str:
-        shown = [f'{topic} ({kind})' for topic, kind in sorted(self.types.items())]
-        return f'there is {listed(shown, MOST_LISTED)}' if shown else 'the bag is empty'
+        known = sorted(self.types.items())
+        if topics := [topic for topic, kind in known if kind in (JOINT_STATE, TRAJECTORY)]:
+            return f'JointState or JointTrajectory are on {", ".join(topics)}'
+        shown = [f'{topic} ({kind})' for topic, kind in known]
+        there_is = f'there is {listed(shown, MOST_LISTED)}' if shown else 'the bag is empty'
+        return f'no topic has JointState or JointTrajectory; {there_is}'
 
     def _connections(self, topic: str) -> list[Any]:
         return [c for c in self.reader.connections if c.topic == topic]

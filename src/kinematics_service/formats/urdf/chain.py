@@ -13,6 +13,7 @@ import numpy as np
 from ...errors import UrdfError
 from ...kernel import Floats
 from ...rigid_motion import turn_about
+from ...robot.file.text.entries import did_you_mean, meant_by
 from .document import XmlElement, shown
 from .elements import EXTENSION
 from .joints import MOVING, Angle, JointLimits, UrdfJoint, read_joint
@@ -163,7 +164,10 @@ def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
             _refuse(joint.element, 'it mimics itself, by way of the joints it mimics')
         passed.add(leader.name)
         if leader.mimics not in tree.joints:
-            _refuse(leader.element, f'it mimics {leader.mimics!r}, and there is no such joint')
+            hint = did_you_mean(meant_by(leader.mimics, tuple(tree.joints)))
+            _refuse(
+                leader.element, f'it mimics {leader.mimics!r}, and there is no such joint{hint}'
+            )
         factor, offset = factor * leader.multiplier, factor * leader.offset + offset
         leader = _joint(tree.joints[leader.mimics])
         if leader.type not in MOVING:

@@ -5,6 +5,7 @@ Entities make XML dangerous (they grow without bound, or read other files), and 
 declare them: it is refused at its beginning, before anything behind it is read.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,7 @@ from ...robot.file.translation import MAX_BYTES
 MAX_DEPTH = 64
 MAX_ELEMENTS = 200_000
 MOST_LISTED = 30  # names in a message
+BLANK_BEGINNING = re.compile(rb'\A(\s+)(<\?xml\b[^>]*\?>)')
 
 
 @dataclass(frozen=True)
@@ -135,6 +137,8 @@ class _XmlReader:
         self.parser.EndElementHandler = self._end
 
     def read(self, content: bytes) -> XmlElement:
+        # The parsers of ROS accept blank lines before the declaration: here they follow it.
+        content = BLANK_BEGINNING.sub(rb'\2\1', content)
         try:
             self.parser.Parse(content, True)
         except expat.ExpatError as error:

@@ -6,13 +6,11 @@ from typing import NamedTuple
 
 from ...errors import Fault
 from .document import shown
-from .joints import MOVING
+from .joints import MOVING, WHY_NOT
 from .tree import UrdfTree, end_of
 
 # Number of other tips that are named.
 MOST_NAMED = 8
-# No robot file can express these, such as that of a mobile base: the chain begins below them.
-FREE = ('floating', 'planar')
 
 
 class ChainEnds(NamedTuple):
@@ -41,8 +39,8 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
     Return the base and the tip of a chain; what is not named is that of the longest chain.
 
     The base is the root, or the link below the last joint that moves freely. The tip is the end of
-    the chain with the most moving joints. Where some have equally many, since they are the fingers
-    of one hand, it is the farthest link that no finger moves.
+    the chain with the most moving joints, of limbs with equally many that of the first. Where
+    these are the fingers of one hand, it is the farthest link that no finger moves.
 
     Parameters
     ----------
@@ -93,7 +91,7 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
 def _way(tree: UrdfTree, link: str, base: str = '') -> _LinkWay:
     joints: list[str] = []
     while link != base and (above := tree.above.get(link)):
-        if not base and above[0].attributes.get('type') in FREE:
+        if not base and above[0].attributes.get('type') in WHY_NOT:
             break
         joints.append(above[0].attributes['name'])
         link = end_of(above[0], 'parent')
@@ -115,8 +113,14 @@ def _moving(tree: UrdfTree, joints: Sequence[str]) -> int:
 def _tip(tree: UrdfTree, ways: Mapping[str, _LinkWay], moving: Mapping[str, int]) -> str:
     most = max(moving.values())
     ends = [link for link in ways if moving[link] == most]
-    shared = os.path.commonprefix([ways[link].joints for link in ends])
-    if len(ends) > 1 and 2 * _moving(tree, shared) >= most:
+
+    def common(links: Sequence[str]) -> tuple[str, ...]:
+        return tuple(os.path.commonprefix([ways[link].joints for link in links]))
+
+    # Those of the first limb.
+    ends = [end for end in ends if 2 * _moving(tree, common([ends[0], end])) >= most]
+    if len(ends) > 1:
+        shared = common(ends)
         count, hand = len(shared), end_of(tree.joints[shared[-1]], 'child')
         ends = [
             link

@@ -136,7 +136,12 @@ def _imported(
 ) -> UrdfImport:
     tree = read_tree(root)
     base, tip, choice = chain_ends(tree, base, tip)
-    chain = read_chain(tree, base, tip)
+    try:
+        chain = read_chain(tree, base, tip)
+    except UrdfError as error:
+        if choice is None:
+            raise
+        raise UrdfError(f'{error}; {choice.message}') from None
     _check_names(tree, chain)
     for count, most, what in (
         (len(chain.variables), MAX_JOINTS, 'joints'),

@@ -17,6 +17,7 @@ from .elements import UNLIMITED
 NUMBER = re.compile(r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
 INFINITE = re.compile(r'[-+]?inf(?:inity)?', re.IGNORECASE)
 MOVING = ('revolute', 'continuous', 'prismatic')
+# No robot file can express these, such as that of a mobile base.
 WHY_NOT = {
     'floating': 'a floating joint moves in six ways at once: begin the chain below it',
     'planar': 'a planar joint moves in three ways at once: begin the chain below it',
@@ -188,6 +189,11 @@ def _value(element: XmlElement, attribute: str, text: str, worth: Angle) -> floa
 def _three(element: XmlElement, attribute: str, default: str, worth: Angle) -> list[float]:
     text = element.attributes.get(attribute, default)
     words = text.split()
+    separated = ' '.join(text.replace(',', ' ').split())
+    if ',' in text and len(separated.split()) == 3:
+        element.refuse(
+            f'{attribute}: {shown(text)} has commas between its numbers: write {shown(separated)}'
+        )
     if len(words) != 3 and '$' not in text:
         element.refuse(f'{attribute}: expected three numbers, not {shown(text)}')
     return [_value(element, attribute, word, worth) for word in words]

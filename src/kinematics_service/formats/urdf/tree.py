@@ -1,10 +1,10 @@
 """The links and joints of a URDF, and the way from one link down to another."""
 
-import difflib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ...errors import UrdfError
+from ...robot.file.text.entries import did_you_mean, meant_by
 from .document import XmlElement, listed, shown
 
 
@@ -41,8 +41,7 @@ class UrdfTree:
         base, tip = _plain(base), _plain(tip)
         for link, option in ((base, 'base'), (tip, 'tip')):
             if link not in self.links:
-                near = difflib.get_close_matches(link, self.links, n=1)
-                hint = f', did you mean {near[0]!r}?' if near else ''
+                hint = did_you_mean(meant_by(link, tuple(self.links)))
                 names = listed(tuple(self.links))
                 self.root.refuse(f'no link {shown(link)} for the {option}{hint} (links: {names})')
         way: list[XmlElement] = []

@@ -56,8 +56,8 @@ def pose_covariance(
     Raises
     ------
     CalibrationError
-        A standard deviation is negative, the calibration is one of another arm or of one with
-        closed loops, or neither of them is given and the robot file has no `uncertainty`.
+        A standard deviation is negative; the calibration is that of another arm, or of one with
+        closed loops; or nothing is given, and the robot file has no `uncertainty`.
     JointVectorError
         The last dimension is not n, or a number is not finite.
 

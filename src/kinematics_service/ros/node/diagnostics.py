@@ -109,7 +109,7 @@ def input_status(state: InputState) -> StatusText:
         ('lost', 'not known' if state.lost is None else f'{state.lost}'),
         ('missing joints', ', '.join(state.missing)),
         ('joints beyond their limits', ', '.join(state.beyond)),
-        ('joints told differently by publishers', ', '.join(state.disputed)),
+        ('joints that publishers disagree about', ', '.join(state.disputed)),
         ('velocity source', state.velocity_source),
         ('accepted', f'{state.counts.get(estimator.ACCEPTED, 0)}'),
         ('ignored: none of our joints', f'{state.counts.get(estimator.NOT_OURS, 0)}'),

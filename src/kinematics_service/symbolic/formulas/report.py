@@ -125,7 +125,7 @@ def _json(verdict: Verdict) -> dict[str, Any]:
                 'name': cause.cause,
                 'sentence': cause.sentence,
                 'entries': [[i + 1, j + 1] for i, j in cause.entries],
-                'as_well': list(cause.also),
+                'alternatives': list(cause.also),
             }
             for cause in verdict.causes
         ],

@@ -120,7 +120,7 @@ def _audited(run: Run, bar: Bar) -> Audit:
 
 def _failed(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
     wanted = wanted or _usual_failures(finished)
-    worst = max((stretch.level for stretch in finished.stretches), default=Level.OK)
+    worst = max((interval.level for interval in finished.intervals), default=Level.OK)
     frames = finished.frames
     near = any('refuted' in _closed_and_regular(plan) for plan in finished.plans.values())
     beyond = joints_refuted(finished, 'limits')

@@ -23,7 +23,7 @@ DECADES = 5
 
 @dataclass(frozen=True)
 class Band:
-    """A stretch of time, s, shaded by `style`: WARN, ERROR or gap."""
+    """A interval of time, s, shaded by `style`: WARN, ERROR or gap."""
 
     begin: float
     end: float

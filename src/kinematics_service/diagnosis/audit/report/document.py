@@ -18,7 +18,7 @@ from ....version import __version__
 from ...frame_check.causes import TestedCause
 from ..auditing import Audit
 from ..frames import NotCompared
-from ..stretches import badness, watched_values
+from ..intervals import badness, watched_values
 from ..verdict import verdict_of
 
 # Rows of the series at most; of longer recordings the worst ones, evenly spread.
@@ -27,7 +27,7 @@ MOST_ROWS = 10_000
 
 def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Times:
     """
-    Return at most `most` of `count` rows: of each stretch of time the first and the worst one.
+    Return at most `most` of `count` rows: of each interval of time the first and the worst one.
 
     Parameters
     ----------
@@ -70,33 +70,33 @@ def document_of(audit: Audit) -> dict[str, Any]:
             },
         },
         'stream': _stream(audit),
-        'stretches': [
+        'intervals': [
             {
-                'factor': stretch.factor or None,
+                'factor': interval.factor or None,
                 'factors': [
                     {
                         'name': passed.name,
                         'motion': passed.distance,
                         't': float(timeline.t[passed.row]),
                     }
-                    for passed in stretch.factors
+                    for passed in interval.factors
                 ],
-                'level': stretch.level.name,
-                **attributes(stretch, 'begin', 'end'),
-                'duration': stretch.seconds,
-                'stopped': stretch.stopped,
-                'first_message': int(timeline.messages[stretch.first]),
-                'last_message': int(timeline.messages[stretch.last]),
+                'level': interval.level.name,
+                **attributes(interval, 'begin', 'end'),
+                'duration': interval.seconds,
+                'stopped': interval.stopped,
+                'first_message': int(timeline.messages[interval.first]),
+                'last_message': int(timeline.messages[interval.last]),
                 'worst': {
-                    'value': stretch.value,
-                    't': float(timeline.t[stretch.worst]),
-                    'stamp': int(timeline.stamps[stretch.worst]),
-                    'q': stretch.q,
-                    'lost_direction': stretch.lost,
-                    'joints_against_each_other': stretch.fighting,
+                    'value': interval.value,
+                    't': float(timeline.t[interval.worst]),
+                    'stamp': int(timeline.stamps[interval.worst]),
+                    'q': interval.q,
+                    'lost_direction': interval.lost,
+                    'joints_against_each_other': interval.fighting,
                 },
             }
-            for stretch in audit.stretches
+            for interval in audit.intervals
         ],
         'joints': [_joint(joint) for joint in audit.joints],
         'jumps': {'count': audit.jump_count, 'first': [jump._asdict() for jump in audit.jumps]},

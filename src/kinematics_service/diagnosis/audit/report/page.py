@@ -16,9 +16,9 @@ from ....robot.measures import MEASURES
 from ....version import __version__
 from ..auditing import Audit
 from ..findings import count, seconds
+from ..intervals import Interval
 from ..joints import JointReport
 from ..reported_velocities import VelocityCheck
-from ..stretches import Stretch
 from ..verdict import AuditVerdict, judged_in_words, verdict_of
 from .page_charts import interval_chart, joint_charts, measure_charts, tool_charts
 from .page_frames import frame_section
@@ -79,7 +79,7 @@ def _singularities(audit: Audit) -> str:
     measure = MEASURES[audit.robot.thresholds.measure]
     worst = f'worst {measure.name.replace("_", " ")}{f", {measure.unit}" if measure.unit else ""}'
     text = f'<h2>Near singularities</h2>\n{measure_charts(audit)}'
-    if not audit.stretches:
+    if not audit.intervals:
         none = f'<p>None of the {judged_in_words(audit)} judged is near a singularity.</p>\n'
         return text + none
     columns = (
@@ -95,13 +95,13 @@ def _singularities(audit: Audit) -> str:
         TableColumn('tool motion lost there', lambda one: escape(one.lost)),
         TableColumn('joints against each other', lambda one: escape(one.fighting)),
     )
-    return text + table_of(columns, audit.stretches[:MOST]) + more_of(len(audit.stretches))
+    return text + table_of(columns, audit.intervals[:MOST]) + more_of(len(audit.intervals))
 
 
-def _factors(audit: Audit, stretch: Stretch) -> str:
+def _factors(audit: Audit, interval: Interval) -> str:
     names = (
         f'{escape(one.name)}: {one.distance:.3g} rad at {_at(audit, one.row)}'
-        for one in stretch.factors
+        for one in interval.factors
     )
     return '<br>'.join(names).replace(' ', '&nbsp;') or '(the robot file names no factors)'
 

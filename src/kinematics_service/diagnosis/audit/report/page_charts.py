@@ -13,13 +13,13 @@ from ....robot.measures import MEASURES, Level
 from ..auditing import Audit
 from ..curves import Curve, curve_of
 from ..frames import FrameReport
-from ..stretches import watched_values
+from ..intervals import watched_values
 from .charts import Band, Chart, LevelLine
 
 # Returns the values of some rows, for a curve.
 Values = Callable[[slice], Floats]
 
-# Stretches shaded at most; more would be a grey wall.
+# Intervals shaded at most; more would be a grey wall.
 MOST_BANDS = 400
 
 
@@ -116,7 +116,7 @@ def measure_charts(audit: Audit) -> str:
             if np.any(curve.values > 0.0):
                 charts.append(_chart(audit, other.words, other.unit, [curve], True))
     text = ''.join(chart.html() for chart in charts)
-    if audit.stretches:
+    if audit.intervals:
         text += (
             '<p class="soft">Shaded: <span class="swatch WARN">WARN</span> '
             '<span class="swatch ERROR">ERROR</span> '

@@ -1,4 +1,4 @@
-"""An audit on the screen: the verdict, the stretches, the worst moments."""
+"""An audit on the screen: the verdict, the intervals, the worst moments."""
 
 from typing import NamedTuple
 
@@ -15,11 +15,11 @@ MOST = 20
 
 
 class Summary(NamedTuple):
-    """The printed part of an audit: a heading, sentences, and the stretches as rows of a table."""
+    """The printed part of an audit: a heading, sentences, and the intervals as rows of a table."""
 
     heading: str
     sentences: tuple[Finding, ...]
-    stretches: tuple[tuple[str, ...], ...]
+    intervals: tuple[tuple[str, ...], ...]
     more: int
 
 
@@ -32,16 +32,16 @@ def summary_of(audit: Audit) -> Summary:
         verdict_of(audit).sentences,
         tuple(
             (
-                f'{stretch.begin:.3f} s',
-                seconds(stretch.seconds),
-                stretch.level.name,
-                f'{stretch.value:.3g}',
-                f'{audit.timeline.t[stretch.worst]:.3f} s',
-                ', '.join(one.name for one in stretch.factors) or stretch.lost,
+                f'{interval.begin:.3f} s',
+                seconds(interval.seconds),
+                interval.level.name,
+                f'{interval.value:.3g}',
+                f'{audit.timeline.t[interval.worst]:.3f} s',
+                ', '.join(one.name for one in interval.factors) or interval.lost,
             )
-            for stretch in audit.stretches[:MOST]
+            for interval in audit.intervals[:MOST]
         ),
-        max(len(audit.stretches) - MOST, 0),
+        max(len(audit.intervals) - MOST, 0),
     )
 
 
@@ -52,9 +52,9 @@ def print_summary(summary: Summary) -> None:
     for sentence in summary.sentences:
         level = sentence.level
         out.print(Text.assemble((f'{level.name}  ', STYLES[level]), plain(sentence.text)))
-    if summary.stretches:
+    if summary.intervals:
         rows = table('begins', 'lasts', 'level', 'worst', 'at', 'which')
-        for *cells, which in summary.stretches:
+        for *cells, which in summary.intervals:
             rows.add_row(*cells, plain(which))
         out.print(Text(''), rows)
         if summary.more:

@@ -158,7 +158,7 @@ def _parameters(found: Calibration) -> str:
         '<p class="soft">On a logarithmic axis of a thousand: '
         '<span class="swatch prior"></span>the prior, '
         '<span class="swatch deviation"></span>the standard deviation that is left, '
-        '<span class="swatch untold"></span>the same of what is assumed, '
+        '<span class="swatch assumed"></span>the same of what is assumed, '
         '<span class="swatch before"></span>the size of the correction.</p>\n'
     )
     return table(headers, rows, (2, 3)) + legend
@@ -170,13 +170,13 @@ def _bar(one: CalibratedParameter) -> str:
         share = 1.0 + math.log10(max(value / one.prior, 1e-9)) / DECADES
         return 200.0 * min(max(share, 0.005), 1.0)
 
-    told = 'deviation' if one.told or one.group not in TABLE_GROUPS else 'untold'
+    known = 'deviation' if one.identifiable or one.group not in TABLE_GROUPS else 'assumed'
     x = across(abs(one.correction))
     title = f'{one.name}: prior {one.prior:.3g}, deviation {one.deviation:.3g}'
     return (
         f'<svg class="bar" viewBox="0 0 200 12" preserveAspectRatio="none" role="img" '
         f'aria-label="{escape(title)}"><rect class="prior" width="200" height="12"/>'
-        f'<rect class="{told}" y="3" height="6" width="{across(one.deviation):.1f}"/>'
+        f'<rect class="{known}" y="3" height="6" width="{across(one.deviation):.1f}"/>'
         f'<line class="correction solid" x1="{x:.1f}" x2="{x:.1f}" y1="0" y2="12"/></svg>'
     )
 

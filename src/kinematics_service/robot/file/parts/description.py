@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -230,6 +230,21 @@ class LoopDescription:
     line: int = field(default=0, compare=False)
 
 
+class Rounding(NamedTuple):
+    """
+    Half of the last digit that the numbers of a known pose are written with; 0 for exact ones.
+
+    Attributes
+    ----------
+    q : n values, rad or m
+    xyz, rpy : m, rad
+    """
+
+    q: tuple[float, ...] = ()
+    xyz: float = 0.0
+    rpy: float = 0.0
+
+
 @dataclass(frozen=True)
 class KnownPose:
     """
@@ -240,12 +255,15 @@ class KnownPose:
     q : n values, rad or m
     tolerance_xyz, tolerance_rpy : m, rad
         The latter is inf where the source gives no orientation; that of `motion` is then none.
+    rounding
+        None where the source gives a tolerance.
     """
 
     q: tuple[float, ...]
     motion: RigidMotion
     tolerance_xyz: float
     tolerance_rpy: float
+    rounding: Rounding = Rounding()
 
 
 @dataclass(frozen=True)

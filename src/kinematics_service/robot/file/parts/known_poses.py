@@ -1,19 +1,25 @@
 """The known poses of a robot file: where the tool is, by the file's own source."""
 
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..text.entries import checked, checked_list
 from ..text.fault_report import number
 from ..text.yaml_document import Path
-from .description import JointDescription, JointType, KnownPose
+from .description import JointDescription, JointType, KnownPose, Rounding
 from .motions import pose_motion
-from .quantities import KIND_OF, Quantities
+from .quantities import KIND_OF, LONG, TURN, Kind, Quantities, Units
 from .schema import KnownPoseEntry, ToleranceEntry
 
 EXACT = 1e-6  # m and rad: what a datasheet with six digits can promise
 ROUND_OFF = 1e-9
+DECIMALS = re.compile(r'[-+]?\d*\.(\d+)')
+# A number of fewer digits is as likely exact as rounded (m or rad): 0.45 m, 22.5 deg are exact.
+COARSEST = 1e-3
+# Larger ones are hardly in m and rad.
+USUAL: Mapping[Kind, float] = {'length': LONG, 'angle': TURN}
 
 
 def read_known_poses(
@@ -54,7 +60,7 @@ def _known_pose(
     joints: Sequence[JointDescription],
     quantities: Quantities,
 ) -> KnownPose | None:
-    report = quantities.report
+    report, units = quantities.report, quantities.units
     before = report.fault_count
     entry = checked(KnownPoseEntry, data, path, report)
     texts = entry.q or []
@@ -75,7 +81,29 @@ def _known_pose(
         rpy = math.inf
     if motion is None or report.fault_count > before or len(q) != len(types):
         return None
-    return KnownPose(q, motion, xyz, rpy)
+    if tolerance.xyz is not None or tolerance.rpy is not None:
+        return KnownPose(q, motion, xyz, rpy)
+    kinds = [KIND_OF[joint_type or 'revolute'] for joint_type in types]
+    halves = {
+        kind: _half_digit([text for text, one in zip(texts, kinds) if one == kind], kind, units)
+        for kind in KIND_OF.values()
+    }
+    rounding = Rounding(
+        tuple(halves[kind] for kind in kinds),
+        _half_digit(entry.xyz or (), 'length', units),
+        _half_digit(entry.rpy or (), 'angle', units),
+    )
+    return KnownPose(q, motion, xyz, rpy, rounding)
+
+
+def _half_digit(texts: Sequence[str | None], kind: Kind, units: Units) -> float:
+    # In m or rad. The number with most digits counts: of others zeros may have been left out.
+    decimals = [found for text in texts if (found := DECIMALS.fullmatch(text or ''))]
+    most = max((len(found[1]) for found in decimals), default=0)
+    if any(abs(float(found[0])) > USUAL[kind] for found in decimals):
+        units = Units('deg', 'mm')  # whatever the file says
+    half = units.to_si(0.5 * 10.0**-most, kind)
+    return half if most and half <= COARSEST else 0.0
 
 
 def _joint_vector(

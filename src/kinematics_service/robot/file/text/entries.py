@@ -225,6 +225,12 @@ def _read(checks: tuple[Check, ...], value: Any) -> Any:
     return [_read(tuple(each), item) for item in result] if each else result
 
 
+def _before_colon(key: str, keys: tuple[str, ...]) -> str | None:
+    # To YAML `a:0.4` is one word, without a value.
+    word, colon, _ = key.partition(':')
+    return word if colon and word in keys else None
+
+
 EntryType = TypeVar('EntryType', bound=Entry)
 
 
@@ -245,7 +251,7 @@ def checked(kind: type[EntryType], data: Any, path: Path, report: FaultReport) -
     # Of a file with thousands of unknown keys only the listed ones are worth a guess.
     unknown = [key for key in data if key not in checks]
     listed = [] if report.full else unknown[:MAX_FAULTS]
-    renamed = {key: meant_by(key, keys, kind.also) for key in listed}
+    renamed = {key: _before_colon(key, keys) or meant_by(key, keys, kind.also) for key in listed}
     for key in kind.required:
         if key not in data and key not in renamed.values():
             needed = ', '.join(kind.required)
@@ -253,6 +259,9 @@ def checked(kind: type[EntryType], data: Any, path: Path, report: FaultReport) -
     intact, meant = _judged({key: data[key] for key in keys if key in data}, checks, path, report)
     for key in unknown:
         word = renamed.get(key)
+        if _before_colon(key, keys):
+            report.fault((*path, key), f"write '{key.replace(':', ': ', 1)}', with a space")
+            continue
         report.fault((*path, key), f'unknown key{did_you_mean(word)}{choice(keys)}')
         if word and word not in data and not any(_refusals(checks[word], data[key], ())):
             meant[word] = data[key]

@@ -28,7 +28,8 @@ IDENTIFIER = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')
 SEXAGESIMAL = re.compile(r'[-+]?\d+(:\d+)+(\.\d*)?')
 
 DECIMAL_COMMA = re.compile('[0-9]+,[0-9]+')
-POWERS = {'²': 'x*x for a square', '³': 'x*x*x for a cube'}
+SQUARE = 'x*x for a square'
+POWERS = {'²': SQUARE, '^': SQUARE, '³': 'x*x*x for a cube'}
 UNITS = ('deg', 'degrees', 'rad', 'mm', 'cm', 'm')
 
 WhyNot = Callable[[str], str | None]
@@ -184,7 +185,7 @@ def _strange(character: str) -> str:
 
 def _check_token(token: Token) -> None:
     if token.text == '**':
-        raise ExpressionError(f"'**' is not accepted: write {POWERS['²']}")
+        raise ExpressionError(f"'**' is not accepted: write {SQUARE}")
     if token.text == '//':
         raise ExpressionError("'//' is not accepted: write / to divide")
     if token.kind == 'number' and float(token.text) == float('inf'):

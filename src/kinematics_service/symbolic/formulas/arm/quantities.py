@@ -98,7 +98,8 @@ def why_out_of_range(quantity: Quantity, rows: int, joints: int, reading: Readin
     if quantity.kind in ('row', 'jacobian', 'numeric'):
         low, high = (1, rows) if quantity.kind == 'row' else (0, joints)
         if not low <= quantity.i <= high:
-            return f'there is no {quantity.kind} {quantity.i}: the robot has {high}'
+            between = '; frame 2 in frame 0 is T_02' if quantity.kind == 'row' else ''
+            return f'there is no {quantity.kind} {quantity.i}: the robot has {high}{between}'
     if quantity.kind == 'reach' and not 1 <= quantity.i <= rows:
         return f's_o{quantity.i}: the robot has {rows} rows'
     frames = {'pose': (quantity.i, quantity.j), 'vector': (quantity.i, quantity.j)}

@@ -122,6 +122,11 @@ class FormulaNames:
         function = re.fullmatch(r'(sin|cos|tan)(\w+)', token.text)
         if function and self.joint(function[2]) is not None:
             near = [f'{function[1]}({function[2]})']
+        product = re.fullmatch(r'(\w+)(sin|cos|tan)', token.text)
+        if product and (alike := [n for n in known if n.lower() == product[1].lower()]):
+            near = [f'{alike[0]}*{product[2]}(...)']
+        if token.text == 'singular':
+            near = ['singular:']
         hint = f', did you mean {near[0]!r}?' if near else ''
         message = (
             f'unknown name {token.written!r}{hint} (known: {", ".join(known)}, pi, x, y, z, '

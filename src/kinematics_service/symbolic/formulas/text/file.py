@@ -248,9 +248,10 @@ def _equation(tokens: list[FormulaToken], settings: Settings, local: bool, by_li
     sides = _split(tokens, ('=',))
     first = next(token for token in tokens if token.kind != 'newline')
     if len(sides) < 2:
+        advice = ': decimals have a point, as in 0.5' if first.kind == 'number' else ''
         raise first.fault(
-            f'{first.written!r} begins no formula: expected NAME = ..., a setting such as '
-            "'rows: angular first', or a comment after #"
+            f'{first.written!r} begins no formula{advice} (expected NAME = ..., a setting such as '
+            "'rows: angular first', or a comment after #)"
         )
     left = _of_a_jacobian(parse(_without_joints(_without_ampersands(sides[0])), tokens[-1]))
     right = sides[-1]

@@ -155,9 +155,10 @@ def _word(text: str, at: int, line: int, column: int) -> tuple[str, str, int]:
     for operator in OPERATORS:
         if text.startswith(operator, at):
             return 'operator', SAME.get(operator, operator), at + len(operator)
+    advice = ': write det(J) for a determinant' if text[at] == '|' else ''
     raise FormulaError(
-        f'{text[at]!r} has no meaning in a formula (accepted: numbers, names, + - * / ^ = , ; '
-        'brackets, and LaTeX commands)',
+        f'{text[at]!r} has no meaning in a formula{advice} (accepted: numbers, names, '
+        '+ - * / ^ = , ; brackets, and LaTeX commands)',
         line,
         column + at,
     )

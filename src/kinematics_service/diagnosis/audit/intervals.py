@@ -1,4 +1,4 @@
-"""Stretches of a recording near a singularity, each with its name, duration and worst moment."""
+"""Intervals of a recording near a singularity, each with its name, duration and worst moment."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -23,7 +23,7 @@ class FactorPassage(NamedTuple):
     row: int
 
 
-class Stretch(NamedTuple):
+class Interval(NamedTuple):
     """
     Messages in a row that are not OK.
 
@@ -82,9 +82,9 @@ def badness(robot: Robot, values: Floats) -> Floats:
     return worse
 
 
-def stretches_of(robot: Robot, timeline: Timeline) -> tuple[Stretch, ...]:
-    """Return the stretches near a singularity, in their order."""
-    return tuple(_stretch(robot, timeline, first, last) for first, last in _runs(timeline))
+def intervals_of(robot: Robot, timeline: Timeline) -> tuple[Interval, ...]:
+    """Return the intervals near a singularity, in their order."""
+    return tuple(_interval(robot, timeline, first, last) for first, last in _runs(timeline))
 
 
 def _runs(timeline: Timeline) -> Iterator[tuple[int, int]]:
@@ -101,7 +101,7 @@ def _runs(timeline: Timeline) -> Iterator[tuple[int, int]]:
         yield first, len(timeline) - 1
 
 
-def _stretch(robot: Robot, timeline: Timeline, first: int, last: int) -> Stretch:
+def _interval(robot: Robot, timeline: Timeline, first: int, last: int) -> Interval:
     goes_on = last + 1 < len(timeline) and not timeline.silent[last + 1]
     until = last + 1 if goes_on else last
     level, stopped = Level.OK, 0.0
@@ -121,7 +121,7 @@ def _stretch(robot: Robot, timeline: Timeline, first: int, last: int) -> Stretch
             worst, worse = rows.start + k, float(bad[k])
         _pass(robot, timeline, rows, passed)
     near = singularity(robot, timeline.q[worst])
-    return Stretch(
+    return Interval(
         first=first,
         last=last,
         worst=worst,
