@@ -328,15 +328,60 @@ def test_a_position_at_which_the_loop_does_not_close_says_why():
 
 def test_nothing_is_called_decided_that_is_not():
     robot = ks.load_robot('four_bar_arm')
-    found = ks.singularity(robot, [0.1, 1.2, 0.3])
-    assert not found.decided
-    assert found.nearest_singular is None
+    q = [0.1, 1.2, 0.3]
+    found = ks.singularity(robot, q)
+    assert not found.decided  # the poses of two families are about as far
+    assert found.distance == pytest.approx(np.linalg.norm(found.nearest_singular - q))
+    assert ks.singularity(robot, found.nearest_singular).distance < 1e-6
     assert found.clearance == 0.0
     many = ks.singularity(robot, seeded(robot, 40))
     found = np.isfinite(many.nearest_singular[:, 0])
     assert 0 < np.sum(found) < 40
-    assert np.array_equal(many.decided, found)
+    assert 0 < np.sum(many.decided) < np.sum(found)
+    assert np.all(many.distance[many.decided] <= 0.2)
     assert not np.any(many.clearance)
+
+
+def rays(n):
+    """Directions of joint motion, evenly spread."""
+    if n == 1:
+        return np.array([[1.0], [-1.0]])
+    k = np.arange(60 * (n - 1)) + 0.5
+    if n == 2:
+        angle = 2 * np.pi * k / len(k)
+        return np.column_stack([np.cos(angle), np.sin(angle)])
+    height, angle = 1 - 2 * k / len(k), np.pi * (1 + math.sqrt(5)) * k
+    ring = np.sqrt(1 - height**2)
+    return np.column_stack([ring * np.cos(angle), ring * np.sin(angle), height])
+
+
+def sign_of_determinant(robot, q):
+    try:
+        return np.sign(ks.singularity(robot, q).determinant)
+    except ks.LoopError:
+        return 0.0
+
+
+@pytest.mark.parametrize('name', ['crank_slider', 'five_bar', 'four_bar_arm'])
+def test_a_distance_is_to_a_singular_pose_and_about_to_the_nearest(name):
+    # Along rays to where the determinant changes its sign, or a branch ends.
+    robot = ks.load_robot(name)
+    checked = 0
+    for q in seeded(robot, 12):
+        found, here = ks.singularity(robot, q), sign_of_determinant(robot, q)
+        if np.isnan(found.nearest_singular).any() if found.nearest_singular is not None else True:
+            continue
+        nearest = 1.0
+        for ray in rays(robot.dof):
+            for away in np.arange(0.02, nearest, 0.02):
+                if sign_of_determinant(robot, q + away * ray) != here:
+                    nearest = away
+                    break
+        assert found.distance > nearest - 0.04
+        if found.decided:
+            assert found.distance < 1.1 * nearest
+        checked += 1
+    assert checked > 4
 
 
 def test_the_nearest_flat_position_is_found():

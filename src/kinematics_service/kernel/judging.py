@@ -18,8 +18,7 @@ def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
     # is to a singular pose.
     n, count = arm.chain.dof, _factors(arm)
     distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
-    way_out = arrays.after(measures, places.LOST_AT + 6 + n)
-    nearest = measures[places.DISTANCE]
+    nearest, first = measures[places.DISTANCE], -1
     results = arrays.after(distances, count + arm.tape.factors * (1 + n))
     gradient.write_determinants(arm.chain, row, results, work)
     for k in range(arm.chain.groups):
@@ -31,11 +30,22 @@ def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
         away = 0.5 * factors.distance_to_zero(determinant, norm)
         distances[arm.tape.factors + k] = away
         if away < nearest:
-            nearest = away
-            sign = 1.0 if determinant > 0.0 else -1.0
-            for j in range(n):
-                slope = results[k * (1 + n) + 1 + j] * arm.task.column_scale[j]
-                way_out[j] = sign * slope / norm * arm.task.column_scale[j]
+            nearest, first = away, k
+    if first >= 0:
+        _write_way_out(arm, arrays.after(results, first * (1 + n)), measures)
+
+
+def _write_way_out(arm: Arm, determinant: Flat, measures: Flat) -> None:
+    # Away from the flat position of a group of loops, by its determinant and gradient.
+    n, squares = arm.chain.dof, 0.0
+    way_out = arrays.after(measures, places.LOST_AT + 6 + n)
+    sign = 1.0 if determinant[0] > 0.0 else -1.0
+    for j in range(n):
+        slope = determinant[1 + j] * arm.task.column_scale[j]
+        squares += slope * slope
+    for j in range(n):
+        slope = determinant[1 + j] * arm.task.column_scale[j]
+        way_out[j] = sign * slope / math.sqrt(squares) * arm.task.column_scale[j]
 
 
 def _judge(arm: Arm, measures: Flat, not_excluded: float) -> None:
@@ -104,21 +114,37 @@ def _take_over(arm: Arm, measures: Flat, search: NearestSearch) -> None:
     _judge(arm, measures, search.not_excluded())
 
 
-def _look_behind_loops(arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat) -> None:
+def _look_behind_loops(
+    arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat, search: NearestSearch
+) -> None:
     # What is found nearest, into measures of first order.
     judged = arrays.after(measures, _judged_at(arm))
     estimate = judged[places.FIRST_ORDER]
-    if not estimate <= nearest_closed.HORIZON:
-        return
-    if arm.watched == places.DISTANCE and not estimate <= 2.0 * arm.warn:
-        return  # far from any warning
-    distances = arrays.after(judged, places.JUDGED + arm.tape.factors)
     pose = arrays.after(measures, width(arm) - arm.chain.dof)
-    away = nearest_closed.look(arm, q, row, estimate, distances, pose, work)
-    if away < places.INFINITY:
-        judged[places.DECIDED] = 1.0
-        measures[places.DISTANCE] = away
-        _judge(arm, measures, places.FARTHEST)
+    if not search.holds(q):
+        away = nearest_closed.look(arm, q, row, judged, pose, work)
+        search.hold(q, pose, away, judged[places.DECIDED] == 1.0)
+    if not search.distance < places.INFINITY:
+        return
+    # The way out is that of what is nearest now.
+    n, first = arm.chain.dof, -1
+    distances = arrays.after(judged, places.JUDGED + arm.tape.factors)
+    nearest = search.distance
+    for k in range(arm.chain.groups):
+        if distances[k] <= nearest:
+            nearest, first = distances[k], k
+    if first >= 0:
+        gradient.write_determinants(
+            arm.chain, row, work, arrays.after(work, arm.chain.groups * (1 + n))
+        )
+        _write_way_out(arm, arrays.after(work, first * (1 + n)), measures)
+    else:
+        singularity.measure_row(arm.chain, arm.task, row, measures, work)
+    for j in range(n):
+        pose[j] = search.poses[j]
+    judged[places.DECIDED] = 1.0 if search.complete else 0.0
+    measures[places.DISTANCE] = min(search.distance, places.FARTHEST)
+    _judge(arm, measures, places.FARTHEST if search.complete else estimate)
 
 
 def judge_row(
@@ -131,7 +157,7 @@ def judge_row(
     """
     _judge_one(arm, row, q, measures, work)
     if arm.chain.loops > 0:
-        _look_behind_loops(arm, row, q, measures, work)
+        _look_behind_loops(arm, row, q, measures, work, search)
         return
     judged = arrays.after(measures, _judged_at(arm))
     estimate = judged[places.FIRST_ORDER]
@@ -234,15 +260,15 @@ def _find_all(
     n, columns = arm.chain.dof, width(arm)
     for k in range(count):
         position, one = arrays.after(q, k * n), arrays.after(measures, k * columns)
+        row = arrays.after(rows, k * row_width)
+        if not in_order:
+            search.forget()
         if arm.chain.loops > 0:
-            _look_behind_loops(arm, arrays.after(rows, k * row_width), position, one, work)
+            _look_behind_loops(arm, row, position, one, work, search)
             continue
         judged = arrays.after(one, _judged_at(arm))
         estimate = judged[places.FIRST_ORDER]
-        if not in_order:
-            search.forget()
         if not (in_order and search.follow(position, estimate)):
-            row = arrays.after(rows, k * row_width)
             sigma = arrays.after(one, _judged_at(arm) - min(n, arm.task.count))
             singularity.write_directions(n, arm.task, row, work, sigma)
             search.look(position, row, work, one, estimate)

@@ -14,14 +14,15 @@ from ..loops import closed_pass, closing
 from ..measures import gradient, singularity
 from .arm import Arm
 
-# Beyond so many rad (a prismatic joint's divided by the length) nothing is looked for.
-HORIZON = 0.2
+# Beyond so many rad (a prismatic joint's divided by the length) nothing is looked for, and of what
+# is found beyond the second it is not decided that none is nearer.
+HORIZON, NEAR = 1.0, 0.2
 # A pose is singular where the singular value is below this share of the reach, and the next step
 # below this share of the way or of a rad.
 SINGULAR, NEXT_STEP, NO_STEP = 1e-7, 1e-3, 1e-9
-# A least singular value that stays above this share of itself for more steps than so many is not
-# on its way to zero.
-LESS, IDLE = 0.8, 2
+# A least singular value that falls by less than this share of what its slope says for more steps
+# than so many is not on its way to zero.
+LESS, IDLE = 0.2, 2
 # Nearer than this, rad, the first order says where a loop is flat, to about its square: at the
 # flat position itself no pose closes.
 FLAT = 1e-4
@@ -33,6 +34,9 @@ LONGEST, STEPS, LAST_STEPS = 0.1, 30, 6
 # it loops are closed in many steps. Farther than the last number, rad, the first order may be
 # wrong by much, and to find that nothing closes costs more than all steps.
 SHARE, THIRD, STRAIGHT = 0.8, 0.35, 0.02
+# Where a determinant falls as a root, its square gets nearer to its zero by as much as a step
+# goes; where it falls evenly, by half. Less than this share of the step is taken for half.
+EVEN = 0.75
 
 
 def room(arm: Arm) -> int:
@@ -44,20 +48,12 @@ def room(arm: Arm) -> int:
     return own + min(m, n) * (m + n + 1) + groups * (1 + n) + gradient.room(arm.chain)
 
 
-def look(
-    arm: Arm,
-    q: Flat,
-    row: Flat,
-    estimate: float,
-    distances: Flat,
-    pose: Flat,
-    work: Flat,
-) -> float:
+def look(arm: Arm, q: Flat, row: Flat, judged: Flat, pose: Flat, work: Flat) -> float:
     """
     Look for the nearest singular pose of the arm, and flat position of each group of loops.
 
-    Returns the least distance, rad, and fills the pose (n,) it is to, where nothing that the first
-    order sees is nearer than what was found; endless otherwise.
+    Returns the least distance, rad, and fills the pose (n,) it is to; endless where none was
+    found.
 
     Parameters
     ----------
@@ -65,12 +61,14 @@ def look(
         The arm.
     q, row
         The pose (n,), and what evaluates it.
-    estimate
-        The distance by first order, of arm and loops, rad.
-    distances : shape (groups,)
-        To the flat positions by first order, rad; brought to what was found.
+    judged
+        As `judging.measure` fills it by first order. The distances to the flat positions are
+        brought to what was found near; it is decided where that is near, and nothing that the
+        first order sees is nearer.
     """
     n, groups = arm.chain.dof, arm.chain.groups
+    estimate = judged[places.FIRST_ORDER]
+    distances = arrays.after(judged, places.JUDGED + arm.tape.factors)
     least = arrays.after(work, 2 * n)
     found = arrays.after(work, 3 * n)
     free = arrays.after(found, groups)
@@ -102,10 +100,11 @@ def look(
             best = away
             for j in range(n):
                 least[j] = work[j]
-    # Where two singular values are small their product may see what the least one does not.
-    of_arm = estimate < distances[first]
-    if not best <= HORIZON or seen < best or of_arm and best > TRUSTED * estimate:
+    if not best <= HORIZON:
         return places.INFINITY
+    # Where two singular values are small their product may see what the least one does not.
+    missed = estimate < distances[first] and best > TRUSTED * estimate
+    judged[places.DECIDED] = 0.0 if seen < best or missed or best > NEAR else 1.0
     for j in range(n):
         pose[j] = q[j] + arm.task.column_scale[j] * least[j]
     for k in range(groups):
@@ -128,9 +127,12 @@ def _length(d: Flat, n: int) -> float:
     return math.sqrt(squares)
 
 
-def _write_step(n: int, value: float, slope: Flat, d: Flat, slides: bool, step: Flat) -> float:
-    # The step from d to where the value is zero by its slope, and along there to the place nearest
-    # to the beginning; returns its length, endless where there is no slope.
+def _write_step(
+    n: int, value: float, slope: Flat, d: Flat, slides: bool, most: float, step: Flat
+) -> float:
+    # The step from d to where the value is zero by its slope, and along there towards the place
+    # nearest to the beginning, so many times as far as to the zero at most; returns its length,
+    # endless where there is no slope.
     squares, along = 0.0, 0.0
     for j in range(n):
         squares += slope[j] * slope[j]
@@ -138,10 +140,11 @@ def _write_step(n: int, value: float, slope: Flat, d: Flat, slides: bool, step: 
     if not squares > 0.0:
         return places.INFINITY
     for j in range(n):
-        target = d[j] - slope[j] * value / squares
-        if slides:
-            target = slope[j] * (along - value) / squares
-        step[j] = target - d[j]
+        step[j] = slope[j] * along / squares - d[j] if slides else 0.0
+    slide, onto = _length(step, n), abs(value) / math.sqrt(squares)
+    share = most * onto / slide if slide > most * onto else 1.0
+    for j in range(n):
+        step[j] = share * step[j] - slope[j] * value / squares
     return _length(step, n)
 
 
@@ -156,22 +159,23 @@ def _run_to_arm(arm: Arm, q: Flat, begin: Flat, best: float, d: Flat, work: Flat
     last = arrays.after(row, arm.chain.frames_at)
     free = arrays.after(last, arm.chain.closure.width)
     _start(arm, begin, d, row)
-    before, idle = places.INFINITY, 0
+    before, idle, share = places.INFINITY, 0, 1.0
     for turn in range(STEPS):
         value = _write_least(arm, row, slope, free)
         arrived = value <= SINGULAR * arm.reach
         length = _length(d, n)
-        moved = _write_step(n, value, slope, d, turn < STEPS - LAST_STEPS, step)
+        moved = _write_step(n, value, slope, d, turn < STEPS - LAST_STEPS, places.INFINITY, step)
         if turn == 0:
             d[n] = moved
         if arrived and (moved <= NEXT_STEP * length + NO_STEP or not moved < places.INFINITY):
             return length
-        idle = idle + 1 if value > LESS * before else 0
+        idle = idle + 1 if value > (1.0 - LESS * share) * before else 0
         before = value
         lost: bool = moved > 2.0 * best if turn == 0 else idle > IDLE
-        if lost or not moved < places.INFINITY or length > 2.0 * HORIZON:
+        if lost or not moved < places.INFINITY or length > 1.5 * HORIZON:
             return places.INFINITY
-        if not _move(arm, q, d, min(1.0, LONGEST / moved), row, last, step):
+        share = min(1.0, LONGEST / moved)
+        if not _move(arm, q, d, share, row, last, step):
             return places.INFINITY
     return places.INFINITY
 
@@ -185,19 +189,24 @@ def _run_to_flat(arm: Arm, q: Flat, begin: Flat, k: int, d: Flat, work: Flat) ->
     last = arrays.after(row, arm.chain.frames_at)
     free = arrays.after(last, arm.chain.closure.width)
     _start(arm, begin, d, row)
+    before, gone, reach = places.INFINITY, 0.0, 1.0
     for turn in range(STEPS):
         value = _write_half(arm, row, k, slope, free)
         length = _length(d, n)
-        moved = _write_step(n, value, slope, d, turn < STEPS - LAST_STEPS, step)
-        if not moved < places.INFINITY or length > 2.0 * HORIZON:
+        moved = _write_step(n, value, slope, d, turn < STEPS - LAST_STEPS, 1.0, step)
+        if not moved < places.INFINITY or length > 1.5 * HORIZON:
             return places.INFINITY
         onto = abs(value) / _length(slope, n)
         if onto <= FLAT and (moved <= NEXT_STEP * length + 2.0 * onto or turn == STEPS - 1):
             for j in range(n):
                 d[j] += step[j]
             return _length(d, n)
-        share = SHARE if onto <= STRAIGHT else THIRD
-        if not _move(arm, q, d, min(share, LONGEST / moved), row, last, step):
+        if turn > 0:
+            reach = 2.0 if before - onto < EVEN * gone else 1.0
+        share = reach * (SHARE if reach * onto <= STRAIGHT else THIRD)
+        share = min(share, LONGEST / moved)
+        before, gone = onto, share * onto
+        if not _move(arm, q, d, share, row, last, step):
             return places.INFINITY
     return places.INFINITY
 

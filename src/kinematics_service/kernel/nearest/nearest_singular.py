@@ -72,6 +72,8 @@ KNOWN = 0.3
 AGREES = 0.3
 # After a step shorter than this (rad) directions are corrected, and not decomposed anew.
 CLOSE = 0.1
+# What was found in another way serves while the joints move by this share of its distance.
+HELD = 0.05
 
 
 class NearestSearch:
@@ -226,6 +228,21 @@ class NearestSearch:
     def forget(self) -> None:
         """Let the next search begin with nothing that the last one found."""
         self.lasting = -1.0
+
+    def hold(self, q: Flat, pose: Flat, away: float, is_decided: bool) -> None:
+        """Hold what was found from q (n,) in another way, while the joints move little."""
+        self.distance, self.complete = away, is_decided
+        self.lasting = HELD * min(away, self.horizon)
+        for j in range(self.n):
+            self.searched[j], self.poses[j] = q[j], pose[j]
+
+    def holds(self, q: Flat) -> bool:
+        """Return whether what is held serves at q (n,); its distance is brought to what it is."""
+        if not self._moved_from(self.searched, q) <= self.lasting:
+            return False
+        if self.distance < places.INFINITY:
+            self.distance = self._moved_from(self.poses, q)
+        return True
 
     def follow(self, q: Flat, first_order: float) -> bool:
         """
