@@ -53,7 +53,7 @@ class Singularity:
         False where the second order, or a run that did not arrive, says that a singular pose may
         be near, and none was found as near as that: the level is then that of the nearer one. True
         is no proof that there is none. Of arms with closed loops it is true only where a pose was
-        found; otherwise their distance says by first order how near one may be.
+        found within 0.2 rad, and the first order says of none that is nearer.
     clearance
         Radius around this pose in which no pose is singular, rad, at most 1: proved by bounds of
         the Jacobian's change. Computed when it is first asked for. 0 for arms with closed loops,
