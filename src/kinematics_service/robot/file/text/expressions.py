@@ -90,9 +90,11 @@ class Scope:
         """Return why a name may not stand here, or None where it may."""
         if name in self.known or name == 'pi':
             return None  # where pi is not accepted, the whole expression tells what to write
+        hint = did_you_mean(self._meant(name))
+        if not hint and self.variables and JOINT.fullmatch(name):
+            hint = ': add a joint of that name to joints, or take one that is there'
         return self.refused.get(name) or (
-            f'unknown name {_short(name)!r}{did_you_mean(self._meant(name))} '
-            f'(known: {_listed(self.known)})'
+            f'unknown name {_short(name)!r}{hint} (known: {_listed(self.known)})'
         )
 
     def _meant(self, name: str) -> str | None:
@@ -257,7 +259,8 @@ _FUNCTIONS: dict[str, dict[str, Callable[..., float]]] = {
 
 
 def _not_linear(reason: str) -> _NotLinearError:
-    return _NotLinearError(f'not linear in the joint variables: {reason}')
+    accepted = 'accepted: sums such as 2*q1 - q2'
+    return _NotLinearError(f'not linear in the joint variables: {reason} ({accepted})')
 
 
 def _names(value: Affine) -> str:
