@@ -26,8 +26,8 @@ ENOUGH = 200
 # A pose is singular where the singular value is below this share of the largest, and the next step
 # below this share of the way: at a flat saddle the first alone would lie.
 SINGULAR, NEXT_STEP, NO_STEP = 1e-7, 1e-3, 1e-9
-# Gains of the distance that end a run, as a share.
-NO_GAIN = 1e-5
+# Gains of the distance that end a run, as a share, and one that follows a pose.
+NO_GAIN, NO_GAIN_FOLLOWED = 1e-5, 5e-4
 # Steps of a run, of these at full length, and at its end onto the set only: along it they may go
 # round between two branches.
 STEPS, FULL_STEPS, LAST_STEPS = 10, 4, 3
@@ -62,7 +62,7 @@ MEMORY, SAME, FOLLOWED = 6, 0.2, 0.1
 FOLLOWING_STEPS = 6
 # One is not moved before the joints have moved by this share of its distance, which is then too
 # large by half the square of that; nor before it may be nearer than the nearest by this share.
-KEPT, LITTLE_NEARER = 0.03, 0.001
+KEPT, LITTLE_NEARER = 0.03, 0.005
 # A search begins with what the last one found, up to this motion, rad.
 KNOWN = 0.3
 # What was found agrees with the first order up to this share.
@@ -544,7 +544,8 @@ class NearestSearch:
                 best, standing = away, True
                 for j in range(n):
                     self.reached[j] = self.d[j]
-                if gain < NO_GAIN * away or away > 2.0 * self.horizon:
+                enough = NO_GAIN_FOLLOWED if known else NO_GAIN
+                if gain < enough * away or away > 2.0 * self.horizon:
                     break
             elif self._promise(left, away, nearest) > WIDE * self.distance:
                 break  # it is on its way to one that is farther than what was found
