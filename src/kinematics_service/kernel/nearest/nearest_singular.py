@@ -26,7 +26,7 @@ ENOUGH = 200
 # A pose is singular where the singular value is below this share of the largest, and the next step
 # below this share of the way: at a flat saddle the first alone would lie.
 SINGULAR, NEXT_STEP, NO_STEP = 1e-7, 1e-3, 1e-9
-# Gains of the distance that end a run, as a share, and one that follows a pose.
+# Gains of the distance that end a run, as a share; and one of few steps, which follows a pose.
 NO_GAIN, NO_GAIN_FOLLOWED = 1e-5, 5e-4
 # Steps of a run, of these at full length, and at its end onto the set only: along it they may go
 # round between two branches.
@@ -544,7 +544,7 @@ class NearestSearch:
                 best, standing = away, True
                 for j in range(n):
                     self.reached[j] = self.d[j]
-                enough = NO_GAIN_FOLLOWED if known else NO_GAIN
+                enough = NO_GAIN if steps == STEPS else NO_GAIN_FOLLOWED
                 if gain < enough * away or away > 2.0 * self.horizon:
                     break
             elif self._promise(left, away, nearest) > WIDE * self.distance:
