@@ -41,7 +41,7 @@ AVX2 = {
 }
 INLINE = {
     'forward/chain_pass': ['_sincos_reduced'],
-    'nearest/jacobian_changes': ['_add_turn'],
+    'nearest/jacobian_changes': ['_write_cross', '_add_turn'],
 }
 # Classes that classes of Python derive from; calls of the others' methods are direct.
 OPEN = ('JointMemory',)

@@ -258,6 +258,17 @@ def test_along_a_motion_few_poses_are_evaluated():
     assert 0 < counts[True] < 0.6 * counts[False]
 
 
+@pytest.mark.parametrize(('name', 'most'), [('six joints', 7.0), ('kinova_gen3', 8.5)])
+def test_of_a_fast_motion_each_pose_is_few_evaluations(name, most):
+    # Five times as far from message to message as at 500 Hz.
+    robot = ARMS[name]()
+    search, counts = kernel.NearestSearch(robot.arm), []
+    for pose in motion(robot, 1.0)[::5]:
+        along(robot, pose[None], search)
+        counts.append(search.evaluations)
+    assert np.mean(counts) < most
+
+
 def test_after_a_jump_nothing_is_left_of_the_motion():
     robot = ARMS['calibrated UR5']()
     q = motion(robot, 1.0)[::500]

@@ -85,14 +85,6 @@ def _scale_task_rows(n: int, task: TaskRows, W: Flat, width: int, lanes: int) ->
                 into[lane] = into[lane] * scale + 0.0
 
 
-def write_scaled_rows(n: int, task: TaskRows, row: Flat, W: Flat, width: int) -> None:
-    """
-    Fill W with the scaled J_t, its columns as rows where there are fewer of them, each `width`.
-    """
-    _fill_task_rows(n, task, arrays.after(row, places.JACOBIAN_AT), W, width, 1)
-    _scale_task_rows(n, task, W, width, 1)
-
-
 def _decompose(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> int:
     # Returns a bit for each lane whose numbers are so large that powers of them are not finite.
     # The largest first: fewer sweeps.
@@ -112,7 +104,8 @@ def write_directions(n: int, task: TaskRows, row: Flat, W: Flat, sigma: Flat) ->
     """
     m = task.count
     count, length = min(m, n), max(m, n)
-    write_scaled_rows(n, task, row, W, m + n)
+    _fill_task_rows(n, task, arrays.after(row, places.JACOBIAN_AT), W, m + n, 1)
+    _scale_task_rows(n, task, W, m + n, 1)
     _decompose(W, sigma, count, length, m + n, 1)
     singular_values.unit_rows(W, sigma, count, length, 1)
 

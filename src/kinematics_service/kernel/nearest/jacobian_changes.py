@@ -29,10 +29,8 @@ def write_changes(chain: Chain, row: Flat, x: Flat, changes: Flat) -> None:
             behind[k] += rate * v[e + k * entries]
         change = arrays.after(changes, 6 * e)
         for half in range(2):
-            at = 3 * half
-            change[at] = w[e + entries] * behind[at + 2] - w[e + 2 * entries] * behind[at + 1]
-            change[at + 1] = w[e + 2 * entries] * behind[at] - w[e] * behind[at + 2]
-            change[at + 2] = w[e] * behind[at + 1] - w[e + entries] * behind[at]
+            wx, wy, wz = w[e], w[e + entries], w[e + 2 * entries]
+            _write_cross(wx, wy, wz, behind, 3 * half, change, 3 * half)
     for k in range(3):
         before[k] = 0.0
     for e in range(entries):
@@ -42,6 +40,15 @@ def write_changes(chain: Chain, row: Flat, x: Flat, changes: Flat) -> None:
         change[1] += before[2] * vx - before[0] * vz
         change[2] += before[0] * vy - before[1] * vx
         _add_turn(w, e, entries, x[chain.joint[e]], before)
+
+
+def _write_cross(
+    x: float, y: float, z: float, b: Numbers, begin: int, into: Numbers, at: int
+) -> None:
+    # (x, y, z) x b, of three numbers from an index on.
+    into[at] = y * b[begin + 2] - z * b[begin + 1]
+    into[at + 1] = z * b[begin] - x * b[begin + 2]
+    into[at + 2] = x * b[begin + 1] - y * b[begin]
 
 
 def _add_turn(w: Flat, e: int, entries: int, rate: float, total: Numbers) -> None:
@@ -72,7 +79,7 @@ def write_curvature(chain: Chain, row: Flat, x: Flat, changes: Flat, y: Flat, H:
     n, entries = chain.dof, chain.entries
     v = arrays.after(row, chain.screws_at)
     w = arrays.after(v, 3 * entries)
-    turned, before = [0.0] * 9, [0.0] * 3
+    turned, before, both = [0.0] * 9, [0.0] * 3, [0.0] * 3
     for k in range(n * n):
         H[k] = 0.0
     for k in range(3):
@@ -80,16 +87,9 @@ def write_curvature(chain: Chain, row: Flat, x: Flat, changes: Flat, y: Flat, H:
     for e in range(entries):
         wx, wy, wz = w[e], w[e + entries], w[e + 2 * entries]
         for half in range(2):
-            at = 3 * half
-            turned[at] = y[at + 1] * wz - y[at + 2] * wy
-            turned[at + 1] = y[at + 2] * wx - y[at] * wz
-            turned[at + 2] = y[at] * wy - y[at + 1] * wx
-        px = before[1] * wz - before[2] * wy
-        py = before[2] * wx - before[0] * wz
-        pz = before[0] * wy - before[1] * wx
-        turned[6] = y[1] * pz - y[2] * py
-        turned[7] = y[2] * px - y[0] * pz
-        turned[8] = y[0] * py - y[1] * px
+            _write_cross(-wx, -wy, -wz, y, 3 * half, turned, 3 * half)
+        _write_cross(-wx, -wy, -wz, before, 0, both, 0)
+        _write_cross(y[0], y[1], y[2], both, 0, turned, 6)
         for f in range(e, entries):
             change = 0.0
             for k in range(6):

@@ -26,8 +26,8 @@ ENOUGH = 200
 # A pose is singular where the singular value is below this share of the largest, and the next step
 # below this share of the way: at a flat saddle the first alone would lie.
 SINGULAR, NEXT_STEP, NO_STEP = 1e-7, 1e-3, 1e-9
-# Gains of the distance that end a run, as a share.
-NO_GAIN = 1e-5
+# Gains of the distance that end a run, as a share; and one of few steps, which follows a pose.
+NO_GAIN, NO_GAIN_FOLLOWED = 1e-5, 5e-4
 # Steps of a run, of these at full length, and at its end onto the set only: along it they may go
 # round between two branches.
 STEPS, FULL_STEPS, LAST_STEPS = 10, 4, 3
@@ -55,9 +55,6 @@ ZEROS, ZEROS_APART = 3, 0.2
 # From a direction between those of the two least singular values a search starts where one is lost
 # within this times what was found.
 BETWEEN = 1.5
-# The second order is asked where a step is longer than this share of what slope or second singular
-# value allow by the reach, and shorter than this, rad: farther it does not see.
-CURVED, LOCAL = 1.0, 0.2
 # So many poses that were found are remembered, those nearer to each other than this share of their
 # distance as one. They are followed along a motion up to this share of the distance; then another
 # search tells whether new ones have come near.
@@ -65,7 +62,7 @@ MEMORY, SAME, FOLLOWED = 6, 0.2, 0.1
 FOLLOWING_STEPS = 6
 # One is not moved before the joints have moved by this share of its distance, which is then too
 # large by half the square of that; nor before it may be nearer than the nearest by this share.
-KEPT, LITTLE_NEARER = 0.03, 0.001
+KEPT, LITTLE_NEARER = 0.03, 0.005
 # A search begins with what the last one found, up to this motion, rad.
 KNOWN = 0.3
 # What was found agrees with the first order up to this share.
@@ -123,7 +120,6 @@ class NearestSearch:
     second: float
     slope: float
     missed: float
-    bent: bool
     standing: bool
     stands_for: int
 
@@ -134,7 +130,6 @@ class NearestSearch:
         self.arm, self.atlas = arm, arm.atlas()
         self.here: SingularEquations = SingularEquations(arm.chain, arm.task)
         self.equations: SingularEquations = SingularEquations(arm.chain, arm.task)
-        self.around: SingularQuadric = SingularQuadric(arm.chain.dof)
         self.quadric: SingularQuadric = SingularQuadric(arm.chain.dof)
         self.budget: Public[int] = ENOUGH
         self.n, self.count = arm.chain.dof, self.equations.count
@@ -145,7 +140,6 @@ class NearestSearch:
         self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
         self.free, self.lasting = 0.0, -1.0
         self.standing, self.stands_for, self.missed = False, -1, places.INFINITY
-        self.bent: bool = False
         self.known: int = 0
         self.settled: bool = False
         n = self.n
@@ -380,10 +374,8 @@ class NearestSearch:
             self.by_least = places.INFINITY
         self.smallest = sigma[k - 1]
         self.second = sigma[k - 2] if k > 1 else places.INFINITY
-        for j in range(self.n):
-            self.d[j] = 0.0
-        self.around.stand_at(self.here, self.d)
-        self.by_quadric = self.around.write_nearest(False, self.curved)
+        self.quadric.stand_at(self.here)
+        self.by_quadric = self.quadric.write_nearest(False, self.curved)
         self.estimate = min(self.by_product, min(self.by_least, self.by_quadric))
         # Nearer than this neither they nor the second order see a singular pose: the least
         # singular value falls by slope r + reach r^2 / 2 at most, or so.
@@ -396,7 +388,6 @@ class NearestSearch:
         # From one start after the other, until what is found agrees with the first order; returns
         # whether it does. Of what is farther the first order says little: there starts are poses
         # that are known to be singular.
-        self.bent = False
         settled = self.found() and self._is_where_the_first_order_says() and self._is_settled()
         if not settled:
             self._run_from(self.first, self.by_least, min(1.0, 0.5 / self.by_least), 0.3)
@@ -405,7 +396,6 @@ class NearestSearch:
             self._run_from_known_poses()
         if settled:
             return True
-        self.bent = True
         self._run_from_second_order(False)
         # On the other side are other singular poses only where the second singular value, which
         # falls by the reach, may vanish too.
@@ -552,7 +542,6 @@ class NearestSearch:
         best = places.INFINITY
         standing, self.standing = self.standing and known, False
         close = standing
-        curves = self.count == 1 and self.bent and not known
         for step in range(steps + MORE_STEPS):
             if step > 0 or not standing:
                 if self.evaluations >= self.budget:
@@ -565,9 +554,6 @@ class NearestSearch:
             left = self.equations.write_step_onto(self.onto)
             away = singular_equations.length_of(self.d, n)
             nearest = self.equations.write_nearest(self.d, self.along)
-            curved = step < steps - LAST_STEPS and curves and self._is_curved()
-            if curved:
-                nearest = singular_equations.length_of(self.along, n)
             if self.equations.are_singular(SINGULAR) and left < NEXT_STEP * away + NO_STEP:
                 if not away < best:
                     break
@@ -575,9 +561,10 @@ class NearestSearch:
                 best, standing = away, True
                 for j in range(n):
                     self.reached[j] = self.d[j]
-                if gain < NO_GAIN * away or away > 2.0 * self.horizon:
+                enough = NO_GAIN if steps == STEPS else NO_GAIN_FOLLOWED
+                if gain < enough * away or away > 2.0 * self.horizon:
                     break
-            elif self._promise(left, away, nearest, curved) > WIDE * self.distance:
+            elif self._promise(left, away, nearest) > WIDE * self.distance:
                 break  # it is on its way to one that is farther than what was found
             if step >= steps - 1 and (
                 best < places.INFINITY or not self._is_late(step - steps, left, away)
@@ -598,30 +585,10 @@ class NearestSearch:
                 self._remember(best)
         self._keep(best, standing)
 
-    def _promise(self, left: float, away: float, nearest: float, curved: bool) -> float:
+    def _promise(self, left: float, away: float, nearest: float) -> float:
         # How far the singular pose will be that a run is on its way to. Of more equations than one
         # the first order alone may tell that it slides to a nearer one.
-        if curved:
-            return nearest
         return away - left if self.count == 1 else min(away - left, nearest)
-
-    def _is_curved(self) -> bool:
-        # Whether the step is one for the second order, which it is then brought to.
-        squares, straight = 0.0, self.equations.slopes[0]
-        for j in range(self.n):
-            step = self.along[j] - self.d[j]
-            squares += step * step
-        if self.equations.rank > 1:
-            straight = min(straight, self.equations.sigma[self.equations.rank - 2])
-        length = math.sqrt(squares)
-        if not CURVED * straight < length * self.arm.reach or not length < LOCAL:
-            return False
-        self.equations.decompose()
-        straight = min(straight, self.equations.sigma[self.equations.rank - 2])
-        if not CURVED * straight < length * self.arm.reach:
-            return False
-        self.quadric.stand_at(self.equations, self.d)
-        return self.quadric.write_nearest(False, self.along) < places.INFINITY
 
     def _is_late(self, more: int, left: float, away: float) -> bool:
         # Whether a run that should have ended is on its way to a nearer one than was found; what
@@ -644,7 +611,7 @@ class NearestSearch:
         if not (self.by_quadric < 1.2 * self.distance and self.by_quadric < 2.0 * self.horizon):
             return
         point = self.curved
-        length = self.around.write_nearest(True, point) if other else self.by_quadric
+        length = self.quadric.write_nearest(True, point) if other else self.by_quadric
         if other and not length < 1.2 * self.distance:
             return
         if self.distance == places.INFINITY or self._apart(point) > SAME * self.distance:

@@ -48,7 +48,6 @@ class SingularEquations:
     length: int
     smallest: float
     largest: float
-    corrected: bool
 
     def __init__(self, chain: Chain, task: TaskRows) -> None:
         self.chain, self.task = chain, task
@@ -59,7 +58,7 @@ class SingularEquations:
         self.width: int = self.turns + self.length
         self.count: int = self.length - self.rank + 1
         self.size: int = self.length + 1
-        self.smallest, self.largest, self.corrected = 0.0, 0.0, False
+        self.smallest, self.largest = 0.0, 0.0
         room = 3 * n + chain.frames_at + self.length * self.width + self.turns
         room += 6 + 6 * chain.entries
         room += (
@@ -110,8 +109,7 @@ class SingularEquations:
             self.q[j] = origin[j] + self.task.column_scale[j] * d[j]
         chain_pass.evaluate_row(self.chain, self.q, self.still, places.JACOBIAN, self.row)
         self._write_scaled()
-        self.corrected = self.rank == self.turns and (close or self._guess()) and self._correct()
-        if not self.corrected:
+        if not (self.rank == self.turns and (close or self._guess()) and self._correct()):
             singularity.write_directions(self.n, self.task, self.row, self.W, self.sigma)
             self.complete()
 
@@ -139,13 +137,6 @@ class SingularEquations:
                 squares += along * along
                 into[step * j] = along
         self.largest = math.sqrt(squares / self.turns)
-
-    def decompose(self) -> None:
-        """Decompose J_t anew where directions were corrected only."""
-        if self.corrected:
-            singularity.write_directions(self.n, self.task, self.row, self.W, self.sigma)
-            self.complete()
-            self.corrected = False
 
     def _guess(self) -> bool:
         # Directions by elimination, right where J_t is singular: of its turns the last one is what
@@ -296,7 +287,6 @@ class SingularEquations:
             self.W[k] = W[k]
         for k in range(self.turns):
             self.sigma[k] = sigma[k]
-        self.corrected = False
         self.complete()
 
     def complete(self) -> None:

@@ -50,46 +50,13 @@ class SingularQuadric:
         """Give the room back."""
         arrays.give_back(self.room)
 
-    def stand_at(self, equations: SingularEquations, d: Flat) -> None:
-        """Take the second order of equations that stand a motion d (n,) away."""
+    def stand_at(self, equations: SingularEquations) -> None:
+        """Take the second order of equations that are decomposed."""
         n, k = self.n, equations.rank - 1
         second = equations.sigma[k - 1] if k > 0 else 1.0
-        self._write_forms(equations, second)
-        f = second * equations.sigma[k]
-        for i in range(n):
-            along = 0.0
-            for j in range(n):
-                along += self.K[i * n + j] * d[j]
-            f += (along - self.g[i]) * d[i]
-            self.g[i] -= 2.0 * along
-        sign = -1.0 if f < 0.0 else 1.0
-        self.f = sign * f
-        for i in range(n):
-            self.g[i] *= sign
-            for j in range(n):
-                self.K[i * n + j] *= sign
-        self.diagonal = False
-
-    def _diagonalise(self) -> None:
-        # Brings K to its axes, once.
-        n = self.n
-        if self.diagonal:
-            return
-        self.diagonal = True
-        symmetric.diagonalise(self.K, self.Z, n)
-        self.steep = 0
-        for i in range(n):
-            self.along[i] = 0.0
-            for j in range(n):
-                self.along[i] += self.Z[i * n + j] * self.g[j]
-            if self.K[i * n + i] < self.K[self.steep * n + self.steep]:
-                self.steep = i
-
-    def _write_forms(self, equations: SingularEquations, second: float) -> None:
-        # Slope g and half the curvature K of the determinant: what the least singular value is
-        # changed by, with what the other directions take of it. The slopes between its joints and
-        # the tool's other directions wait in Z.
-        n, k = self.n, equations.rank - 1
+        self.f, self.diagonal = second * equations.sigma[k], False
+        # What the least singular value is changed by, with what the other directions take of it.
+        # The slopes between its joints and the tool's other directions wait in Z.
         equations.hold_joints(k)
         for r in range(k):
             equations.hold_tool(r)
@@ -120,6 +87,21 @@ class SingularQuadric:
             for j in range(n):
                 self.K[i * n + j] += 0.5 * factor * (b[i] * c[j] + c[i] * b[j])
 
+    def _diagonalise(self) -> None:
+        # Brings K to its axes, once.
+        n = self.n
+        if self.diagonal:
+            return
+        self.diagonal = True
+        symmetric.diagonalise(self.K, self.Z, n)
+        self.steep = 0
+        for i in range(n):
+            self.along[i] = 0.0
+            for j in range(n):
+                self.along[i] += self.Z[i * n + j] * self.g[j]
+            if self.K[i * n + i] < self.K[self.steep * n + self.steep]:
+                self.steep = i
+
     def write_nearest(self, other: bool, x: Flat) -> float:
         """
         Fill the least motion x (n,) to the quadric, and return its length: infinite without one.
@@ -127,7 +109,7 @@ class SingularQuadric:
         `other`: the one that is nearest on the other side of it.
         """
         n = self.n
-        if not other and not self.diagonal and self._meets(x):
+        if not other and self._meets(x):
             return singular_equations.length_of(x, n)
         self._diagonalise()
         e = self.steep
