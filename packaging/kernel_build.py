@@ -31,12 +31,12 @@ INLINE = '-DCYTHON_INLINE=inline __attribute__((always_inline))'
 # What is made once an arm, and what has others do its arithmetic: the compiler takes half its time
 # without its highest level, and a call takes as long.
 PLAINLY = (
-    *('joint_memory', 'judging', 'messages', 'observing', 'origin', 'outgoing'),
+    *('joint_memory', 'messages', 'observing', 'origin', 'outgoing'),
     *('forward/angles', 'forward/chain', 'inverse/closed_forms', 'inverse/dependence'),
     *('inverse/joints', 'inverse/posture', 'inverse/searching', 'inverse/servoing'),
     *('inverse/solutions', 'inverse/solving', 'inverse/targets', 'measures/task_rows'),
-    *('nearest/arm', 'nearest/nearest_closed', 'nearest/nearest_singular'),
-    *('nearest/singular_pencil', 'nearest/singular_quadric', 'six_joints/six_joints'),
+    *('nearest/arm', 'nearest/nearest_closed', 'nearest/singular_pencil'),
+    *('nearest/singular_quadric', 'six_joints/six_joints'),
 )
 AT_FIRST_LEVEL = ['-O1', '-fstrict-aliasing', '-finline-small-functions']
 # A loop over a few joints takes a tenth longer where several of its steps are computed at once,
