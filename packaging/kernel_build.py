@@ -31,11 +31,12 @@ INLINE = '-DCYTHON_INLINE=inline __attribute__((always_inline))'
 # What is made once an arm, and what has others do its arithmetic: the compiler takes half its time
 # without its highest level, and a call takes as long.
 PLAINLY = (
-    *('joint_memory', 'judging', 'messages', 'observing', 'origin', 'outgoing'),
+    *('joint_memory', 'messages', 'observing', 'origin', 'outgoing'),
     *('forward/angles', 'forward/chain', 'inverse/closed_forms', 'inverse/dependence'),
     *('inverse/joints', 'inverse/posture', 'inverse/searching', 'inverse/servoing'),
     *('inverse/solutions', 'inverse/solving', 'inverse/targets', 'measures/task_rows'),
-    *('nearest/arm', 'nearest/nearest_closed', 'six_joints/six_joints'),
+    *('nearest/arm', 'nearest/nearest_closed', 'nearest/singular_pencil'),
+    *('nearest/singular_quadric', 'six_joints/six_joints'),
 )
 AT_FIRST_LEVEL = ['-O1', '-fstrict-aliasing', '-finline-small-functions']
 # A loop over a few joints takes a tenth longer where several of its steps are computed at once,
@@ -101,6 +102,13 @@ def options_of(file: Path) -> list[str]:
     # The same text for one pose and for many, whose number of lanes the compiler has to know.
     inline = [INLINE] if 'lanes: int' in file.read_text(encoding='utf-8') else []
     return [*OPTIONS, *inline, *([] if name in AT_ONCE else STEP_BY_STEP)]
+
+
+def write(file: Path, text: str) -> None:
+    """Write a file of a text, unless it holds that text: the time of its change says something."""
+    if not file.exists() or file.read_text(encoding='utf-8') != text:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding='utf-8')
 
 
 def compilers_at_once() -> int:
@@ -169,25 +177,31 @@ class BuildIfPossible(build_ext):
             raise
 
     def _write_types(self) -> dict[str, Path]:
-        # Where the types of each module stand; Cython looks for packages there.
+        # Where the types of each module stand: those for the modules that use it by its name, its
+        # own by its path. Cython looks for packages there.
         types, written = KernelTypes(FOLDER, INCLUDED), {}
         types.check()
         for file in source_files():
             into = Path(self.build_temp, 'types', file.relative_to('src')).with_suffix('.pxd')
             if file.stem in PLAIN and file.stem != '__init__':
                 continue
-            text = '' if file.stem == '__init__' else types.text(file)
-            if not into.exists() or into.read_text(encoding='utf-8') != text:
-                into.parent.mkdir(parents=True, exist_ok=True)
-                into.write_text(text, encoding='utf-8')
             written[file.stem] = into
+            write(into, '' if file.stem == '__init__' else types.text(file, own=False))
+        for module in self.extensions:
+            (source,) = module.sources
+            written[source] = Path(self._folder_of(module), f'{module.name}.pxd')
+            write(written[source], types.text(Path(source)))
         return written
+
+    def _folder_of(self, module: Extension) -> str:
+        # With a module's own types, which Cython finds there by its whole name.
+        return str(Path(self.build_temp, 'own', module.name))
 
     def _is_behind(self, source: str) -> bool:
         # Whether types that a module has from any other have changed since it was translated:
         # Cython looks for them beside the source.
         translated = Path(self.build_temp, 'cython', source).with_suffix('.c')
-        needed, more = set(), {Path(source).stem}
+        needed, more = set(), {source}
         while more:
             needed |= more
             lines = [self._types[name].read_text(encoding='utf-8') for name in more]
@@ -206,7 +220,7 @@ class BuildIfPossible(build_ext):
         translated = cythonize(
             [Extension(ext.name, [source])],
             compiler_directives=DIRECTIVES,
-            include_path=[str(Path(self.build_temp, 'types'))],
+            include_path=[self._folder_of(ext), str(Path(self.build_temp, 'types'))],
             build_dir=str(Path(self.build_temp, 'cython')),
             force=self.force or self._is_behind(source),
             quiet=True,

@@ -136,22 +136,26 @@ class KernelTypes:
                         found[key] = node, file, owner
         return found
 
-    def text(self, file: Path) -> str:
-        """Return the .pxd of a module."""
+    def text(self, file: Path, own: bool = True) -> str:
+        """
+        Return the .pxd of a module: its own, or, shorter, that for the modules which use it.
+        """
         if (written := file.with_suffix('.pxd')).exists():
             return written.read_text(encoding='utf-8')
         body = self.trees[file].body
         if not any(isinstance(node, ast.ClassDef | ast.FunctionDef) for node in body):
             return included_numbers(file)
         classes = [node for node in body if is_structure(node)]
-        lines = [*self._cimports(file), *(f'cdef class {node.name}' for node in classes)]
-        lines += numbers(body)
+        lines = [*(f'cdef class {node.name}' for node in classes), *numbers(body)]
         for node in classes:
             lines += self._structure(node, file)
         for node in body:
             if isinstance(node, ast.FunctionDef):
                 lines += self._function(node, file, None)
-        return '\n'.join(lines) + '\n'
+        cimports = self._cimports(file)
+        if not own and file.stem not in self.included:
+            cimports = needed_cimports(cimports, lines)
+        return '\n'.join([*cimports, *lines]) + '\n'
 
     def _cimports(self, file: Path) -> list[str]:
         up = '.' * len(file.relative_to(self.folder).parts)
@@ -276,6 +280,17 @@ class KernelTypes:
         while more := {key for key, names in calls.items() if names & found} - found:
             found |= more
         return found
+
+
+def needed_cimports(cimports: list[str], lines: list[str]) -> list[str]:
+    """Return those of a module's cimports whose names its declarations hold."""
+    words = set(re.findall(r'\w+', '\n'.join(lines)))
+    needed = []
+    for cimport in cimports:
+        start, _, names = cimport.rpartition('cimport ')
+        if kept := [name for name in names.split(', ') if name in words]:
+            needed.append(f'{start}cimport {", ".join(kept)}')
+    return needed
 
 
 def called_by(node: ast.FunctionDef, module: str, owner: str) -> set[str]:

@@ -452,6 +452,10 @@ def small_kernel(tmp_path, monkeypatch):
 def test_the_compilers_types_are_those_of_the_annotations(small_kernel):
     types, folder = small_kernel
     assert types().text(folder / 'sums.py') == SMALL_TYPES.lstrip()
+    # Those who use it read what its declarations need.
+    of_others = types().text(folder / 'sums.py', own=False).splitlines()
+    assert of_others[:2] == ['cimport cython', 'from .layout.arrays cimport Pair, ndarray']
+    assert of_others[2:] == SMALL_TYPES.split('arrays, places\n')[1].splitlines()
     assert types().text(folder / 'layout/arrays.py') == SMALL_KERNEL['layout/arrays.pxd']
     pairs = types().text(folder / 'pairs.py')
     assert pairs.endswith('cdef inline double real(Pair a) noexcept nogil:\n    return a[0]\n')
@@ -526,16 +530,17 @@ def test_a_module_is_behind_when_types_that_it_needs_are_newer(tmp_path, monkeyp
     build.build_temp = 'temporary'
     source = FOLDER / 'measures' / 'norms.py'
     written = Path('temporary', 'cython', source).with_suffix('.c')
-    texts = {'norms': 'from .arm cimport Arm', 'arm': 'from .chain cimport Chain', 'chain': ''}
-    build._types = {name: tmp_path / f'{name}.pxd' for name in [*texts, 'roots']}
+    own = str(source)
+    texts = {own: 'from .arm cimport Arm', 'arm': 'from .chain cimport Chain', 'chain': ''}
+    build._types = {name: tmp_path / f'{Path(name).name}.pxd' for name in [*texts, 'roots']}
     for name, file in build._types.items():
         file.write_text(texts.get(name, ''))
     written.parent.mkdir(parents=True)
-    assert not build._is_behind(str(source))
+    assert not build._is_behind(own)
     written.touch()
-    for changed, behind in (('roots', False), ('chain', True), ('norms', True)):
+    for changed, behind in (('roots', False), ('chain', True), (own, True)):
         for file in build._types.values():
             os.utime(file, (1e9, 1e9))
         os.utime(written, (2e9, 2e9))
         os.utime(build._types[changed], (3e9, 3e9))
-        assert build._is_behind(str(source)) is behind
+        assert build._is_behind(own) is behind

@@ -123,6 +123,25 @@ def test_the_drawn_arm_is_one_line_from_the_base_to_the_tool(name):
         assert np.min(np.linalg.norm(corners - frame[:3, 3], axis=1)) < 1e-8
 
 
+@pytest.mark.parametrize('name', ['scara_hsr065', 'puma560', 'six_joint_dh'])
+def test_a_standard_row_is_drawn_along_its_axis_and_then_along_its_normal(name):
+    robot = robot_of(name)
+    q = np.random.default_rng(4).uniform(*finite_ranges(robot).T)
+    corners = [s.end for s in skeleton_of(robot, q).segments]
+    frames = ks.link_frames(robot, q)
+    for frame, o in zip(frames, frames[1:, :3, 3]):
+        along = (o - frame[:3, 3]) @ frame[:3, 2]
+        if abs(along) > 1e-3:
+            corner = frame[:3, 3] + along * frame[:3, 2]
+            assert np.min(np.linalg.norm(corners - corner, axis=1)) < 1e-8
+
+
+def test_the_slides_that_carry_a_platform_are_no_links():
+    # Of the delta only its three loops are drawn, four links each.
+    robot = robot_of('flexpicker')
+    assert len(skeleton_of(robot, clear_pose(robot)).segments) == 12
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize('name', LOOPED)
 def test_the_drawn_machine_hangs_together_from_the_base_to_the_tool(name):

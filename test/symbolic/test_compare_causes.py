@@ -150,6 +150,8 @@ WRONG = [
     ('elbow', 'det = F*F*sin(k3)*(E + F*cos(k2) + G*cos(k2+k3))*(-1)', 'F stands where G belongs'),
     ('plane', 't = acos((x^2 + y^2 - A^2 - B^2)/(A*B))', 'a factor 2 is too many'),
     ('plane', 't = acos((x^2 + y^2 - A^2 - B^2)/(4*A*B))', 'a factor 2 is missing'),
+    ('polar', 'det = -(w^2 + B*w + B^2)*cos(v)', 'twice -B*w belongs there'),
+    ('polar', 'det = -(w^2 + 4*B*w + B^2)*cos(v)', 'half of -4*B*w belongs there'),
     ('elbow', 'k1 = atan2(-y, x)', 'the first argument of atan2 has the wrong sign'),
 ]
 

@@ -75,6 +75,34 @@ def test_a_screw_in_degrees_and_millimetres_moves_as_the_library_says():
     np.testing.assert_allclose(p, ks.forward_kinematics(robot, q)[:3, 3], rtol=0, atol=1e-15)
 
 
+TURNED = """
+robot: turned
+convention: shape
+joints:
+  - {name: q1, type: revolute}
+links:
+  - joint: Rz(q1)
+    in: [[1/2, -sqrt(3)/2, 0, 0.1], [sqrt(3)/2, 1/2, 0, 0.2], [0, 0, 1, 0], [0, 0, 0, 1]]
+    out: [%s, [0, 0, 0, 1]]
+"""
+
+
+@pytest.mark.parametrize(
+    'out',
+    [
+        '[2/3, -1/3, 2/3, 0.3], [2/3, 2/3, -1/3, 0], [-1/3, 2/3, 2/3, 0.1]',
+        # Pitched by 90 degrees, where roll and yaw are one turn.
+        '[0, 1/2, sqrt(3)/2, 0.3], [0, sqrt(3)/2, -1/2, 0], [-1, 0, 0, 0.1]',
+    ],
+)
+def test_a_matrix_of_exact_entries_turns_as_the_library_says(out):
+    robot = ks.robot_from_text(TURNED % out)
+    derivation = ks.derive(robot)
+    p = derivation.position.subs(derivation.variables[0], 0.4).evalf()
+    there = ks.forward_kinematics(robot, [0.4])[:3, 3]
+    np.testing.assert_allclose(np.array(p, dtype=float)[:, 0], there, rtol=0, atol=1e-15)
+
+
 def test_an_angle_of_the_base_alone_is_in_the_units_of_the_formulas():
     text = 'R_0 = [1 0 0; 0 cos(tilt) -sin(tilt); 0 sin(tilt) cos(tilt)]\n'
     found = compare(ks.robot_from_text(SCREW), text + 'o_0 = [0; reach/7; 0]\n')
