@@ -35,8 +35,7 @@ PLAINLY = (
     *('forward/angles', 'forward/chain', 'inverse/closed_forms', 'inverse/dependence'),
     *('inverse/joints', 'inverse/posture', 'inverse/searching', 'inverse/servoing'),
     *('inverse/solutions', 'inverse/solving', 'inverse/targets', 'measures/task_rows'),
-    *('nearest/arm', 'nearest/nearest_closed', 'nearest/singular_pencil'),
-    *('nearest/singular_quadric', 'six_joints/six_joints'),
+    *('nearest/arm', 'nearest/nearest_closed', 'six_joints/six_joints'),
 )
 AT_FIRST_LEVEL = ['-O1', '-fstrict-aliasing', '-finline-small-functions']
 # A loop over a few joints takes a tenth longer where several of its steps are computed at once,
