@@ -12,7 +12,9 @@ all was right.
 """
 
 import argparse
+import os
 import signal
+import subprocess
 import sys
 import time
 
@@ -69,7 +71,8 @@ def main():
     parser.add_argument('--times', type=int, default=1)
     options = parser.parse_args()
     fine = True
-    with running(node('--robot', ROBOT)) as process:
+    environment = {**os.environ, 'PYTHONFAULTHANDLER': '1'}
+    with running(node('--robot', ROBOT), env=environment) as process:
         client = Client()
         client.send(20)
         for kind in options.messages.split(','):
@@ -78,7 +81,11 @@ def main():
                     fine &= one_flood(process.pid, client, kind, publishers, options.seconds)
         begin = time.monotonic()
         process.send_signal(signal.SIGINT)
-        code = process.wait(10.0)
+        try:
+            code = process.wait(10.0)
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGABRT)  # it says where each of its threads is
+            code = process.wait()
         print(f'SIGINT: exit code {code} after {time.monotonic() - begin:.2f} s')
     return 0 if fine and code == 0 else 1
 

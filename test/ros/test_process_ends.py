@@ -39,7 +39,7 @@ def program_ends(program, *signals, ready='ready', pause=0.0, environment=None, 
     Run a program until it says it is ready, send it signals; return code, seconds and output.
     """
     with subprocess.Popen(
-        [sys.executable, '-c', program],
+        [sys.executable, '-X', 'faulthandler', '-c', program],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -53,6 +53,10 @@ def program_ends(program, *signals, ready='ready', pause=0.0, environment=None, 
                 process.send_signal(number)
             code = process.wait(limit)
             seconds = time.monotonic() - begin
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGABRT)  # it says where each of its threads is
+            output = ''.join(process.communicate())
+            raise AssertionError(f'it does not end in {limit} s: {output}') from None
         finally:
             process.kill()
         return code, seconds, process.stdout.read() + process.stderr.read()
