@@ -37,13 +37,15 @@ context.try_shutdown()
 """
 
 
-def test_they_are_taken_where_the_user_has_none(tmp_path, monkeypatch):
+@pytest.mark.parametrize(('are_free', 'requests'), [(True, OWN_PORTS), (False, SHARED_PORT)])
+def test_they_are_taken_where_the_user_has_none(tmp_path, monkeypatch, are_free, requests):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(middleware, 'ports_are_free', lambda: are_free)
     environment = {}
     assert take_profiles(environment)
     file = {VARIABLES[fast_dds()]: str(profiles(fast_dds()))}
     memory = {MEMORY_BY_PROFILE: '1'} if fast_dds() == 2 else {}
-    assert environment == {**file, **memory, REQUESTS: OWN_PORTS}
+    assert environment == {**file, **memory, REQUESTS: requests}
 
 
 @pytest.mark.parametrize(('taken', 'are_free'), [(0, True), (299, True), (300, False)])
@@ -56,14 +58,6 @@ def test_ports_are_free_where_few_are_taken(tmp_path, taken, are_free):
     table.write_text('\n'.join(['  sl  local_address rem_address   st', *rows, '']))
     assert ports_are_free(table) == are_free
     assert not ports_are_free(tmp_path / 'none')
-
-
-def test_requests_share_a_port_where_too_few_are_left(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(middleware, 'ports_are_free', lambda: False)
-    environment = {}
-    assert take_profiles(environment)
-    assert environment[REQUESTS] == SHARED_PORT
 
 
 # Makes a participant with a service, and prints its ports for data of endpoints.
