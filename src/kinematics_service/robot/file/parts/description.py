@@ -256,7 +256,7 @@ class KnownPose:
     tolerance_xyz, tolerance_rpy : m, rad
         The latter is inf where the source gives no orientation; that of `motion` is then none.
     rounding
-        None where the source gives a tolerance.
+        Of exact numbers where the source gives a tolerance.
     """
 
     q: tuple[float, ...]
