@@ -21,7 +21,11 @@ import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.kernel.compiled import VARIABLE
-from kinematics_service.kinematics.singularity import flat_loop
+from kinematics_service.kinematics.singularity import (
+    flat_loop,
+    measured_in_order,
+    singularity_of,
+)
 from kinematics_service.robot.closed_poses import close_at, closes_at, tried_poses
 
 every_arm = pytest.mark.parametrize('name', LOOPED)
@@ -369,7 +373,7 @@ def test_a_distance_is_to_a_singular_pose_and_about_to_the_nearest(name):
     checked = 0
     for q in seeded(robot, 12):
         found, here = ks.singularity(robot, q), sign_of_determinant(robot, q)
-        if np.isnan(found.nearest_singular).any() if found.nearest_singular is not None else True:
+        if found.nearest_singular is None:
             continue
         nearest = 1.0
         for ray in rays(robot.dof):
@@ -382,6 +386,20 @@ def test_a_distance_is_to_a_singular_pose_and_about_to_the_nearest(name):
             assert found.distance < 1.1 * nearest
         checked += 1
     assert checked > 4
+
+
+def test_along_a_motion_loops_are_named_and_judged_as_alone():
+    robot = ks.load_robot('five_bar')
+    q = np.linspace([0.4, 2.4], [1.6, 1.4], 400)
+    state = measured_in_order(ks.evaluate(robot, q), kernel.NearestSearch(robot.arm))
+    live, alone = singularity_of(state), ks.singularity(robot, q)
+    assert np.array_equal(live.level, alone.level)
+    assert np.array_equal(live.decided, alone.decided)
+    near = alone.distance <= 0.2
+    assert 0 < np.sum(near) < len(q)
+    assert np.array_equal(live.distance[near], alone.distance[near])
+    assert np.array_equal(live.factors.nearest[near], alone.factors.nearest[near])
+    np.testing.assert_allclose(live.distance, alone.distance, rtol=0.02)
 
 
 def test_the_nearest_flat_position_is_found():

@@ -124,6 +124,8 @@ def _look_behind_loops(
     if not search.holds(q):
         away = nearest_closed.look(arm, q, row, judged, pose, work)
         search.hold(q, pose, away, judged[places.DECIDED] == 1.0)
+        if min(away, estimate) <= nearest_closed.NEAR:
+            search.forget()  # near a warning each pose is looked at: what is held names no loop
     if not search.distance < places.INFINITY:
         return
     # The way out is that of what is nearest now.
