@@ -73,6 +73,13 @@ class Client:
         """Listen for some seconds."""
         self.until(lambda: False, seconds)
 
+    def drain(self):
+        """Listen until no pose has come for a second: those of a flood wait in this client."""
+        end, heard = time.monotonic() + PATIENCE, -1
+        while heard < len(self.poses) and time.monotonic() < end:
+            heard = len(self.poses)
+            self.rest(1.0)
+
     def ask(self):
         """Call a service; return the future of its answer."""
         return self.service.call_async(Trigger.Request())

@@ -115,11 +115,13 @@ def test_a_running_robot_is_calibrated_and_ctrl_c_ends_the_collecting(live, tmp_
         'collecting joint states of /joint_states and poses of /kinematics/reference_pose'
     )
     assert one.said(' of 30 combinations are identified')
-    assert one.said('  identified: theta')
-    shared = [line for line in one.lines if line.startswith('  not yet, or not by itself: ')]
-    names = set(shared[-1].partition(': ')[2].split(', '))
-    assert {'theta1', 'd2', 'd3', 'd4'} <= names
-    assert not {'a2', 'alpha3', 'theta4'} & names
+    # Of the last fit: how many others came before it is a matter of the machine.
+    for words, named in (
+        ('identified', {'a2', 'alpha3', 'theta4'}),
+        ('not yet, or not by itself', {'theta1', 'd2', 'd3', 'd4'}),
+    ):
+        told = [line for line in one.lines if line.startswith(f'  {words}: ')]
+        assert named <= set(told[-1].partition(': ')[2].split(', '))
     one.popen.send_signal(signal.SIGINT)
     code, out, err = one.end()
     assert (code, err) == (0, '')
