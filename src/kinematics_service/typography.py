@@ -1,6 +1,4 @@
-"""
-Signs and letters as PDF files and word processors have them, and the plain ones they stand for.
-"""
+"""Signs of PDF files and word processors and the plain ones they stand for; counted nouns."""
 
 import re
 import unicodedata
@@ -47,3 +45,8 @@ def plain_names(text: str) -> str:
     if text.isascii():
         return text
     return plain_signs(text).translate(_LETTERS).translate(SUBSCRIPTS)
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun, such as `1 joint` or `6 joints`."""
+    return f'{number} {noun}' if number == 1 else f'{number} {noun}s'

@@ -134,7 +134,7 @@ def test_links_on_the_command_line_are_the_ends_of_the_chain(peer, process):
     publisher.publish(String(data=urdf()))
     running = process('--robot-description', '--tip', 'camera', ready=False)
     running.wait_until_ready()
-    assert 'robot planar: 1 joints, standard, base to camera' in running.stderr
+    assert 'robot planar: 1 joint, standard, base to camera' in running.stderr
 
 
 def test_a_new_description_is_taken_over_and_the_stream_goes_on(described, capfd):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ..formats.urdf.writer import export_urdf, without_loops
 from ..output_file import write_file
+from ..typography import counted
 from .options import RobotArgument, given_robot, option, refuse_robot_file
 
 
@@ -35,7 +36,7 @@ def export(
         print(without_loops(loops, arm.passive_joint_names), file=sys.stderr)
     if urdf != '-':
         links, joints = (len(re.findall(f'<{part} ', text)) for part in ('link', 'joint'))
-        print(f'wrote {urdf}: {arm.name}, {links} links, {joints} joints')
+        print(f'wrote {urdf}: {arm.name}, {counted(links, "link")}, {counted(joints, "joint")}')
 
 
 def write_document(file: str, text: str) -> None:

@@ -19,7 +19,7 @@ from ..robot.file.text.plain_expression import plain_expression
 from ..robot.file.translation import translator_of
 from ..robot.points import TOOL
 from ..robot.robot import Robot, load_robot
-from ..typography import plain_names
+from ..typography import counted, plain_names
 
 WITH_PI = re.compile(r'[-+*/0-9.]*(pi|°)[-+*/0-9.pi]*')  # or with a degree sign
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
@@ -279,12 +279,12 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
             )
         values.append(value)
     if len(words) != robot.dof:
-        joints = f'{robot.dof} joint' if robot.dof == 1 else f'{robot.dof} joints'
         # 0,1,0,2 for two joints
         halves = len(words) == 2 * robot.dof and '.' not in text
         points = ','.join(map('.'.join, zip(words[::2], words[1::2])))
         raise WrongUsage(
-            f'{option}: {robot.name} has {joints} ({", ".join(robot.joint_names)}), '
-            f'not {len(words)}' + (f'; with decimal points: {option}={points}' if halves else '')
+            f'{option}: {robot.name} has {counted(robot.dof, "joint")} '
+            f'({", ".join(robot.joint_names)}), not {len(words)}'
+            + (f'; with decimal points: {option}={points}' if halves else '')
         )
     return np.array(values)

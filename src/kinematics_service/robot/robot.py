@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ..errors import Fault, KinematicsError, PointError, RobotFileError
 from ..kernel import Arm, Chain, Floats
 from ..notebook import as_html
+from ..typography import counted
 from .bundled import RobotSource, find_robot
 from .chain import FrozenArrays
 from .closed_poses import closed_poses
@@ -215,7 +216,7 @@ class Robot(FrozenArrays):
         return robot
 
     def __repr__(self) -> str:
-        return f'Robot({self.name!r}, {self.dof} joints, {self.convention})'
+        return f'Robot({self.name!r}, {counted(self.dof, "joint")}, {self.convention})'
 
     _repr_html_ = as_html
 

@@ -8,6 +8,7 @@ from ... import kernel
 from ...estimation.status_text import structure_in_words
 from ...rigid_motion import exact_rpy
 from ...robot.robot import Robot
+from ...typography import counted
 from ..parameters.node_parameters import NodeParameters
 
 # Number of unknown parameters that are named.
@@ -32,7 +33,7 @@ def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
     robot = settings.robot
     by_default = ' (the default; choose with --robot)' if parameters.by_default else ''
     logger.info(
-        f'robot {robot.name}{by_default}: {robot.dof} joints, {robot.convention}, '
+        f'robot {robot.name}{by_default}: {counted(robot.dof, "joint")}, {robot.convention}, '
         f'{settings.base_frame} to {settings.tool_frame}; listening to {topic}'
     )
     for doubt in robot.description.warnings:

@@ -14,6 +14,7 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from ...errors import KinematicsError
+from ...typography import counted
 from ..messages.topics import RELOAD, SERVICE_QOS
 from ..parameters.node_parameters import CheckedArm, NodeParameters
 from ..parameters.settings import NodeSettings
@@ -122,8 +123,8 @@ class Reload:
             return False, self._refusal(error)
         robot = settings.robot
         return True, (
-            f'{robot.description.file} is in force: robot {robot.name}, {robot.dof} joints, '
-            f'{robot.convention}'
+            f'{robot.description.file} is in force: robot {robot.name}, '
+            f'{counted(robot.dof, "joint")}, {robot.convention}'
         )
 
     def _refusal(self, error: Exception) -> str:
