@@ -1,5 +1,6 @@
 """Two arms on one network: neither hears the other."""
 
+import contextlib
 import json
 
 import numpy as np
@@ -9,7 +10,8 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
-from ros_harness import Arm, joint_state, nanoseconds
+from node_process import NodeProcess
+from ros_harness import START, STEP, Arm, Peer, joint_state, nanoseconds
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
@@ -136,3 +138,50 @@ def test_two_arms_share_one_topic_with_a_message_for_each(arm):
         assert values['accepted'] == '5'
         assert values['ignored: none of our joints'] == '5'
         assert values['joints that publishers disagree about'] == ''
+
+
+CELL = """
+cell: bench
+arms:
+  left: {robot: craig_3r, joint_prefix: left_}
+  right: {robot: craig_3r, joint_prefix: right_, xyz: [2, 0, 0], rpy: [0, 0, pi]}
+"""
+
+
+def test_a_cell_has_a_node_for_each_arm_and_one_for_the_motion_between(ros_domain, tmp_path):
+    file = tmp_path / 'cell.yaml'
+    file.write_text(CELL)
+    process = NodeProcess('--robot', f'lab={file}')
+    try:
+        with contextlib.closing(Peer()) as one:
+            frames = {}
+            for name in ('left/kinematics', 'right/kinematics', 'kinematics/relative'):
+                frames[name] = one.listen(f'/lab/{name}/pose', PoseStamped)
+            jacobians = one.listen('/lab/kinematics/relative/jacobian', Float64MultiArray)
+            drivers = [one.speaker('/lab/joint_states', listeners=3) for _ in 'lr']
+            both = ks.load_robot(file)
+            # Two drivers in turns, with stamps of their own.
+            for k, (side, q) in enumerate((('left', LEFT), ('right', RIGHT), ('left', RIGHT))):
+                names = [f'{side}_q{j}' for j in (1, 2, 3)]
+                drivers[k % 2].publish(joint_state(names, q, stamp=START + k * STEP))
+                one.spin_until(lambda n=k: len(frames['kinematics/relative']) >= n, 'pose')
+            one.spin_until(
+                lambda: (*map(len, frames.values()), len(jacobians)) == (2, 1, 2, 2), 'all answers'
+            )
+            ((_, first), *_) = [(name, found[0]) for name, found in frames.items()]
+            assert first.header.frame_id == 'cell'
+            for pose, jacobian, q in zip(
+                frames['kinematics/relative'], jacobians, ((*LEFT, *RIGHT), (*RIGHT, *RIGHT))
+            ):
+                assert pose.header.frame_id == 'left_tool0'
+                T = ks.forward_kinematics(both, q)
+                np.testing.assert_allclose(position(pose), T[:3, 3], atol=ROUND_OFF)
+                J = np.reshape(jacobian.data, (6, 6))
+                np.testing.assert_allclose(J, ks.jacobian(both, q), atol=ROUND_OFF)
+                labels = jacobian.layout.dim[1].label
+                assert labels == ','.join(both.joint_names)
+            # It has the stamp of the newest message; what is older of the other arm is told.
+            stamp = frames['kinematics/relative'][-1].header.stamp
+            assert nanoseconds(stamp) == START + 2 * STEP
+    finally:
+        process.kill()

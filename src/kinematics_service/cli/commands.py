@@ -149,8 +149,8 @@ def _print_version(wanted: bool) -> None:
 def _node(
     context: typer.Context,
     robot: Optional[list[str]] = option(
-        "A robot file, a URDF, or a bundled robot (see 'robots'). Repeat it to run several "
-        'arms in one process, each in its own namespace.',
+        "A robot file, a cell, a URDF, or a bundled robot (see 'robots'). Repeat it to run "
+        'several arms in one process, each in its own namespace.',
         '[NAMESPACE=]FILE|NAME',
         name=ROBOT,
         shown='puma560',

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Optional
 
 from ..printing import working
-from ..robot.bundled import find_robot_file
+from ..robot.bundled import find_robot, find_robot_file
+from ..robot.cell import is_cell
 from ..robot.file.translation import translator_of
 from .options import (
     RobotArgument,
@@ -87,6 +88,8 @@ def derive(
         raise WrongUsage(
             f'--write: a URDF has no factors: make a robot file of it (import --urdf {robot})'
         )
+    if write and is_cell(find_robot(robot)):
+        raise WrongUsage('--write: a cell has no factors: those of its arms are in their files')
     if write and lock:
         raise WrongUsage('--write: the factors of a locked arm are not those of the robot file')
     if plot and not path:

@@ -52,6 +52,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
 OTHERS = 'Others'
 # Before the name of a topic that a URDF is published on: a node takes its robot from there, too.
 TOPIC = 'topic:'
+YAML = ('.yaml', '.yml')
 
 
 def _folder() -> Path:
@@ -86,7 +87,8 @@ class RobotSource(NamedTuple):
     Attributes
     ----------
     base, tip
-        Of a URDF, the links at which its chain begins and ends; empty where they are not given.
+        Of a URDF, the links at which its chain begins and ends; of a cell, arms or points of arms.
+        Empty where they are not given.
     """
 
     file: Path
@@ -108,7 +110,7 @@ def find_robot_file(name: str | os.PathLike[str]) -> Path:
 
 def find_robot(name: str | os.PathLike[str]) -> RobotSource:
     """
-    Return where the robot of a name is to be read: a bundled name, a path, or URDF:BASE:TIP.
+    Return where the robot of a name is to be read: a bundled name, a path, or FILE:BASE:TIP.
 
     Raises
     ------
@@ -120,16 +122,14 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
     if text in bundled:
         return RobotSource(bundled[text])
     path = Path(text)
-    urdf, *ends = split_ends(text)
-    if translator_of(urdf) and not path.exists():
-        return RobotSource(Path(urdf), *ends)
+    whole, *ends = split_ends(text)
+    if (translator_of(whole) or whole.endswith(YAML)) and not path.exists():
+        return RobotSource(Path(whole), *ends)
     if text.startswith(TOPIC):
         raise RobotNotFoundError(
             f'{text}: only the node takes a robot from a topic: give a file', text, tuple(bundled)
         )
-    looks_like_a_path = (
-        path.suffix in ('.yaml', '.yml') or bool(translator_of(text)) or path.name != text
-    )
+    looks_like_a_path = text.endswith(YAML) or bool(translator_of(text)) or path.name != text
     if path.exists() or looks_like_a_path:
         return RobotSource(path)
     near = difflib.get_close_matches(text, bundled, n=1)

@@ -171,6 +171,17 @@ def with_tool(
     return replace(description, tool=Placement(tool.frame, motion), known_poses=())
 
 
+def moved_base(description: RobotDescription, motion: Floats, frame: str) -> RobotDescription:
+    """Return the same arm with its base frame at a pose (4, 4), m, in a frame of another name."""
+    matrix = motion @ description.base.motion.matrix
+    length = 1e-3 if description.length_unit == 'mm' else 1.0
+    angle = math.pi / 180.0 if description.angle_unit == 'deg' else 1.0
+    texts = (*_texts(matrix[:3, 3], length), *_texts(exact_rpy(matrix[:3, :3]), angle))
+    if np.array_equal(motion, np.eye(4)):
+        texts = description.base.motion.texts
+    return replace(description, base=Placement(frame, RigidMotion(matrix, texts)))
+
+
 def _texts(numbers: npt.ArrayLike, unit: float) -> tuple[str, ...]:
     return tuple(repr(value / unit) for value in np.asarray(numbers, dtype=np.float64).tolist())
 

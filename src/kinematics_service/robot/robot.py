@@ -13,12 +13,13 @@ from ..kernel import Arm, Chain, Floats
 from ..notebook import as_html
 from ..typography import counted
 from .bundled import RobotSource, find_robot
+from .cell import read_robot
 from .chain import FrozenArrays
 from .closed_poses import closed_poses
 from .factors import Factors, read_factors, with_loops
 from .file.parts.description import Factor, RobotDescription
 from .file.parts.loop_groups import group_name, loop_groups
-from .file.reader import parse_robot, read_robot_file
+from .file.reader import parse_robot
 from .joint_spans import joint_spans
 from .loops import chain_of, closure_of, variables_of
 from .measure_places import MeasurePlaces, measure_places
@@ -347,14 +348,16 @@ def _holds(robot: Robot, factor: Factor) -> bool:
 
 def load_robot(name: str | os.PathLike[str]) -> Robot:
     """
-    Return the robot of a YAML file or of a URDF, or a bundled one by its name.
+    Return the robot of a YAML file, a URDF or a cell, or a bundled one by its name.
 
     Parameters
     ----------
     name
         A path such as `config/craig_3r.yaml`, or a bundled name such as `puma560`. Of a URDF
         `arm.urdf` is the longest chain of moving joints, `arm.urdf:BASE:TIP` that between two
-        links.
+        links. Of a cell `cell.yaml` is the motion of the second arm's tool as the first arm's
+        tool sees it, `cell.yaml:BASE:TIP` that between two arms, or points of arms such as
+        `left/elbow`; where BASE is the frame of the cell it is one arm.
 
     Raises
     ------
@@ -365,7 +368,7 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
     UrdfError
         The URDF holds no such chain, or a joint that no robot file can express.
     """
-    return build_robot(read_robot_file(*find_robot(name)))
+    return build_robot(read_robot(find_robot(name)))
 
 
 # What every function of the library takes for an arm: a robot, a bundled name or a file's path.
@@ -393,17 +396,23 @@ def as_robot(robot: AnyRobot) -> Robot:
             f'not {type(robot).__name__}'
         )
     source = find_robot(robot)
+    there = source._replace(file=source.file.absolute())
     try:
-        state = source.file.stat()
+        state = _state_of(there.file)
+        parts = _robot_of(there, *state).description.parts
+        return _robot_of(there, *state, *(k for part in parts for k in _state_of(part)))
     except OSError:
         return load_robot(robot)  # which says what is wrong
-    there = source._replace(file=source.file.absolute())
-    return _robot_of(there, state.st_mtime_ns, state.st_size, state.st_ino)
+
+
+def _state_of(file: str | os.PathLike[str]) -> tuple[int, int, int]:
+    state = os.stat(file)
+    return state.st_mtime_ns, state.st_size, state.st_ino
 
 
 @lru_cache(maxsize=32)
 def _robot_of(source: RobotSource, *_state: int) -> Robot:
-    return build_robot(read_robot_file(*source))
+    return build_robot(read_robot(source))
 
 
 def robot_from_text(text: str, file: str = '<text>') -> Robot:

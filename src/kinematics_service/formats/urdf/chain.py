@@ -12,7 +12,7 @@ import numpy as np
 
 from ...errors import UrdfError
 from ...kernel import Floats
-from ...rigid_motion import turn_about
+from ...rigid_motion import inverse, turn_about
 from ...robot.file.text.entries import did_you_mean, meant_by
 from .document import XmlElement, shown
 from .elements import EXTENSION
@@ -105,14 +105,16 @@ def moved(turns: bool, axis: Floats, position: Floats) -> Floats:
 
 def read_chain(tree: UrdfTree, base: str, tip: str, angle: Angle = float) -> UrdfChain:
     """
-    Return the chain between two links.
+    Return the chain between two links; the base need not be above the tip.
 
     Raises
     ------
     UrdfError
         There is none, no joint moves it, or a robot file cannot express one of its joints.
     """
-    way = [_joint(element, angle) for element in tree.chain(base, tip)]
+    elements = tree.way(base, tip)
+    up = len(elements.up)
+    way = [_joint(element, angle) for element in (*elements.up, *elements.down)]
     leaders = {joint.name: _followed(tree, joint) for joint in way if joint.type in MOVING}
     moving = [joint for joint in way if joint.name in leaders and leaders[joint.name].multiplier]
     names = list(dict.fromkeys(leaders[joint.name].mimics for joint in moving))
@@ -120,18 +122,24 @@ def read_chain(tree: UrdfTree, base: str, tip: str, angle: Angle = float) -> Urd
         tree.root.refuse(f'no joint moves {tip!r} against {base!r}')
     names = _ordered(tree.root, names)
     motions, still = [], np.eye(4)
-    for joint in way:
-        still = still @ joint.origin
-        if joint.name not in leaders:
-            continue
-        leader, turns = leaders[joint.name], joint.type != 'prismatic'
-        if leader.multiplier == 0.0:  # it mimics a fixed joint, and so it does not move
-            still = still @ moved(turns, joint.axis, np.array([leader.offset]))[0]
-            continue
-        variable, follows = names.index(leader.mimics), bool(joint.mimics)
-        factor, offset = leader.multiplier, leader.offset
-        motions.append(MovingJoint(turns, still, joint.axis, variable, factor, offset, follows))
-        still = np.eye(4)
+    for k, joint in enumerate(way):
+        # Up a joint the child's frame comes first, and it moves the other way.
+        before, after, sign = (
+            (np.eye(4), inverse(joint.origin), -1.0) if k < up else (joint.origin, np.eye(4), 1.0)
+        )
+        still = still @ before
+        if joint.name in leaders:
+            leader, turns = leaders[joint.name], joint.type != 'prismatic'
+            factor, offset = sign * leader.multiplier, sign * leader.offset
+            if factor == 0.0:  # it mimics a fixed joint, and so it does not move
+                still = still @ moved(turns, joint.axis, np.array([offset]))[0]
+            else:
+                variable, follows = names.index(leader.mimics), bool(joint.mimics)
+                motions.append(
+                    MovingJoint(turns, still, joint.axis, variable, factor, offset, follows)
+                )
+                still = np.eye(4)
+        still = still @ after
     variables = [_variable(tree, name, moving, leaders) for name in names]
     robot = tree.root.attributes.get('name', '')
     base, tip = base.removeprefix('/'), tip.removeprefix('/')

@@ -55,7 +55,7 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
     if tip:
         return ChainEnds(base or _way(tree, tip).base, tip)
     if base:
-        tree.chain(base, base)  # which refuses a link that does not exist
+        tree.way(base, base)  # which refuses a link that does not exist
         base = base.removeprefix('/')
     parents = {end_of(joint, 'parent') for joint in tree.joints.values()}
     ways = {link: _way(tree, link, base) for link in tree.links if link not in parents}

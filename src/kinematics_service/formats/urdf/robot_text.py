@@ -73,13 +73,14 @@ def _printable(text: str) -> str:
     return ''.join(character if character.isprintable() else '?' for character in text)
 
 
-def _name(text: str) -> str:
+def quoted_name(text: str) -> str:
+    """Return a name as it may stand in YAML."""
     plain = re.fullmatch(r'[A-Za-z][A-Za-z0-9_./-]*', text) and text.lower() not in WORDS
     return text if plain else json.dumps(text, ensure_ascii=False)
 
 
 def _joint(joint: Variable, variable: str, moves: bool) -> str:
-    entry = [f'name: {_name(joint.name)}']
+    entry = [f'name: {quoted_name(joint.name)}']
     if variable != joint.name:
         entry.append(f'variable: {variable}')
     entry.append(f'type: {joint.type}')
@@ -123,7 +124,7 @@ def _added(text: str, negative: bool, term: str) -> str:
 
 
 def _placement(frame: str, pose: ConstantPose) -> str:
-    entry = [f'frame: {_name(frame)}']
+    entry = [f'frame: {quoted_name(frame)}']
     for key, values in (('xyz', pose.xyz), ('rpy', pose.rpy)):
         if any(value.value for value in values):
             entry.append(f'{key}: {_texts(values)}')

@@ -1,11 +1,19 @@
-"""The links and joints of a URDF, and the way from one link down to another."""
+"""The links and joints of a URDF, and the way from one link to another."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from ...errors import UrdfError
 from ...robot.file.text.entries import did_you_mean, meant_by
 from .document import XmlElement, listed, shown
+
+
+class UrdfWay(NamedTuple):
+    """Joints from one link to another: first up to a link above both, then down from there."""
+
+    up: tuple[XmlElement, ...]
+    down: tuple[XmlElement, ...]
 
 
 @dataclass(frozen=True)
@@ -29,14 +37,15 @@ class UrdfTree:
     joints: Mapping[str, XmlElement]
     above: Mapping[str, Sequence[XmlElement]]
 
-    def chain(self, base: str, tip: str) -> tuple[XmlElement, ...]:
+    def way(self, base: str, tip: str) -> UrdfWay:
         """
         Return the joints from the base link to the tip link.
 
         Raises
         ------
         UrdfError
-            A link does not exist, the tip is not below the base, or a link has two parents.
+            A link does not exist or has two parents; no link is above both; the tip is above the
+            base.
         """
         base, tip = _plain(base), _plain(tip)
         for link, option in ((base, 'base'), (tip, 'tip')):
@@ -44,24 +53,30 @@ class UrdfTree:
                 hint = did_you_mean(meant_by(link, tuple(self.links)))
                 names = listed(tuple(self.links))
                 self.root.refuse(f'no link {shown(link)} for the {option}{hint} (links: {names})')
-        way: list[XmlElement] = []
-        links = [tip]
-        while links[-1] != base:
-            above = self.above.get(links[-1], ())
-            if not above:
-                self.root.refuse(
-                    f'{shown(tip)} is not below {shown(base)}; it is below: '
-                    f'{listed(tuple(links[1:]))}'
-                )
+        joints = self._joints_above(tip, base)
+        links = [tip, *(end_of(joint, 'parent') for joint in joints)]
+        if links[-1] == base:
+            return UrdfWay((), tuple(reversed(joints)))
+        up = self._joints_above(base, *links)
+        meets = end_of(up[-1], 'parent') if up else base
+        if meets not in links[1:]:
+            above = f'; it is below: {listed(tuple(links[1:]))}' if links[1:] else ''
+            self.root.refuse(f'{shown(tip)} is not below {shown(base)}{above}')
+        return UrdfWay(up, tuple(reversed(joints[: links.index(meets)])))
+
+    def _joints_above(self, link: str, *ends: str) -> tuple[XmlElement, ...]:
+        # Upwards from a link, as far as one of the ends or the root.
+        joints: list[XmlElement] = []
+        while link not in ends and (above := self.above.get(link, ())):
             if len(above) > 1:
                 names = ' and '.join(shown(joint.attributes['name']) for joint in above)
                 above[1].refuse(
-                    f'a loop: link {shown(links[-1])} is the child of {names}; '
+                    f'a loop: link {shown(link)} is the child of {names}; '
                     'a robot file takes chains'
                 )
-            way.append(above[0])
-            links.append(end_of(above[0], 'parent'))
-        return tuple(reversed(way))
+            joints.append(above[0])
+            link = end_of(above[0], 'parent')
+        return tuple(joints)
 
 
 def end_of(joint: XmlElement, end: str) -> str:

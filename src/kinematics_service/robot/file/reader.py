@@ -52,6 +52,8 @@ KINDS: Sequence[tuple[Callable[[int], bool], str]] = (
     (stat.S_ISCHR, 'a device'),
     (stat.S_ISBLK, 'a device'),
 )
+# A cell has this key where a robot file has `robot`.
+CELL = re.compile(r'^cell\s*:', re.MULTILINE)
 ROBOT_NAME = re.compile(r'[A-Za-z0-9_]+')
 
 
@@ -87,7 +89,24 @@ def robot_file_text(path: str | os.PathLike[str], base: str = '', tip: str = '')
     file = os.fspath(path)
     translate = translator_of(file)
     content = _content(file, MOST_TRANSLATED if translate else MAX_BYTES)
-    return translate(content, file, base, tip).text if translate else _decoded(content, file)
+    if translate:
+        return translate(content, file, base, tip).text
+    text = _decoded(content, file)
+    if CELL.search(text):
+        _refuse(file, 'is a cell: give the robot file of one of its arms')
+    return text
+
+
+def text_of(file: str) -> str:
+    """
+    Return the text of a file of our own.
+
+    Raises
+    ------
+    RobotFileError
+        It cannot be read.
+    """
+    return _decoded(_content(file, MAX_BYTES), file)
 
 
 def described(translated: RobotText, file: str, content: bytes) -> RobotDescription:
@@ -148,7 +167,7 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     data = _mapping(document.data, report)
     entry = checked(RobotEntry, data, (), report)
     _check_name(entry, report)
-    units = _units(entry.units, report)
+    units = read_units(entry.units, report)
     names = _names(entry, data, units, report)
     quantities, joint_types = names.quantities, names.joint_types
 
@@ -214,7 +233,8 @@ def _refuse(file: str, message: str) -> NoReturn:
     raise RobotFileError((Fault(file, 0, '', message),))
 
 
-def _units(data: Any, report: FaultReport) -> Units:
+def read_units(data: Any, report: FaultReport) -> Units:
+    """Return the units of the numbers of a file; rad and m where it does not say."""
     if data is None:
         return Units()
     entry = checked(UnitsEntry, data, ('units',), report)

@@ -82,7 +82,7 @@ class BestSubscription:
         take: Take,
         size: Callable[[], int] = lambda: 0,
     ) -> None:
-        self._node, self._kind, self._topic, self._take = node, kind, topic, take
+        self._node, self._kind, self.given_topic, self._take = node, kind, topic, take
         self._size = size
         self._adapts = False
         self._lost: int | None = 0  # by subscriptions that are closed
@@ -112,7 +112,7 @@ class BestSubscription:
         return _Numbered(
             self._node,
             self._kind,
-            self._topic,
+            self.given_topic,
             qos,
             self._heard,
             overrides,

@@ -24,8 +24,12 @@ PATIENCE, AGAIN = 5.0, 60.0
 JOINT_STATES = 'sensor_msgs/msg/JointState'
 
 
-def why_no_joint_states(node: Node, topic: str) -> str:
-    """Return that no joint state comes on a topic, and the topics on which others publish some."""
+def why_no_joint_states(node: Node, topic: str, given: str) -> str:
+    """
+    Return that no joint state comes on a topic, and the topics on which others publish some.
+
+    `given`: its name before names are remapped.
+    """
     publishers = node.count_publishers(topic)
     who = 'its publishers are silent' if publishers else 'nobody publishes it'
     own = node.get_name(), node.get_namespace()
@@ -42,7 +46,7 @@ def why_no_joint_states(node: Node, topic: str) -> str:
     elsewhere = 'no other topic here has a publisher of joint states'
     if others:
         elsewhere = f'joint states are published on {", ".join(others)}'
-        elsewhere += f': try -r joint_states:={others[0]}'
+        elsewhere += f': try -r {given}:={others[0]}'
     return f'no joint state has come on {topic}: {who}; {elsewhere}'
 
 
@@ -95,7 +99,9 @@ class Health:
         never = now - self._begun >= PATIENCE and not counts.total()
         if never and self._throttle.passes('no joint states'):
             topic = self._subscription.topic_name
-            self._node.get_logger().warning(why_no_joint_states(self._node, topic))
+            self._node.get_logger().warning(
+                why_no_joint_states(self._node, topic, self._subscription.given_topic)
+            )
 
     def say_when_due(self) -> None:
         """Say it, but not where the timer makes up for a call soon after another."""

@@ -12,7 +12,7 @@ from ...estimation.joint_state_form import JointStateForm
 from ..messages.joint_state_reader import JointStateReader
 from ..messages.message_check import read_message
 from ..messages.messages import sample_of
-from ..messages.topics import JOINT_STATES, JOINT_STATES_QOS
+from ..messages.topics import JOINT_STATES_QOS
 from .best_subscription import BestSubscription
 
 
@@ -24,6 +24,8 @@ class Input:
     ----------
     node
         The node it belongs to.
+    topic
+        Of the joint states.
     transport
         `bytes` or `messages`.
     take
@@ -43,6 +45,7 @@ class Input:
     def __init__(
         self,
         node: Node,
+        topic: str,
         transport: str,
         take: Callable[[JointSample], None],
         take_bytes: Callable[[JointStateForm, bytes, int], bool],
@@ -55,7 +58,7 @@ class Input:
         self.subscription = BestSubscription(
             node,
             JointState,
-            JOINT_STATES,
+            topic,
             JOINT_STATES_QOS,
             self._on_bytes if transport == 'bytes' else self._on_message,
             lambda: self._form.size if self._form is not None else 0,

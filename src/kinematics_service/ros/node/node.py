@@ -18,7 +18,7 @@ from ...estimation.status_text import StatusText, singularity_status, stale_stat
 from ...kinematics.singularity import Singularity, singularity_of
 from ...robot.measures import Level
 from ..messages.messages import full_name, status_message
-from ..messages.topics import DESCRIBE, SERVICE_QOS, WARNING, WARNING_QOS
+from ..messages.topics import DESCRIBE, JOINT_STATES, SERVICE_QOS, WARNING, WARNING_QOS
 from ..parameters.node_parameters import NodeParameters
 from ..parameters.settings import NodeSettings
 from .describe import description_of
@@ -51,6 +51,10 @@ class KinematicsNode(Node):
         `robot`.
     stopped
         Whether to wait no longer for a description on a topic.
+    node_name
+        Of the node, unless it is remapped.
+    topic
+        Of the joint states, likewise.
     **options
         As rclpy.node.Node takes them: `context`, `namespace`, `parameter_overrides`, ...
 
@@ -66,16 +70,18 @@ class KinematicsNode(Node):
         self,
         robot: str | None = None,
         stopped: Callable[[], bool] = lambda: False,
+        node_name: str = NODE_NAME,
+        topic: str = JOINT_STATES,
         **options: Any,
     ) -> None:
-        super().__init__(NODE_NAME, **options)
+        super().__init__(node_name, **options)
         try:
-            self._start(robot, stopped)
+            self._start(robot, stopped, topic)
         except BaseException:
             self.destroy_node()
             raise
 
-    def _start(self, robot: str | None, stopped: Callable[[], bool]) -> None:
+    def _start(self, robot: str | None, stopped: Callable[[], bool], topic: str) -> None:
         self._own = NodeParameters(self, robot, stopped)
         settings = self._settings = self._own.settings
         self._estimator = Estimator(settings.robot, settings.estimator)
@@ -83,7 +89,7 @@ class KinematicsNode(Node):
         self._resets = 0  # the estimator's resets that are handled here
         self._grid = StampGrid()
         self._throttle = Throttle(5.0)
-        self._open_topics()
+        self._open_topics(topic)
         self._watchdog = steady_timer(self, self._watchdog_period(), self._watch)
         self._reference = Reference(
             self, lambda: self.settings.robot, lambda: self.settings.reference
@@ -106,13 +112,13 @@ class KinematicsNode(Node):
         self._started = time.monotonic_ns()
         introduce(self, self._own, self._input.topic_name)
 
-    def _open_topics(self) -> None:
+    def _open_topics(self, topic: str) -> None:
         transport = self._own.transport
         self._outputs = Outputs(self, self.settings, transport)
         self._description = DescriptionPublisher(self, self.settings)
         self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
         self._targets = Targets(self, self.settings, self._present)
-        self._input = Input(self, transport, self._on_sample, self._on_bytes, self._refuse)
+        self._input = Input(self, topic, transport, self._on_sample, self._on_bytes, self._refuse)
         self.create_service(Trigger, DESCRIBE, self._describe, qos_profile=SERVICE_QOS)
 
     def trust_the_order_of_events(self) -> None:

@@ -12,9 +12,11 @@ from rclpy.context import Context
 from rclpy.exceptions import ParameterException
 
 from ...errors import ArmsError
+from ...robot.cell import cell_of
 from ...stop_signals import StopSignal
 from ..messages.messages import full_name
-from ..node.node import KinematicsNode
+from ..messages.topics import JOINT_STATES
+from ..node.node import NODE_NAME, KinematicsNode
 from ..parameters.description_topic import StoppedWaiting
 from .session import FAULT, FINE, first_clause, run_session, tell
 from .spin import Spinner
@@ -23,45 +25,71 @@ from .spin import Spinner
 QOS_PROFILE = 'rmw_qos_profile_t'
 # The executor of the node runs so long without a look at the end (s): what ends it interrupts it.
 UNDISTURBED = 60.0
+# Of the node that answers about the motion of one arm of a cell against another.
+RELATIVE = 'relative'
 # A namespace as ROS accepts it, without the leading slash.
 NAMESPACE = re.compile(r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
 
 
 class ArmChoice(NamedTuple):
-    """A robot (file, bundled name, topic, or None for the parameter `robot`), its namespace."""
+    """
+    A node: its robot (file, bundled name, topic, or None for the parameter), namespace, name, and
+    the topic of its joint states.
+    """
 
     robot: str | None
     namespace: str | None
+    name: str = NODE_NAME
+    topic: str = JOINT_STATES
 
 
 def arms_from(choices: Sequence[str]) -> tuple[ArmChoice, ...]:
     """
     Return the arms that values of `--robot` name: `ROBOT`, or `NAMESPACE=ROBOT`.
 
-    Of several arms each one without a namespace gets the name of its robot.
+    Of several arms each one without a namespace gets the name of its robot. Of a cell each arm is
+    one, in the namespace of its name; the motion of the second against the first is the node
+    `kinematics/relative`. All of them hear the topic `joint_states` of the cell's namespace.
 
     Raises
     ------
     ArmsError
         A namespace is none, or two arms have the same.
+    RobotFileError
+        The file of a cell has faults.
     """
     if not choices:
         return (ArmChoice(None, None),)
-    arms = [_arm(choice) for choice in choices]
+    arms = [arm for choice in choices for arm in _of_cell(_arm(choice))]
     if len(arms) == 1:
         return tuple(arms)
     arms = [
         arm if arm.namespace else arm._replace(namespace=_named_after(str(arm.robot)))
         for arm in arms
     ]
-    spaces = [arm.namespace for arm in arms]
+    spaces = [(arm.namespace, arm.name) for arm in arms]
     for arm in arms:
-        if spaces.count(arm.namespace) > 1:
+        if spaces.count((arm.namespace, arm.name)) > 1:
             raise ArmsError(
                 f'two arms in the namespace {arm.namespace}: '
                 f'write --robot NAMESPACE={arm.robot}, each with its own'
             )
     return tuple(arms)
+
+
+def _of_cell(arm: ArmChoice) -> list[ArmChoice]:
+    cell = None if arm.robot is None else cell_of(arm.robot)
+    if cell is None:
+        return [arm]
+    space = arm.namespace or ''
+    topic = f'{space}/{JOINT_STATES}'  # one for all: the motion of two arms needs both
+    nodes = [
+        ArmChoice(f'{arm.robot}:{cell.frame}:{name}', f'{space}/{name}', topic=topic)
+        for name in cell.arms
+    ]
+    if len(nodes) > 1:
+        nodes.append(ArmChoice(arm.robot, f'{space}/{NODE_NAME}', RELATIVE, topic))
+    return nodes
 
 
 def _arm(choice: str) -> ArmChoice:
@@ -172,7 +200,9 @@ def _node(
     arm: ArmChoice, context: Context, stop: StopSignal, others: Sequence[KinematicsNode]
 ) -> KinematicsNode:
     options = {} if arm.namespace is None else {'namespace': arm.namespace}
-    node = KinematicsNode(arm.robot, lambda: stop.came, context=context, **options)
+    node = KinematicsNode(
+        arm.robot, lambda: stop.came, arm.name, arm.topic, context=context, **options
+    )
     name = full_name(node)
     if name in [full_name(other) for other in others]:
         # A remapping of names holds for every node of the process.

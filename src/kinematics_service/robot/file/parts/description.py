@@ -405,6 +405,8 @@ class RobotDescription:
         Of the bytes of the file; empty for a text that was in none.
     loops
         In the order of the file: each may move with the passive joints of those before it.
+    parts
+        Other files that it was read from: those of the arms of a cell.
     """
 
     name: str
@@ -427,3 +429,4 @@ class RobotDescription:
     tolerances: Tolerances = Tolerances()
     sha256: str = field(default='', compare=False)
     loops: tuple[LoopDescription, ...] = ()
+    parts: tuple[str, ...] = field(default=(), compare=False)

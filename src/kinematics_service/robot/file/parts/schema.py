@@ -76,6 +76,20 @@ class RobotEntry(Entry):
     tolerance: Any = None
 
 
+class CellEntry(Entry):
+    """The file of a cell: arms on one floor."""
+
+    noun = 'a cell'
+    required = ('cell', 'arms')
+    also = called(cell='name', arms='robots', common='shared', frame='floor world base')
+
+    cell: Word = None
+    frame: Word = None
+    units: Any = None
+    common: Words = None
+    arms: Any = None
+
+
 class UnitsEntry(Entry):
     """The units of every number in the file."""
 
@@ -146,6 +160,17 @@ class PoseEntry(Entry):
 
     xyz: Triple = None
     rpy: Triple = None
+
+
+class CellArmEntry(PoseEntry):
+    """An arm of a cell, and where its base stands."""
+
+    noun = 'an arm of a cell'
+    required = ('robot',)
+    also = {**POSE_KEYS, **called(robot='file name', joint_prefix='prefix')}
+
+    robot: Word = None
+    joint_prefix: Word = None
 
 
 class PlacementEntry(PoseEntry):
