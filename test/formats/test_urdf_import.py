@@ -824,3 +824,85 @@ def test_the_command_chooses_the_chain_that_is_not_named(capsys, hand):
     out, err = capsys.readouterr()
     assert ks.robot_from_text(out).tool_frame == 'tool'
     assert f'write {hand}:base:camera' in err
+
+
+TWO_ARMS = """<robot name="torso">
+  <link name="base"/><link name="chest"/><link name="left_arm"/><link name="left_tool"/>
+  <link name="right_arm"/><link name="right_hand"/><link name="right_tool"/>
+  <joint name="lift" type="prismatic"><parent link="base"/><child link="chest"/>
+    <axis xyz="0 0 1"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint>
+  <joint name="left" type="revolute"><parent link="chest"/><child link="left_arm"/>
+    <origin xyz="0.1 0.3 0.2" rpy="0.3 -0.4 0.5"/><axis xyz="0 1 1"/>
+    <limit lower="-1" upper="2" effort="1" velocity="3"/></joint>
+  <joint name="left_slide" type="prismatic"><parent link="left_arm"/><child link="left_tool"/>
+    <origin xyz="0.4 0 0.1" rpy="0 0.7 0"/><axis xyz="1 0 0"/><mimic joint="left" multiplier="0.2"
+    offset="0.05"/><limit lower="-1" upper="2" effort="1" velocity="3"/></joint>
+  <joint name="right" type="continuous"><parent link="chest"/><child link="right_arm"/>
+    <origin xyz="0.1 -0.3 0.2" rpy="-0.3 0.4 0.1"/><axis xyz="0 0 -1"/></joint>
+  <joint name="right_wrist" type="revolute"><parent link="right_arm"/><child link="right_hand"/>
+    <origin xyz="0.5 0 0" rpy="1.57079632679 0 0"/><axis xyz="0 0 1"/>
+    <limit lower="-3" upper="3" effort="1" velocity="2"/></joint>
+  <joint name="right_fixed" type="fixed"><parent link="right_hand"/><child link="right_tool"/>
+    <origin xyz="0 0.1 0.2" rpy="0 0 1"/></joint>
+</robot>"""
+WAYS = [
+    ('left_tool', 'right_tool', ('left', 'right', 'right_wrist')),
+    ('right_tool', 'left_tool', ('right_wrist', 'right', 'left')),
+    ('right_tool', 'left_arm', ('right_wrist', 'right', 'left')),
+    ('left_arm', 'right_hand', ('left', 'right', 'right_wrist')),
+]
+
+
+@pytest.mark.parametrize('convention', CONVENTIONS)
+@pytest.mark.parametrize(('base', 'tip', 'joints'), WAYS)
+def test_a_chain_goes_up_and_down_again(base, tip, joints, convention):
+    pinocchio = pytest.importorskip('pinocchio')
+    robot = ks.import_urdf(TWO_ARMS, base, tip, convention=convention).robot
+    assert robot.joint_names == joints
+    assert (robot.base_frame, robot.tool_frame) == (base, tip)
+    model = pinocchio.buildModelFromXML(TWO_ARMS, mimic=True)
+    data = model.createData()
+    random = np.random.default_rng(2)
+    for _ in range(20):
+        values = dict(zip(joints, random.uniform(-1, 1, 3)), lift=random.uniform(0, 1))
+        q = pinocchio.neutral(model)
+        for name, value in values.items():
+            joint = model.joints[model.getJointId(name)]
+            angles = (np.cos(value), np.sin(value)) if joint.nq == 2 else (value,)
+            q[joint.idx_q : joint.idx_q + joint.nq] = angles
+        pinocchio.framesForwardKinematics(model, data, q)
+        A, B = (data.oMf[model.getFrameId(link)].homogeneous for link in (base, tip))
+        found = ks.forward_kinematics(robot, [values[name] for name in joints])
+        np.testing.assert_allclose(found, np.linalg.inv(A) @ B, rtol=0, atol=LONG_CHAIN)
+
+
+def test_upwards_alone_there_is_no_chain():
+    with pytest.raises(UrdfError, match="'base' is not below 'left_tool'"):
+        ks.import_urdf(TWO_ARMS, 'left_tool', 'base')
+    apart = TWO_ARMS.replace(
+        '<joint name="left" type="revolute"><parent link="chest"/>',
+        '<joint name="left" type="revolute"><parent link="floor"/>',
+    ).replace('<link name="base"/>', '<link name="base"/><link name="floor"/>')
+    with pytest.raises(UrdfError, match="'right_tool' is not below 'left_tool'; it is below"):
+        ks.import_urdf(apart, 'left_tool', 'right_tool')
+
+
+def test_tips_make_a_cell_that_says_the_same(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'cells').mkdir()
+    (tmp_path / 'two.urdf').write_text(TWO_ARMS)
+    command = ['import', '--urdf', 'two.urdf', '--tips', 'left_tool,right_tool']
+    assert main([*command, '--out', 'cells/cell.yaml']) == 0
+    assert 'common: [lift]' in (tmp_path / 'cells' / 'cell.yaml').read_text()
+    cell, way = ks.load_robot('cells/cell.yaml'), ks.load_robot('two.urdf:left_tool:right_tool')
+    assert cell.joint_names == way.joint_names == WAYS[0][2]
+    q = poses(way)
+    np.testing.assert_allclose(
+        ks.forward_kinematics(cell, q), ks.forward_kinematics(way, q), rtol=0, atol=LONG_CHAIN
+    )
+    left = ks.load_robot('cells/cell.yaml:cell:left_tool')
+    assert left.joint_names == ('lift', 'left')
+    capsys.readouterr()
+    assert main([*command[:-1], 'left_tool']) == 1
+    assert 'has two tips or more' in capsys.readouterr().err
+    assert main([*command, '--tip', 'left_tool']) == 2
