@@ -109,9 +109,10 @@ class Peer:
         qos: QoSProfile = RELIABLE,
         node: Node | None = None,
         listeners: int = 1,
+        kind: Any = JointState,
     ) -> Any:
-        """Return a publisher of joint states, once it knows its listeners."""
-        publisher = (node or self.peer).create_publisher(JointState, topic, qos)
+        """Return a publisher, of joint states by default, once it knows its listeners."""
+        publisher = (node or self.peer).create_publisher(kind, topic, qos)
         self.spin_until(
             lambda: publisher.get_subscription_count() == listeners, f'listeners to {topic}'
         )

@@ -582,9 +582,11 @@ def test_without_a_command_the_node_runs_and_its_exit_code_is_ours(monkeypatch, 
     calls = stand_in(monkeypatch, 'process.runner', 'run_node', code)
     assert main(['--ros-args', '-r', '__ns:=/left', '--', '--allow-mixed-ros']) == code
     assert main(['--robot', 'ur5e', '--allow-unsecured']) == code
+    assert main(['--managed', '--robot', 'ur5e']) == code
     assert calls == [
-        ([], ['--ros-args', '-r', '__ns:=/left', '--'], False, True),
-        (['ur5e'], [], True, False),
+        ([], ['--ros-args', '-r', '__ns:=/left', '--'], False, True, False),
+        (['ur5e'], [], True, False, False),
+        (['ur5e'], [], False, False, True),
     ]
 
 
@@ -594,6 +596,7 @@ STARTS = (
     ['--robot', 'ur5e'],
     ['--robot=left=ur5e', '--allow-unsecured', '--robot', 'right=puma560', '--allow-mixed-ros'],
     ['--allow-mixed-ros', '--allow-mixed-ros'],
+    ['--managed', '--robot', 'ur5e'],
     ['--robot='],
     ['--robot', ''],
     ['--robot', '--allow-unsecured'],

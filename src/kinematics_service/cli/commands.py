@@ -14,7 +14,7 @@ import typer.core
 from .. import kernel
 from ..kernel.compiled import VARIABLE
 from ..version import __version__
-from .node import MIXED_ROS, ROBOT, UNSECURED, NodeOptions, start_node
+from .node import MANAGED, MIXED_ROS, ROBOT, UNSECURED, NodeOptions, start_node
 from .options import WrongUsage, flag, option
 
 # The commands, in the order of the help. Each has a file of its name with a function of that name,
@@ -161,6 +161,9 @@ def _node(
     allow_mixed_ros: bool = flag(
         MIXED_ROS, 'Start although two ROS installations are mixed here.'
     ),
+    managed: bool = flag(
+        MANAGED, 'With a life cycle: it answers when it is configured and activated.'
+    ),
     version: Annotated[
         bool,
         typer.Option(
@@ -191,9 +194,9 @@ def _node(
     """
     command = context.invoked_subcommand
     if command is None:
-        options = NodeOptions(robot or [], allow_unsecured, allow_mixed_ros)
+        options = NodeOptions(robot or [], allow_unsecured, allow_mixed_ros, managed)
         raise typer.Exit(start_node(options, context.obj))
-    if robot or allow_unsecured or allow_mixed_ros:
+    if robot or allow_unsecured or allow_mixed_ros or managed:
         raise WrongUsage(f"options before a command are the node's: write them after {command!r}")
     if context.obj and command not in WITH_ROS:
         raise WrongUsage(f'{command} takes no --ros-args: it needs no ROS')

@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 from .missing_ros import ros_module
 
-ROBOT, UNSECURED, MIXED_ROS = '--robot', '--allow-unsecured', '--allow-mixed-ros'
+ROBOT, MANAGED = '--robot', '--managed'
+UNSECURED, MIXED_ROS = '--allow-unsecured', '--allow-mixed-ros'
 # numpy's library for large matrices starts a thread, which after each call waits at full speed for
 # the next one: 50 ms of processor time at a start. Those of an arm are small.
 ONE_THREAD = ('OPENBLAS_NUM_THREADS', '1')
@@ -24,6 +25,7 @@ class NodeOptions(NamedTuple):
     robots: list[str]
     allow_unsecured: bool
     allow_mixed_ros: bool
+    managed: bool
 
 
 def plain_options(arguments: Sequence[str]) -> NodeOptions | None:
@@ -42,11 +44,11 @@ def plain_options(arguments: Sequence[str]) -> NodeOptions | None:
             if robot.startswith('-'):
                 return None
             robots.append(robot)
-        elif word in (UNSECURED, MIXED_ROS):
+        elif word in (UNSECURED, MIXED_ROS, MANAGED):
             flags.add(word)
         else:
             return None
-    return NodeOptions(robots, UNSECURED in flags, MIXED_ROS in flags)
+    return NodeOptions(robots, UNSECURED in flags, MIXED_ROS in flags, MANAGED in flags)
 
 
 def start_node(options: NodeOptions, ros_arguments: Sequence[str]) -> int:
@@ -65,7 +67,11 @@ def start_node(options: NodeOptions, ros_arguments: Sequence[str]) -> int:
     gc.disable()
     try:
         code: int = ros_module('process.runner').run_node(
-            options.robots, ros_arguments, options.allow_unsecured, options.allow_mixed_ros
+            options.robots,
+            ros_arguments,
+            options.allow_unsecured,
+            options.allow_mixed_ros,
+            options.managed,
         )
         return code
     finally:

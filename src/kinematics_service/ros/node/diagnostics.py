@@ -74,6 +74,8 @@ class InputState:
         the middleware does not number them; and within the last `RECENT` seconds.
     work
         Processing times.
+    silent
+        Why nothing is answered; empty where messages are.
     """
 
     counts: Mapping[str, int]
@@ -91,6 +93,7 @@ class InputState:
     lost: int | None = None
     lost_of_late: int = 0
     work: Work = field(default_factory=Work)
+    silent: str = ''
 
 
 def input_status(state: InputState) -> StatusText:
@@ -133,6 +136,8 @@ def input_status(state: InputState) -> StatusText:
 
 
 def _verdict(state: InputState) -> tuple[Level, str]:
+    if state.silent:
+        return Level.OK, state.silent
     if state.missing:
         if math.isinf(state.age) and not state.counts.get(estimator.ACCEPTED, 0):
             who = f'{len(state.publishers)} publishers' if state.publishers else 'no publisher'

@@ -67,13 +67,14 @@ class Health:
         subscription: BestSubscription,
         frames: Callable[[], StatusText | None],
         velocity_source: Callable[[], str],
+        silent: Callable[[], str],
     ) -> None:
         self.work = Work()
         self._node = node
         self._estimator = estimator
         self._subscription = subscription
         self._frames = frames
-        self._velocity_source = velocity_source
+        self._velocity_source, self._silent = velocity_source, silent
         self._counts_said: Counter[str] = Counter()
         self._begun = self._said = time.monotonic()
         self._throttle = Throttle(AGAIN)
@@ -96,7 +97,7 @@ class Health:
 
     def _explain_silence(self, now: float, counts: Counter[str]) -> None:
         # A topic of another name is told in the node's own terminal, where it is looked for.
-        never = now - self._begun >= PATIENCE and not counts.total()
+        never = now - self._begun >= PATIENCE and not counts.total() and not self._silent()
         if never and self._throttle.passes('no joint states'):
             topic = self._subscription.topic_name
             self._node.get_logger().warning(
@@ -140,6 +141,7 @@ class Health:
             lost_of_late=lost_of_late,
             robot=estimator.robot.name,
             work=work,
+            silent=self._silent(),
         )
         message = DiagnosticArray()
         message.header.stamp = node.get_clock().now().to_msg()

@@ -64,6 +64,13 @@ class KinematicsNode(Node):
         The robot or a parameter is bad; one sentence, to be shown to the user.
     StoppedWaiting
         No description came on a topic before `stopped()` was true.
+
+    Attributes
+    ----------
+    is_started
+        Whether its topics are there.
+    silent
+        Why it answers nothing; empty where it answers.
     """
 
     def __init__(
@@ -75,11 +82,16 @@ class KinematicsNode(Node):
         **options: Any,
     ) -> None:
         super().__init__(node_name, **options)
+        self.is_started = False
+        self.silent = ''
         try:
-            self._start(robot, stopped, topic)
+            self._begin(lambda: self._start(robot, stopped, topic))
         except BaseException:
             self.destroy_node()
             raise
+
+    def _begin(self, start: Callable[[], None]) -> None:
+        start()
 
     def _start(self, robot: str | None, stopped: Callable[[], bool], topic: str) -> None:
         self._own = NodeParameters(self, robot, stopped)
@@ -100,6 +112,7 @@ class KinematicsNode(Node):
             self._input.subscription,
             self._reference.status_text,
             lambda: self._latest.velocity_source if self._latest else 'none',
+            lambda: self.silent,
         )
         self._own.listen(self._take_settings)
         self._reload = Reload(self, self._own, self._take_settings)
@@ -110,6 +123,7 @@ class KinematicsNode(Node):
             post_callback=self._on_clock_jump,
         )
         self._started = time.monotonic_ns()
+        self.is_started = True
         introduce(self, self._own, self._input.topic_name)
 
     def _open_topics(self, topic: str) -> None:
@@ -137,6 +151,32 @@ class KinematicsNode(Node):
         """Stop the motion of the last target twist; called before the node ends."""
         self._targets.close()
 
+    def fall_silent(self, reason: str) -> None:
+        """Answer nothing from now on, and say why."""
+        self.silent = reason
+        if self.is_started:
+            self.end_motion()
+            self._say(stale_status(self.settings.robot, reason))
+
+    def forget_joints(self) -> None:
+        """Forget the state of the joints, as if no message had come."""
+        self._estimator.reset()
+        self._resets = self._estimator.counts.get(RESETS, 0)
+        self._latest = None
+        self._grid.forget()
+        self._reference.forget()
+
+    def read_robot_again(self) -> None:
+        """
+        Read the robot of the file again and put it into force.
+
+        Raises
+        ------
+        KinematicsError
+            It has faults; the one before stays in force.
+        """
+        self._take_settings(self._own.take(self._own.reading_again()()))
+
     @property
     def settings(self) -> NodeSettings:
         """Return the settings in force."""
@@ -149,6 +189,8 @@ class KinematicsNode(Node):
         self._follow(RefusedMessage(UNREADABLE, sentence), 0, self._outputs.active(), False)
 
     def _on_sample(self, sample: JointSample) -> None:
+        if self.silent:
+            return
         try:
             active = self._outputs.active()
             outcome = self._estimator.take(sample, active.depth)
@@ -158,6 +200,8 @@ class KinematicsNode(Node):
         self._health.work.add(time.monotonic_ns() - sample.arrival)
 
     def _on_bytes(self, form: JointStateForm, data: bytes, arrival: int) -> bool:
+        if self.silent:
+            return True
         try:
             active = self._outputs.active()
             outcome = self._estimator.take_bytes(
@@ -224,6 +268,8 @@ class KinematicsNode(Node):
 
     def _present(self) -> EstimatorOutput | str:
         # Returns the arm's present state, or a sentence why it is unknown.
+        if self.silent:
+            return self.silent
         missing = self._estimator.missing(time.monotonic_ns())
         if not missing and self._latest is not None:
             return self._latest
@@ -254,7 +300,7 @@ class KinematicsNode(Node):
 
     def _watch(self) -> None:
         now = time.monotonic_ns()
-        if now - self._started <= self.settings.estimator.timeout:
+        if self.silent or now - self._started <= self.settings.estimator.timeout:
             return
         missing = self._estimator.missing(now)
         if not missing:

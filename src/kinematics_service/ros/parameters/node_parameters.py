@@ -168,6 +168,8 @@ class NodeParameters:
         return tuple(sorted(name for name in given if not self._node.has_parameter(name)))
 
     def _declare(self, name: str, default: Any, descriptor: Any) -> Any:
+        if self._node.has_parameter(name):  # by an attempt that failed
+            return self._node.get_parameter(name).value
         try:
             return self._node.declare_parameter(name, default, descriptor).value
         except InvalidParameterTypeException as error:

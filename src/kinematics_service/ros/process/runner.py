@@ -12,6 +12,7 @@ from rclpy.context import Context
 from rclpy.exceptions import ParameterException
 
 from ...errors import ArmsError
+from ...robot.bundled import TOPIC
 from ...robot.cell import cell_of
 from ...stop_signals import StopSignal
 from ..messages.messages import full_name
@@ -114,6 +115,7 @@ def run_node(
     ros_args: Sequence[str],
     allow_unsecured: bool = False,
     allow_mixed_ros: bool = False,
+    managed: bool = False,
 ) -> int:
     """
     Run the node until SIGINT or SIGTERM; return the exit code.
@@ -125,17 +127,23 @@ def run_node(
         this process; none for the parameter `robot`.
     ros_args, allow_unsecured, allow_mixed_ros
         As of `run_session`.
+    managed
+        With a life cycle: nothing is answered before the node is configured and activated.
 
     Returns
     -------
     0 after a signal, 1 for a bad robot file or parameter, 2 for wrong usage.
     """
+    if managed and any(TOPIC in robot for robot in robots):
+        raise ArmsError(
+            '--managed: a robot from a topic is waited for, and cannot be managed: give a file'
+        )
 
     def work(context: Context, stop: StopSignal) -> int:
         nodes: list[KinematicsNode] = []
         know_callers()
         try:
-            return _run(arms_from(robots), context, stop, nodes)
+            return _run(arms_from(robots), _kind(managed), context, stop, nodes)
         finally:
             for node in nodes:
                 node.destroy_node()
@@ -157,12 +165,24 @@ def know_callers() -> None:
             known.setdefault(file, name)
 
 
+def _kind(managed: bool) -> type[KinematicsNode]:
+    if not managed:
+        return KinematicsNode
+    from ..node.managed import ManagedNode  # its messages take time to load
+
+    return ManagedNode
+
+
 def _run(
-    arms: Sequence[ArmChoice], context: Context, stop: StopSignal, nodes: list[KinematicsNode]
+    arms: Sequence[ArmChoice],
+    kind: type[KinematicsNode],
+    context: Context,
+    stop: StopSignal,
+    nodes: list[KinematicsNode],
 ) -> int:
     try:
         for arm in arms:
-            nodes.append(_node(arm, context, stop, nodes))
+            nodes.append(_node(arm, kind, context, stop, nodes))
     except StoppedWaiting:
         return FINE
     except (ParameterException, RuntimeError) as error:
@@ -197,12 +217,14 @@ def _run(
 
 
 def _node(
-    arm: ArmChoice, context: Context, stop: StopSignal, others: Sequence[KinematicsNode]
+    arm: ArmChoice,
+    kind: type[KinematicsNode],
+    context: Context,
+    stop: StopSignal,
+    others: Sequence[KinematicsNode],
 ) -> KinematicsNode:
     options = {} if arm.namespace is None else {'namespace': arm.namespace}
-    node = KinematicsNode(
-        arm.robot, lambda: stop.came, arm.name, arm.topic, context=context, **options
-    )
+    node = kind(arm.robot, lambda: stop.came, arm.name, arm.topic, context=context, **options)
     name = full_name(node)
     if name in [full_name(other) for other in others]:
         # A remapping of names holds for every node of the process.

@@ -1,0 +1,167 @@
+"""The node with a life cycle, as a process that a manager leads through its states."""
+
+import contextlib
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from node_process import NodeProcess
+from ros_harness import LATCHED, START, STEP, Peer, joint_state
+from target_harness import pose_target
+
+import kinematics_service as ks
+
+Q = (0.1, 0.2, 0.3)
+ROBOT = """
+robot: {name}
+convention: standard
+joints: [{{name: q1, type: revolute}}, {{name: q2, type: revolute}}]
+links:
+  - {{a: 1, alpha: 0, d: 0, theta: q1}}
+  - {{a: {length}, alpha: 0, d: 0, theta: q2}}
+"""
+
+
+class Manager(Peer):
+    """Leads a node through its states, and hears what it answers."""
+
+    def __init__(self):
+        super().__init__()
+        self.stamp = START
+        self.speaker_of_states = None
+
+    def hear(self):
+        """Listen to what a node publishes that has been configured."""
+        self.poses = self.listen('/kinematics/pose', PoseStamped)
+        self.warnings = self.listen('/kinematics/singularity/warning', DiagnosticStatus, LATCHED)
+
+    def change(self, transition):
+        request = ChangeState.Request(transition=Transition(id=transition))
+        return self.call(ChangeState, '/kinematics/change_state', request).success
+
+    @property
+    def state(self):
+        return self.call(GetState, '/kinematics/get_state', GetState.Request()).current_state.id
+
+    def send(self, q=Q):
+        if self.speaker_of_states is None:
+            self.speaker_of_states = self.speaker('/joint_states')
+        self.stamp += STEP
+        names = [f'q{j + 1}' for j in range(len(q))]
+        self.speaker_of_states.publish(joint_state(names, q, stamp=self.stamp))
+        return self.stamp
+
+
+@pytest.fixture
+def started(ros_domain):
+    with contextlib.ExitStack() as stack:
+
+        def start(*arguments):
+            process = NodeProcess(*arguments, '--managed', ready=False)
+            stack.callback(process.kill)
+            manager = stack.enter_context(contextlib.closing(Manager()))
+            return process, manager
+
+        yield start
+
+
+def test_it_answers_when_it_is_active_and_is_silent_otherwise(started):
+    process, manager = started('--robot', 'craig_3r')
+    assert manager.state == State.PRIMARY_STATE_UNCONFIGURED
+    assert '/kinematics/pose' not in [
+        topic for topic, _ in manager.peer.get_publisher_names_and_types_by_node('kinematics', '/')
+    ]
+    assert not manager.change(Transition.TRANSITION_ACTIVATE)
+    assert manager.change(Transition.TRANSITION_CONFIGURE)
+    manager.hear()
+    statuses = manager.listen('/diagnostics', DiagnosticArray)
+    manager.send()
+    manager.spin_until(lambda: statuses, 'diagnostics')
+    assert (statuses[0].status[0].level, statuses[0].status[0].message) == (
+        DiagnosticStatus.OK,
+        'the node is not active',
+    )
+    # A target gets the reason.
+    told = manager.listen('/kinematics/ik/status', DiagnosticStatus)
+    targets = manager.speaker('/kinematics/target_pose', kind=PoseStamped)
+    targets.publish(pose_target(ks.forward_kinematics('craig_3r', Q), 'base_link', START))
+    manager.spin_until(lambda: told, 'a status')
+    assert 'the node is not active' in told[0].message
+    assert not manager.poses
+    assert manager.change(Transition.TRANSITION_ACTIVATE)
+    manager.send()
+    manager.spin_until(lambda: manager.poses, 'pose')
+    assert manager.change(Transition.TRANSITION_DEACTIVATE)
+    manager.send()
+    manager.spin_until(lambda: manager.warnings[-1].message == 'the node is not active', 'word')
+    assert manager.warnings[-1].level == DiagnosticStatus.STALE
+    assert manager.change(Transition.TRANSITION_ACTIVATE)
+    stamp = manager.send()
+    manager.spin_until(lambda: len(manager.poses) == 2, 'pose')  # none of a silent time
+    assert manager.poses[-1].header.stamp.nanosec == stamp % 1_000_000_000
+    # Other stamps are none that step back: the time before is forgotten.
+    assert manager.change(Transition.TRANSITION_DEACTIVATE)
+    assert manager.change(Transition.TRANSITION_CLEANUP)
+    assert manager.change(Transition.TRANSITION_CONFIGURE)
+    assert manager.change(Transition.TRANSITION_ACTIVATE)
+    manager.stamp = START
+    manager.send()
+    manager.spin_until(lambda: len(manager.poses) == 3, 'pose')
+    assert manager.change(Transition.TRANSITION_ACTIVE_SHUTDOWN)
+    assert manager.state == State.PRIMARY_STATE_FINALIZED
+    assert process.popen.poll() is None
+    assert 'stepped back' not in process.stderr
+
+
+def test_a_robot_with_faults_is_not_configured_and_its_faults_are_told(started, tmp_path):
+    file = tmp_path / 'arm.yaml'
+    file.write_text(ROBOT.format(name='arm', length='oops'))
+    process, manager = started('--robot', str(file))
+    for _ in range(2):
+        assert not manager.change(Transition.TRANSITION_CONFIGURE)
+        assert manager.state == State.PRIMARY_STATE_UNCONFIGURED
+    assert "links[1].a: unknown name 'oops'" in process.stderr
+    file.write_text(ROBOT.format(name='arm', length=2))
+    assert manager.change(Transition.TRANSITION_CONFIGURE)
+    manager.hear()
+    assert manager.change(Transition.TRANSITION_ACTIVATE)
+    manager.send((0.0, 0.0))
+    manager.spin_until(lambda: manager.poses, 'pose')
+    assert manager.poses[-1].pose.position.x == pytest.approx(3.0)
+    # It is read again when it is configured again; with faults the arm before stays refused.
+    assert manager.change(Transition.TRANSITION_DEACTIVATE)
+    assert manager.change(Transition.TRANSITION_CLEANUP)
+    file.write_text(ROBOT.format(name='arm', length=4))
+    assert manager.change(Transition.TRANSITION_CONFIGURE)
+    assert manager.change(Transition.TRANSITION_ACTIVATE)
+    manager.send((0.0, 0.0))
+    manager.spin_until(lambda: len(manager.poses) == 2, 'pose')
+    assert manager.poses[-1].pose.position.x == pytest.approx(5.0)
+
+
+def test_a_signal_ends_it_in_every_state(started):
+    process, manager = started('--robot', 'craig_3r')
+    assert manager.state == State.PRIMARY_STATE_UNCONFIGURED
+    process.popen.terminate()
+    assert process.wait() == 0
+    process, _ = started('--robot', 'craig_3r')
+    with contextlib.closing(Manager()) as manager:
+        manager.change(Transition.TRANSITION_CONFIGURE)
+        process.popen.terminate()
+        assert process.wait() == 0
+
+
+def test_a_robot_of_a_topic_is_not_managed():
+    command = [sys.executable, '-m', 'kinematics_service', '--managed', '--robot-description']
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60.0)
+    assert (done.returncode, done.stdout) == (2, '')
+    assert done.stderr == (
+        '--managed: a robot from a topic is waited for, and cannot be managed: give a file\n'
+    )
