@@ -404,5 +404,5 @@ def evaluate_and_measure_one(
     """`evaluate_one`, then `measure_one` with a new search; returns what the first returns."""
     bad = evaluation.evaluate_one(arm, q, qdot, row)
     if bad == -1:
-        measure_one(NearestSearch(arm), row, measures)
+        measure_one(NearestSearch(arm, True), row, measures)
     return bad

@@ -363,7 +363,7 @@ def measured_before(state: ToolState, distance: Floats, nearest_singular: Floats
 
 def _measure(state: ToolState) -> Floats:
     row = np.empty(state.robot.measure_places.width)
-    kernel.measure_one(kernel.NearestSearch(state.robot.arm), state.row, row)
+    kernel.measure_one(kernel.NearestSearch(state.robot.arm, thorough=True), state.row, row)
     return row
 
 

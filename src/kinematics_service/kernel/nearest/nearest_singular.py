@@ -21,8 +21,9 @@ from .singular_quadric import SingularQuadric
 
 # Beyond so many rad (a prismatic joint's divided by the length) nothing is looked for.
 HORIZON = 1.0
-# Evaluations at most of one search, of some 2 to 4 us each; hardly any needs more.
-ENOUGH = 200
+# Evaluations at most of one search, of some 2 to 4 us each; hardly any needs more. A thorough one
+# has so many times as many.
+ENOUGH, THOROUGH = 200, 20
 # A pose is singular where the singular value is below this share of the largest, and the next step
 # below this share of the way: at a flat saddle the first alone would lie.
 SINGULAR, NEXT_STEP, NO_STEP = 1e-7, 1e-3, 1e-9
@@ -48,6 +49,8 @@ SADDLE = 0.1
 # So many poses of the atlas are starts at most, that are farther than what was found by so much at
 # most, rad; and of the zeros of a factor, farther by so much at most.
 CHARTS, SPREAD = 32, 0.35
+# Those of a thorough search.
+MORE_CHARTS, WIDER_SPREAD, WIDER, NEAR_BY = 256, 1.0, 2.0, 0.1
 # Of starts that lead to farther ones than that by this share none is given up: along a motion they
 # may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.1, 0.4
@@ -81,6 +84,8 @@ class NearestSearch:
     ----------
     arm
         The arm.
+    thorough
+        Whether all starts are tried, and more of them, whatever the first ones find.
 
     Attributes
     ----------
@@ -123,7 +128,11 @@ class NearestSearch:
     standing: bool
     stands_for: int
 
-    def __init__(self, arm: Arm) -> None:
+    thorough: bool
+    wide: float
+    apart: float
+
+    def __init__(self, arm: Arm, thorough: bool = False) -> None:
         arrays.given(arm)
         if not arm.reach > 0.0:
             raise TypeError('an arm without reach has no singular poses to look for')
@@ -131,7 +140,9 @@ class NearestSearch:
         self.here: SingularEquations = SingularEquations(arm.chain, arm.task)
         self.equations: SingularEquations = SingularEquations(arm.chain, arm.task)
         self.quadric: SingularQuadric = SingularQuadric(arm.chain.dof)
-        self.budget: Public[int] = ENOUGH
+        self.thorough = thorough
+        self.wide, self.apart = WIDE, APART
+        self.budget: Public[int] = THOROUGH * ENOUGH if thorough else ENOUGH
         self.n, self.count = arm.chain.dof, self.equations.count
         self.pencil: SingularPencil = SingularPencil(self.n, self.count)
         self.horizon, self.estimate, self.distance = HORIZON, places.PI, places.INFINITY
@@ -144,7 +155,7 @@ class NearestSearch:
         self.settled: bool = False
         n = self.n
         tape = arm.tape.steps * (n + 1) + 2 * n
-        charts = max(CHARTS, ZEROS)
+        charts = max(MORE_CHARTS, ZEROS)
         self.room: Flat = arrays.scratch(MEMORY * (2 * n + 1) + 13 * n + tape + 2 * charts)
         self.origin: Flat = self.room
         self.first: Flat = arrays.after(self.origin, n)
@@ -393,8 +404,8 @@ class NearestSearch:
             self._run_from(self.first, self.by_least, min(1.0, 0.5 / self.by_least), 0.3)
             settled = self._is_settled()
         if not settled or self.distance > SURE:
-            self._run_from_known_poses()
-        if settled:
+            self._run_from_known_poses(CHARTS, SPREAD, 3.0)
+        if settled and not self.thorough:
             return True
         self._run_from_second_order(False)
         # On the other side are other singular poses only where the second singular value, which
@@ -403,15 +414,19 @@ class NearestSearch:
             self._run_from_second_order(True)
         if self.count > 1:
             self._run_between_directions()
-        return False
+        if self.thorough:
+            self.wide, self.apart = WIDER, NEAR_BY
+            self._run_from_known_poses(MORE_CHARTS, WIDER_SPREAD, 20.0)
+            self.wide, self.apart = WIDE, APART
+        return settled
 
-    def _run_from_known_poses(self) -> None:
+    def _run_from_known_poses(self, most: int, spread: float, times: float) -> None:
         # From those poses of the atlas that promise to be nearest.
         n = self.n
         near = min(self.distance, self.horizon)
-        count: int = self._pick_charts(0, min(near + SPREAD, 3.0 * near), CHARTS)
+        count: int = self._pick_charts(0, min(near + spread, times * near), most)
         for k in range(count):
-            if self.scores[k] > WIDE * self.distance:
+            if self.scores[k] > self.wide * self.distance:
                 return
             self.atlas.write_motion(self.wrapped, self.picked[k], self.away, self.motion)
             if not self._leads_to_known(self.motion):
@@ -423,7 +438,7 @@ class NearestSearch:
         # Those of a set that promise nothing farther than what was found; returns their number.
         for j in range(self.n):
             self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
-        promise = WIDE * min(self.distance, self.horizon)
+        promise = self.wide * min(self.distance, self.horizon)
         return self.atlas.nearest(
             f, self.wrapped, radius, promise, most, self.picked, self.scores, self.away
         )
@@ -436,7 +451,7 @@ class NearestSearch:
             self.reached[j] = motion[j]
         beside = False
         for k in range(self.known):
-            beside = beside or self._is_known(k, APART / SAME * length)
+            beside = beside or self._is_known(k, self.apart / SAME * length)
         return beside
 
     def _look_at_factors(self) -> None:
@@ -564,7 +579,7 @@ class NearestSearch:
                 enough = NO_GAIN if steps == STEPS else NO_GAIN_FOLLOWED
                 if gain < enough * away or away > 2.0 * self.horizon:
                     break
-            elif self._promise(left, away, nearest) > WIDE * self.distance:
+            elif self._promise(left, away, nearest) > self.wide * self.distance:
                 break  # it is on its way to one that is farther than what was found
             if step >= steps - 1 and (
                 best < places.INFINITY or not self._is_late(step - steps, left, away)
