@@ -50,7 +50,7 @@ SADDLE = 0.1
 # most, rad; and of the zeros of a factor, farther by so much at most.
 CHARTS, SPREAD = 32, 0.35
 # Those of a thorough search.
-MORE_CHARTS, WIDER_SPREAD, WIDER, NEAR_BY = 256, 1.0, 2.0, 0.1
+MORE_CHARTS, WIDER_SPREAD, WIDER, NEAR_BY = 128, 1.0, 2.0, 0.1
 # Of starts that lead to farther ones than that by this share none is given up: along a motion they
 # may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.1, 0.4
@@ -418,7 +418,23 @@ class NearestSearch:
             self.wide, self.apart = WIDER, NEAR_BY
             self._run_from_known_poses(MORE_CHARTS, WIDER_SPREAD, 20.0)
             self.wide, self.apart = WIDE, APART
+            self._run_with_fewer_joints()
         return settled
+
+    def _run_with_fewer_joints(self) -> None:
+        # From what was found without the motion of one of its joints, or of all behind it.
+        n = self.n
+        for kind in range(3):
+            for left_out in range(n):
+                squares = 0.0
+                for j in range(n):
+                    stays = j != left_out
+                    if kind == 1: stays = j < left_out
+                    if kind == 2: stays = j > left_out
+                    self.d[j] = self.nearest[j] if stays else 0.0
+                    squares += (self.nearest[j] - self.d[j])**2
+                if self.is_near() and math.sqrt(squares) > SAME * self.distance and singular_equations.length_of(self.d, n) > SAME * self.distance:
+                    self._run(STEPS, 0.3, False)
 
     def _run_from_known_poses(self, most: int, spread: float, times: float) -> None:
         # From those poses of the atlas that promise to be nearest.
@@ -518,7 +534,9 @@ class NearestSearch:
         be; or as near as what was found.
         """
         missed = min(self.missed, self.by_quadric if self.count == 1 else self.by_least)
-        nearer = missed < NEARER * self.distance and missed < MISSED
+        if not missed < MISSED:
+            missed = self.missed if self.thorough else places.INFINITY
+        nearer = missed < NEARER * self.distance
         return missed if nearer and not self.settled else self.distance
 
     def write_pose(self, pose: Flat) -> None:
