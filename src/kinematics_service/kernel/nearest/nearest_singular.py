@@ -27,6 +27,8 @@ ENOUGH, THOROUGH = 200, 20
 # A pose is singular where the singular value is below this share of the largest, and the next step
 # below this share of the way: at a flat saddle the first alone would lie.
 SINGULAR, NEXT_STEP, NO_STEP = 1e-7, 1e-3, 1e-9
+# Longest step of a run, rad.
+LONGEST = 0.3
 # Gains of the distance that end a run, as a share; and one of few steps, which follows a pose.
 NO_GAIN, NO_GAIN_FOLLOWED = 1e-5, 5e-4
 # Steps of a run, of these at full length, and at its end onto the set only: along it they may go
@@ -204,7 +206,7 @@ class NearestSearch:
         """
         n, k = self.n, self.arm.task.generic_rank
         self.ran, self.complete, self.evaluations = False, True, 0
-        self.estimate, self.by_product = first_order, first_order
+        self.estimate, self.by_product, self.free = first_order, first_order, first_order
         self.missed, self.settled = places.INFINITY, False
         if not (self.lasting >= 0.0 and self._moved_from(self.searched, q) <= KNOWN):
             self.known = 0
@@ -401,7 +403,7 @@ class NearestSearch:
         # that are known to be singular.
         settled = self.found() and self._is_where_the_first_order_says() and self._is_settled()
         if not settled:
-            self._run_from(self.first, self.by_least, min(1.0, 0.5 / self.by_least), 0.3)
+            self._run_from(self.first, self.by_least, min(1.0, 0.5 / self.by_least), LONGEST)
             settled = self._is_settled()
         if not settled or self.distance > SURE:
             self._run_from_known_poses(CHARTS, SPREAD, 3.0)
@@ -422,19 +424,12 @@ class NearestSearch:
         return settled
 
     def _run_with_fewer_joints(self) -> None:
-        # From what was found without the motion of one of its joints, or of all behind it.
-        n = self.n
-        for kind in range(3):
-            for left_out in range(n):
-                squares = 0.0
-                for j in range(n):
-                    stays = j != left_out
-                    if kind == 1: stays = j < left_out
-                    if kind == 2: stays = j > left_out
-                    self.d[j] = self.nearest[j] if stays else 0.0
-                    squares += (self.nearest[j] - self.d[j])**2
-                if self.is_near() and math.sqrt(squares) > SAME * self.distance and singular_equations.length_of(self.d, n) > SAME * self.distance:
-                    self._run(STEPS, 0.3, False)
+        # From what was found without the motion of one of its joints.
+        for left_out in range(self.n):
+            if self.is_near() and abs(self.nearest[left_out]) > SAME * self.distance:
+                for j in range(self.n):
+                    self.d[j] = self.nearest[j] if j != left_out else 0.0
+                self._run(STEPS, LONGEST, False)
 
     def _run_from_known_poses(self, most: int, spread: float, times: float) -> None:
         # From those poses of the atlas that promise to be nearest.
@@ -448,7 +443,7 @@ class NearestSearch:
             if not self._leads_to_known(self.motion):
                 for j in range(n):
                     self.d[j] = self.motion[j]
-                self._run(STEPS, 0.3, False)
+                self._run(STEPS, LONGEST, False)
 
     def _pick_charts(self, f: int, radius: float, most: int) -> int:
         # Those of a set that promise nothing farther than what was found; returns their number.
@@ -492,7 +487,7 @@ class NearestSearch:
             self.d[j] = self.nearest[j]
         self.free = self.distance
         self.distance, self.standing = places.INFINITY, False
-        self._run(STEPS, 0.3, True)
+        self._run(STEPS, LONGEST, True)
         self.stands_for = -1
         if not self.found():
             self.complete = False
