@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kernel import Floats
-from ..kinematics.singularity import Singularity, flat_loop, watched_value
+from ..kinematics.singularity import Singularity, flat_loop, nearest_factor, watched_value
 from ..robot.file.parts.loop_groups import closed_together, group_in_words, group_key
 from ..robot.measures import MEASURES, Level, Measure
 from ..robot.robot import Robot
@@ -197,15 +197,12 @@ def _pose_in_words(names: Sequence[str], pose: Floats | None) -> str:
 
 
 def _nearest_factor(robot: Robot, singularity: Singularity) -> str:
-    factors = singularity.factors
-    if factors is None:
-        return ''
-    k = factors.nearest
-    if not robot.factors.may_name(k, float(factors.estimates[k]), float(singularity.distance)):
+    k = nearest_factor(robot, singularity)
+    if k is None or singularity.factors is None:
         return ''
     text = robot.factors.texts[k]
     shown = f': {text}' if len(text) <= SHORT else ''
-    return f'{robot.factors.called(k)}{shown} = {factors.values[k]:.3g}, '
+    return f'{robot.factors.called(k)}{shown} = {singularity.factors.values[k]:.3g}, '
 
 
 def _factor_values(

@@ -68,7 +68,8 @@ class Singularity:
     way_out : shape (..., n)
         Joint motion that leads away fastest, rad or m; at a singular pose its opposite does too;
         zero where the first order knows none. Near a flat position of a closed loop (`flat_loop`)
-        it leads away from there.
+        it leads away from there; of such an arm where none was found, from what the first order
+        says to be nearest.
     rate
         Change of the watched measure along qdot, 1/s; None without qdot.
     time_to_warning
@@ -341,6 +342,18 @@ def watched_value(robot: Robot, singularity: Singularity) -> float:
     return abs(float(getattr(singularity, robot.thresholds.measure)))
 
 
+def nearest_factor(robot: Robot, singularity: Singularity) -> int | None:
+    """
+    Return the factor that is zero at the distance of one pose; None where none is known to be.
+    """
+    factors = singularity.factors
+    if factors is None or singularity.distance_unknown:
+        return None
+    k = factors.nearest
+    near = robot.factors.may_name(k, float(factors.estimates[k]), float(singularity.distance))
+    return k if near else None
+
+
 def flat_loop(robot: Robot, singularity: Singularity) -> str:
     """
     Return the closed loop that is flat at the distance of one pose; empty where it is the arm that
@@ -349,12 +362,8 @@ def flat_loop(robot: Robot, singularity: Singularity) -> str:
     At a flat position the branch of a loop ends or meets another, and the motors no longer hold
     what it moves: no direction of the tool is lost.
     """
-    factors = singularity.factors
-    if factors is None:
-        return ''
-    k = factors.nearest
-    near = robot.factors.may_name(k, float(factors.estimates[k]), float(singularity.distance))
-    return factors.names[k] if near and robot.factors.is_loop(k) else ''
+    k = nearest_factor(robot, singularity)
+    return '' if k is None or not robot.factors.is_loop(k) else robot.factors.names[k]
 
 
 def measured(state: ToolState) -> ToolState:
