@@ -88,8 +88,8 @@ def test_a_singularity_says_its_level_and_how_sure_it_is():
     sure = ks.singularity(robot, [0, 0.5])
     doubtful = dataclasses.replace(sure, decided=False)
     assert 'not decided: there may be a nearer one' in repr(doubtful)
-    nowhere = dataclasses.replace(doubtful, nearest_singular=None)
-    assert '0.5 rad' not in repr(nowhere)
+    nowhere = dataclasses.replace(doubtful, distance=1.0, nearest_singular=None)
+    assert '1 rad' not in repr(nowhere)
     assert 'no singular pose was found, and there may be one' in repr(nowhere)
 
 

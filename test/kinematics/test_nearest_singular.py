@@ -11,6 +11,7 @@ from calibrated import UR5, calibrated_ur5, with_errors
 
 import kinematics_service as ks
 from kinematics_service import kernel
+from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.kinematics.singularity import measured_in_order, singularity_of
 
 # What a search that ended says is singular: the least singular value as a share of the largest.
@@ -411,6 +412,24 @@ def test_a_direction_between_the_two_least_singular_values_is_lost_nearest(name,
     assert share(robot, found.nearest_singular) < SINGULAR
 
 
+def test_where_none_is_found_and_it_is_not_decided_no_number_is_given():
+    # Elbow and shoulder are all but singular together, by three thousandths of the largest value.
+    robot = with_errors(PUMA, 1e-3, seed=1)
+    q = [-2.53333188, 1.428323697, 1.737134384, 2.046853056, 1.094537104, -0.812209804]
+    for found in (ks.singularity(robot, q), ks.singularity(robot, [q])):
+        assert found.distance == 1.0
+        assert not found.decided
+        assert not found.distance_at_least
+        assert found.distance_unknown
+        # The first order says that one is nearer than the warning.
+        assert found.level == ks.Level.WARN
+    assert 'not decided' in repr(ks.singularity(robot, q))
+    text = singularity_status(robot, ks.singularity(robot, q), ks.Level.WARN, 'base').sentence
+    assert text.startswith('it is not decided whether a singularity is near')
+    assert 'farther' not in text
+    assert 'distance' not in text
+
+
 # Of random poses so many may be said to be farther than 1.1 times the truth although decided.
 MISSED_NEAR, MISSED_FAR = 1, 3
 
@@ -432,8 +451,17 @@ def test_at_any_range_it_is_the_true_one(name):
 
 
 # Along short motions a pose asked alone is farther than the one that is followed by this share at
-# most, but for so many of a thousand, of which another pose is found, and by a tenth never.
+# most; one of a batch, which is searched as shortly as the first of a motion, but for so many of a
+# thousand, of which another pose is found, and by a tenth never.
 NO_FARTHER, RARELY, NEVER_FARTHER = 1.02, 25, 1.1
+
+
+def short_motions(robot):
+    random = np.random.default_rng(31)
+    for q in random_poses(robot, 30, seed=8):
+        step = random.normal(size=robot.dof)
+        step *= random.choice([1e-3, 3e-3, 9e-3, 2e-2]) / np.linalg.norm(step)
+        yield q + step * np.sin(0.06 * np.arange(60))[:, None] / 0.06
 
 
 @pytest.mark.slow
@@ -442,21 +470,53 @@ NO_FARTHER, RARELY, NEVER_FARTHER = 1.02, 25, 1.1
     ['ur5e', 'ur5e without factors', 'craig_3r', 'calibrated UR5', 'six joints', 'kinova_gen3'],
 )
 def test_live_and_asked_alone_agree(name):
-    robot, random = ARMS[name](), np.random.default_rng(31)
-    rows = []
-    for q in random_poses(robot, 30, seed=8):
-        step = random.normal(size=robot.dof)
-        step *= random.choice([1e-3, 3e-3, 9e-3, 2e-2]) / np.linalg.norm(step)
-        rows.append(q + step * np.sin(0.06 * np.arange(60))[:, None] / 0.06)
-    farther = 0
-    for q in rows:
-        alone, live = ks.singularity(robot, q), along(robot, q)
-        farther += np.sum(alone.distance > NO_FARTHER * live.distance + 1e-9)
-        assert np.all(alone.distance <= NEVER_FARTHER * live.distance + 1e-9)
-        assert np.all(live.distance <= NEVER_FARTHER * alone.distance + 1e-9)
-        np.testing.assert_array_equal(alone.level, live.level)
-    poses = 60 * len(rows)
-    assert 1000 * farther <= RARELY * poses
+    robot, farther = ARMS[name](), []
+    for q in short_motions(robot):
+        batch, live = ks.singularity(robot, q), along(robot, q)
+        farther += list(batch.distance > NO_FARTHER * live.distance + 1e-9)
+        assert np.all(batch.distance <= NEVER_FARTHER * live.distance + 1e-9)
+        assert np.all(live.distance <= NEVER_FARTHER * batch.distance + 1e-9)
+        np.testing.assert_array_equal(batch.level, live.level)
+        for k, pose in enumerate(q):
+            alone = ks.singularity(robot, pose)
+            assert alone.distance <= NO_FARTHER * live.distance[k] + 1e-9
+            assert alone.level == live.level[k]
+    assert 1000 * np.sum(farther) <= RARELY * len(farther)
+
+
+@pytest.mark.parametrize(
+    ('name', 'q', 'distance', 'of_batch'),
+    [
+        (
+            'kuka_iiwa14',
+            [
+                *(1.000454686, -0.166750755, 2.433674785, -0.140546661),
+                *(0.078952724, -1.442820237, -1.575904922),
+            ],
+            0.140547,
+            0.217742,
+        ),
+        (
+            'kinova_gen3',
+            [
+                *(-3.009172296, -0.648502468, 2.450453578, 0.017457387),
+                *(3.142523509, 0.021412726, 0.695867709),
+            ],
+            0.021414,
+            0.027555,
+        ),
+    ],
+)
+def test_one_pose_alone_is_searched_for_longer_than_one_of_a_batch(name, q, distance, of_batch):
+    robot = without_factors(name)
+    assert ks.singularity(robot, [q]).distance[0] == pytest.approx(of_batch, rel=1e-4)
+    alone = ks.singularity(robot, q)
+    assert alone.distance == pytest.approx(distance, rel=1e-4)
+    assert alone.decided
+    assert share(robot, alone.nearest_singular) < SINGULAR
+    # A command and a state that is measured later ask alone, too.
+    later = singularity_of(ks.evaluate(robot, q))
+    assert later.distance == alone.distance
 
 
 @pytest.mark.slow

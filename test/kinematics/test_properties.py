@@ -294,8 +294,11 @@ def test_a_helical_joint_turns_and_slides():
 
 @pytest.mark.slow
 @pytest.mark.parametrize('name', EVERY_ARM)
-def test_a_batch_is_its_single_poses_bit_for_bit(name):
+def test_a_batch_is_its_single_poses_bit_for_bit_but_for_the_longer_search_of_one(name):
     robot = robot_of(name)
+    searched = {'distance', 'nearest_singular', 'decided'}
+    if robot.thresholds.measure == 'distance':
+        searched |= {'level', 'rate', 'time_to_warning'}
     q = searched_poses(robot)
     qdot = np.random.default_rng(3).uniform(-1, 1, q.shape)
     batch = ks.evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
@@ -307,7 +310,10 @@ def test_a_batch_is_its_single_poses_bit_for_bit(name):
         for field, whole in measures.items():
             # None where a batch has no numbers: no singular pose was found near.
             value = one_pose.get(field, np.nan)
-            np.testing.assert_array_equal(value, whole[k], field)
+            if field not in searched:
+                np.testing.assert_array_equal(value, whole[k], field)
+        assert one_pose['distance'] <= measures['distance'][k] * (1.0 + ROUND_OFF)
+        assert one_pose['level'] >= measures['level'][k] or not measures['decided'][k]
 
 
 def arrays_of(found):
@@ -359,7 +365,7 @@ def test_velocities_broadcast_against_positions():
     for i in range(4):
         for k in range(3):
             assert np.array_equal(twist[i, k], ks.twist(robot, q[i, 0], qdot[k]))
-            assert times[i, k] == ks.singularity(robot, q[i, 0], qdot[k]).time_to_warning
+            assert times[i, k] == ks.singularity(robot, q[i, :1], qdot[k]).time_to_warning[0]
     assert ks.twist(robot, q[0, 0], np.zeros((0, 7))).shape == (0, 6)
 
 

@@ -187,7 +187,8 @@ def test_a_distance_that_was_not_found_is_said_to_be_farther(decided, begins):
     found = dataclasses.replace(found, distance=1.0, nearest_singular=None, decided=decided)
     status_text = singularity_status(robot, found, ks.Level.OK, 'base')
     assert status_text.sentence == begins
-    assert list(status_text.values)[5:7] == [('distance', '1'), ('distance_at_least', 'true')]
+    at_least = ('distance_at_least', 'true' if decided else 'false')
+    assert list(status_text.values)[5:7] == [('distance', '1'), at_least]
     near = ks.singularity(robot, [0.0, 0.02])
     status_text = singularity_status(robot, near, ks.Level.ERROR, 'base')
     assert dict(status_text.values)['distance_at_least'] == 'false'

@@ -222,7 +222,7 @@ def _distance_words(robot: Robot, singularity: Singularity) -> str:
         away, end = in_degrees(singularity.distance), _end_words(robot, singularity)
         doubt = '' if singularity.decided else '; not decided: there may be a nearer one'
         return f'{shown}: {away} of joint motion to {end}, see below{doubt}'
-    if not singularity.decided:
+    if singularity.distance_unknown:
         return 'not decided: no singular pose was found, but there may be one'
     return MEASURES['distance'].farther(singularity.distance) or shown
 

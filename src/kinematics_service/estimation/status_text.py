@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kernel import Floats
-from ..kinematics.singularity import Singularity, flat_loop, watched_value
+from ..kinematics.singularity import Singularity, flat_loop, nearest_factor, watched_value
 from ..robot.file.parts.loop_groups import closed_together, group_in_words, group_key
 from ..robot.measures import MEASURES, Level, Measure
 from ..robot.robot import Robot
@@ -104,7 +104,8 @@ def singularity_status(
     names = [joint_prefix + name for name in robot.joint_names]
     measure = MEASURES[robot.thresholds.measure]
     value = watched_value(robot, singularity)
-    shown = _watched_in_words(measure, value)
+    unknown = measure.name == 'distance' and singularity.distance_unknown
+    shown = '' if unknown else f'{_watched_in_words(measure, value)}, '
     determinant = singularity.determinant
     if determinant is not None:
         volume = f'det(J) = {determinant:.3g}'
@@ -115,17 +116,16 @@ def singularity_status(
     fight = joints_in_words(names, singularity.joint_motion)
     tendency = _tendency(singularity, robot)
     if level == Level.OK:
-        by_distance = measure.name == 'distance'
-        if singularity.decided or not by_distance:
-            sentence = f'not near a singularity: {shown}, {volume}'
-        elif singularity.distance_at_least:
-            sentence = f'no singularity was found near, but there may be one: {volume}'
-        else:
-            sentence = f'no singularity was found near: {shown}, {volume}'
+        begins = 'not near a singularity'
+        if measure.name == 'distance' and not singularity.decided:
+            begins = 'no singularity was found near' + (
+                ', but there may be one' if unknown else ''
+            )
+        sentence = f'{begins}: {shown}{volume}'
     else:
         named = _nearest_factor(robot, singularity)
         meaning = lost_hold(loop) if loop else f'losing {lost} in {base_frame}'
-        sentence = f'{_head(robot, singularity, level, loop)}: {named}{shown}, {volume}; {meaning}'
+        sentence = f'{_head(robot, singularity, level, loop)}: {named}{shown}{volume}; {meaning}'
         if tendency in ('towards', 'away'):
             sentence += f'; moving {tendency}' + (' from it' if tendency == 'away' else ' it')
     out = ' '.join(f'{name}={share:+.3f}' for name, share in zip(names, singularity.way_out))
@@ -169,7 +169,7 @@ def lost_hold(loop: str) -> str:
 
 def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> str:
     # What is near: the arm's singular pose, or a loop's flat position.
-    if not singularity.decided and singularity.nearest_singular is None:
+    if singularity.distance_unknown:
         return 'it is not decided whether a singularity is near (none was found; there may be one)'
     what = 'a singularity'
     if robot.loop_names:
@@ -197,15 +197,12 @@ def _pose_in_words(names: Sequence[str], pose: Floats | None) -> str:
 
 
 def _nearest_factor(robot: Robot, singularity: Singularity) -> str:
-    factors = singularity.factors
-    if factors is None:
-        return ''
-    k = factors.nearest
-    if not robot.factors.may_name(k, float(factors.estimates[k]), float(singularity.distance)):
+    k = nearest_factor(robot, singularity)
+    if k is None or singularity.factors is None:
         return ''
     text = robot.factors.texts[k]
     shown = f': {text}' if len(text) <= SHORT else ''
-    return f'{robot.factors.called(k)}{shown} = {factors.values[k]:.3g}, '
+    return f'{robot.factors.called(k)}{shown} = {singularity.factors.values[k]:.3g}, '
 
 
 def _factor_values(

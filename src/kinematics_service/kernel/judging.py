@@ -102,16 +102,16 @@ def _judge_first_order(arm: Arm, measures: Flat) -> None:
 def _take_over(arm: Arm, measures: Flat, search: NearestSearch) -> None:
     # What was found, into measures of first order.
     judged = arrays.after(measures, _judged_at(arm))
-    judged[places.DECIDED] = 1.0 if search.is_decided() else 0.0
+    decided, not_excluded = search.is_decided(), search.not_excluded()
+    judged[places.DECIDED] = 1.0 if decided else 0.0
+    measures[places.DISTANCE] = places.FARTHEST
     if search.is_near():
         search.write_pose(arrays.after(measures, width(arm) - arm.chain.dof))
         measures[places.DISTANCE] = search.distance
-    elif judged[places.DECIDED] == 1.0:
-        measures[places.DISTANCE] = places.FARTHEST
-    else:
+    elif not decided:
         # None was found where one may be: a warning must not vanish.
-        measures[places.DISTANCE] = min(search.free, places.FARTHEST)
-    _judge(arm, measures, search.not_excluded())
+        not_excluded = min(not_excluded, search.free)
+    _judge(arm, measures, not_excluded)
 
 
 def _look_behind_loops(
@@ -127,6 +127,9 @@ def _look_behind_loops(
         if min(away, estimate) <= nearest_closed.NEAR:
             search.forget()  # near a warning each pose is looked at: what is held names no loop
     if not search.distance < places.INFINITY:
+        # None was found: how near the first order says one to be is what the level is of.
+        measures[places.DISTANCE] = places.FARTHEST
+        _judge(arm, measures, estimate)
         return
     # The way out is that of what is nearest now.
     n, first = arm.chain.dof, -1
@@ -404,5 +407,5 @@ def evaluate_and_measure_one(
     """`evaluate_one`, then `measure_one` with a new search; returns what the first returns."""
     bad = evaluation.evaluate_one(arm, q, qdot, row)
     if bad == -1:
-        measure_one(NearestSearch(arm), row, measures)
+        measure_one(NearestSearch(arm, True), row, measures)
     return bad

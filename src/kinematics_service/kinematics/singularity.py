@@ -42,9 +42,11 @@ class Singularity:
         Rank here, and at random poses.
     distance
         Joint motion to the nearest singular pose, rad, 0 to 1 (prismatic joints divided by the
-        length): to `nearest_singular`; 1 where none was found within 1 rad (`distance_at_least`).
-        Where none was found and the search did not decide (`decided`) it is how near one may be by
-        first and second order, and the level is that of it.
+        length): to `nearest_singular`; 1 where none was found within 1 rad. It is then 1 or more
+        (`distance_at_least`), or the search did not decide (`distance_unknown`), and the level is
+        that of how near one may be by first and second order.
+        One pose alone is searched for longer than each of a batch, some tenths of a millisecond:
+        its distance is that of the batch, or a nearer pose was found.
     nearest_singular : shape (..., n), rad or m
         The singular pose nearest to this one, found by Newton's method and evaluated: None where
         none was found or looked for; in a batch, NaN. Limits of joints do not count. Of an arm
@@ -66,7 +68,8 @@ class Singularity:
     way_out : shape (..., n)
         Joint motion that leads away fastest, rad or m; at a singular pose its opposite does too;
         zero where the first order knows none. Near a flat position of a closed loop (`flat_loop`)
-        it leads away from there.
+        it leads away from there; of such an arm where none was found, from what the first order
+        says to be nearest.
     rate
         Change of the watched measure along qdot, 1/s; None without qdot.
     time_to_warning
@@ -101,10 +104,22 @@ class Singularity:
     @property
     def distance_at_least(self) -> Any:
         """
-        Return whether the distance is only known to be its 1 rad or more, a bool or shape (...).
+        Return whether the distance means its 1 rad or more, a bool or shape (...): the search
+        decided, and found no singular pose within that.
         """
-        farther = self.distance >= kernel.FARTHEST
-        return _read_only(farther) if isinstance(farther, np.ndarray) else farther
+        return self._farthest(True)
+
+    @property
+    def distance_unknown(self) -> Any:
+        """
+        Return whether the 1 rad of the distance means nothing, a bool or shape (...): no singular
+        pose was found, and the search did not decide that there is none.
+        """
+        return self._farthest(False)
+
+    def _farthest(self, decided: bool) -> Any:
+        farthest = (self.distance >= kernel.FARTHEST) & (self.decided == decided)
+        return _read_only(farthest) if isinstance(farthest, np.ndarray) else farthest
 
     def __repr__(self) -> str:
         if np.ndim(self.level):
@@ -113,7 +128,7 @@ class Singularity:
             return f'Singularity({np.size(self.level)} poses: {words or "none"})'
         distance = MEASURES['distance'].farther(self.distance) or f'{self.distance:.4g} rad'
         doubt = '' if self.decided else ', not decided: there may be a nearer one'
-        if doubt and self.nearest_singular is None:
+        if self.distance_unknown:
             distance, doubt = 'not decided', ': no singular pose was found, and there may be one'
         name, value = 'determinant', self.determinant
         if value is None:
@@ -327,6 +342,18 @@ def watched_value(robot: Robot, singularity: Singularity) -> float:
     return abs(float(getattr(singularity, robot.thresholds.measure)))
 
 
+def nearest_factor(robot: Robot, singularity: Singularity) -> int | None:
+    """
+    Return the factor that is zero at the distance of one pose; None where none is known to be.
+    """
+    factors = singularity.factors
+    if factors is None or singularity.distance_unknown:
+        return None
+    k = factors.nearest
+    near = robot.factors.may_name(k, float(factors.estimates[k]), float(singularity.distance))
+    return k if near else None
+
+
 def flat_loop(robot: Robot, singularity: Singularity) -> str:
     """
     Return the closed loop that is flat at the distance of one pose; empty where it is the arm that
@@ -335,12 +362,8 @@ def flat_loop(robot: Robot, singularity: Singularity) -> str:
     At a flat position the branch of a loop ends or meets another, and the motors no longer hold
     what it moves: no direction of the tool is lost.
     """
-    factors = singularity.factors
-    if factors is None:
-        return ''
-    k = factors.nearest
-    near = robot.factors.may_name(k, float(factors.estimates[k]), float(singularity.distance))
-    return factors.names[k] if near and robot.factors.is_loop(k) else ''
+    k = nearest_factor(robot, singularity)
+    return '' if k is None or not robot.factors.is_loop(k) else robot.factors.names[k]
 
 
 def measured(state: ToolState) -> ToolState:
@@ -363,7 +386,7 @@ def measured_before(state: ToolState, distance: Floats, nearest_singular: Floats
 
 def _measure(state: ToolState) -> Floats:
     row = np.empty(state.robot.measure_places.width)
-    kernel.measure_one(kernel.NearestSearch(state.robot.arm), state.row, row)
+    kernel.measure_one(kernel.NearestSearch(state.robot.arm, thorough=True), state.row, row)
     return row
 
 

@@ -51,7 +51,7 @@ def nearness(robot: Robot, singularity: Singularity) -> str:
         text = 'singular pose'
     elif farther:
         text = f'{farther} from singular poses'
-        if not singularity.decided:
+        if singularity.distance_unknown:
             text = 'no singular pose found'
     else:
         text = f'distance to singularity {distance:.3g} rad ({math.degrees(distance):.3g}°)'

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...kernel import Floats
 from ...kinematics.inverse.result import IkFamily, IkResult
-from ...kinematics.singularity import singularity
+from ...kinematics.singularity import Singularity, singularity
 from ...rigid_motion import roll_pitch_yaw
 from ...robot.measures import MEASURES
 from ...robot.robot import Robot
@@ -90,13 +90,16 @@ def solutions_picture(robot: Robot, target: Floats, result: IkResult) -> Draw:
             set_space(axes, cube, azimuth_of(skeleton), small=True)
             draw_skeleton(axes, skeleton, cube, label_size=None)
             _draw_target(axes, point)
-            _write_heading(figure, robot, pose, float(near.distance[k]), panel, height)
+            _write_heading(figure, robot, pose, _away(near, k), panel, height)
         figure.suptitle(title, fontsize=10.5, y=1.0 - 0.1 / height)
 
     return draw
 
 
-def _away(distance: float) -> str:
+def _away(near: Singularity, k: int) -> str:
+    distance = float(near.distance[k])
+    if near.distance_unknown[k]:
+        return 'no singular pose found'
     farther = MEASURES['distance'].farther(distance)
     return f'{farther} from singular' if farther else f'distance to singularity {distance:.3f} rad'
 
@@ -105,7 +108,7 @@ def _write_heading(
     figure: Any,
     robot: Robot,
     pose: SolutionPose,
-    distance: float,
+    away: str,
     panel: Sequence[float],
     height: float,
 ) -> None:
@@ -125,7 +128,7 @@ def _write_heading(
     figure.text(
         left + width / 2.0,
         top - LINE * (pose.heading.count('\n') + 1) / height,
-        f'{positions(robot, pose.q, 40)}\n{_away(distance)}',
+        f'{positions(robot, pose.q, 40)}\n{away}',
         ha='center',
         va='top',
         fontsize=TEXT,

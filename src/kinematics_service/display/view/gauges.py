@@ -97,7 +97,7 @@ def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
     watched = Gauge(
         'measure',
         measure.long or measure.words,
-        _distance_text(value) if _is_distance(seen) else f'{value:.4g}',
+        _distance_text(seen) if _is_distance(seen) else f'{value:.4g}',
         fraction(value),
         tuple((fraction(limit), f'{limit:g}') for limit in (thresholds.stop, thresholds.warn)),
         seen.level,
@@ -109,7 +109,7 @@ def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
             Gauge(
                 'distance',
                 MEASURES['distance'].long,
-                _distance_text(distance),
+                _distance_text(seen),
                 min(1.0, distance / 0.5),
                 (),
                 seen.level,
@@ -122,7 +122,10 @@ def _is_distance(seen: Observation) -> bool:
     return seen.robot.thresholds.measure == 'distance'
 
 
-def _distance_text(distance: float) -> str:
+def _distance_text(seen: Observation) -> str:
+    distance = seen.singularity.distance
+    if seen.singularity.distance_unknown:
+        return 'none found'
     shown = f'{distance:.3f} rad = {math.degrees(distance):.1f}°'
     return MEASURES['distance'].farther(distance) or shown
 

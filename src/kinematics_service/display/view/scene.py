@@ -15,7 +15,7 @@ import numpy as np
 from ...estimation.status_text import NEGLIGIBLE, direction_in_words, flat_position
 from ...kernel import Floats
 from ...kinematics.loop_links import carried_rows, linked_frames
-from ...kinematics.singularity import flat_loop
+from ...kinematics.singularity import flat_loop, nearest_factor
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from .axes import RowAxis
@@ -231,11 +231,5 @@ def ring(ends: Floats, size: float) -> Floats:
 
 def factor_name(seen: Observation) -> str:
     """Return the name of the singular factor that is nearest to zero, empty if there is none."""
-    factors = seen.singularity.factors
-    if factors is None:
-        return ''
-    k: int = factors.nearest
-    distance = float(seen.singularity.distance)
-    if not seen.robot.factors.may_name(k, float(factors.estimates[k]), distance):
-        return ''
-    return seen.robot.factors.called(k)
+    k = nearest_factor(seen.robot, seen.singularity)
+    return '' if k is None else seen.robot.factors.called(k)

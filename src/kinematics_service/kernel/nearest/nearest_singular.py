@@ -21,11 +21,14 @@ from .singular_quadric import SingularQuadric
 
 # Beyond so many rad (a prismatic joint's divided by the length) nothing is looked for.
 HORIZON = 1.0
-# Evaluations at most of one search, of some 2 to 4 us each; hardly any needs more.
-ENOUGH = 200
+# Evaluations at most of one search, of some 2 to 4 us each; hardly any needs more. A thorough one
+# has so many times as many.
+ENOUGH, THOROUGH = 200, 20
 # A pose is singular where the singular value is below this share of the largest, and the next step
 # below this share of the way: at a flat saddle the first alone would lie.
 SINGULAR, NEXT_STEP, NO_STEP = 1e-7, 1e-3, 1e-9
+# Longest step of a run, rad.
+LONGEST = 0.3
 # Gains of the distance that end a run, as a share; and one of few steps, which follows a pose.
 NO_GAIN, NO_GAIN_FOLLOWED = 1e-5, 5e-4
 # Steps of a run, of these at full length, and at its end onto the set only: along it they may go
@@ -48,6 +51,8 @@ SADDLE = 0.1
 # So many poses of the atlas are starts at most, that are farther than what was found by so much at
 # most, rad; and of the zeros of a factor, farther by so much at most.
 CHARTS, SPREAD = 32, 0.35
+# Those of a thorough search.
+MORE_CHARTS, WIDER_SPREAD, WIDER, NEAR_BY = 128, 1.0, 2.0, 0.1
 # Of starts that lead to farther ones than that by this share none is given up: along a motion they
 # may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.1, 0.4
@@ -81,6 +86,8 @@ class NearestSearch:
     ----------
     arm
         The arm.
+    thorough
+        Whether all starts are tried, and more of them, whatever the first ones find.
 
     Attributes
     ----------
@@ -123,7 +130,11 @@ class NearestSearch:
     standing: bool
     stands_for: int
 
-    def __init__(self, arm: Arm) -> None:
+    thorough: bool
+    wide: float
+    apart: float
+
+    def __init__(self, arm: Arm, thorough: bool = False) -> None:
         arrays.given(arm)
         if not arm.reach > 0.0:
             raise TypeError('an arm without reach has no singular poses to look for')
@@ -131,7 +142,9 @@ class NearestSearch:
         self.here: SingularEquations = SingularEquations(arm.chain, arm.task)
         self.equations: SingularEquations = SingularEquations(arm.chain, arm.task)
         self.quadric: SingularQuadric = SingularQuadric(arm.chain.dof)
-        self.budget: Public[int] = ENOUGH
+        self.thorough = thorough
+        self.wide, self.apart = WIDE, APART
+        self.budget: Public[int] = THOROUGH * ENOUGH if thorough else ENOUGH
         self.n, self.count = arm.chain.dof, self.equations.count
         self.pencil: SingularPencil = SingularPencil(self.n, self.count)
         self.horizon, self.estimate, self.distance = HORIZON, places.PI, places.INFINITY
@@ -144,7 +157,7 @@ class NearestSearch:
         self.settled: bool = False
         n = self.n
         tape = arm.tape.steps * (n + 1) + 2 * n
-        charts = max(CHARTS, ZEROS)
+        charts = max(MORE_CHARTS, ZEROS)
         self.room: Flat = arrays.scratch(MEMORY * (2 * n + 1) + 13 * n + tape + 2 * charts)
         self.origin: Flat = self.room
         self.first: Flat = arrays.after(self.origin, n)
@@ -193,7 +206,7 @@ class NearestSearch:
         """
         n, k = self.n, self.arm.task.generic_rank
         self.ran, self.complete, self.evaluations = False, True, 0
-        self.estimate, self.by_product = first_order, first_order
+        self.estimate, self.by_product, self.free = first_order, first_order, first_order
         self.missed, self.settled = places.INFINITY, False
         if not (self.lasting >= 0.0 and self._moved_from(self.searched, q) <= KNOWN):
             self.known = 0
@@ -390,11 +403,11 @@ class NearestSearch:
         # that are known to be singular.
         settled = self.found() and self._is_where_the_first_order_says() and self._is_settled()
         if not settled:
-            self._run_from(self.first, self.by_least, min(1.0, 0.5 / self.by_least), 0.3)
+            self._run_from(self.first, self.by_least, min(1.0, 0.5 / self.by_least), LONGEST)
             settled = self._is_settled()
         if not settled or self.distance > SURE:
-            self._run_from_known_poses()
-        if settled:
+            self._run_from_known_poses(CHARTS, SPREAD, 3.0)
+        if settled and not self.thorough:
             return True
         self._run_from_second_order(False)
         # On the other side are other singular poses only where the second singular value, which
@@ -403,27 +416,40 @@ class NearestSearch:
             self._run_from_second_order(True)
         if self.count > 1:
             self._run_between_directions()
-        return False
+        if self.thorough:
+            self.wide, self.apart = WIDER, NEAR_BY
+            self._run_from_known_poses(MORE_CHARTS, WIDER_SPREAD, 20.0)
+            self.wide, self.apart = WIDE, APART
+            self._run_with_fewer_joints()
+        return settled
 
-    def _run_from_known_poses(self) -> None:
+    def _run_with_fewer_joints(self) -> None:
+        # From what was found without the motion of one of its joints.
+        for left_out in range(self.n):
+            if self.is_near() and abs(self.nearest[left_out]) > SAME * self.distance:
+                for j in range(self.n):
+                    self.d[j] = self.nearest[j] if j != left_out else 0.0
+                self._run(STEPS, LONGEST, False)
+
+    def _run_from_known_poses(self, most: int, spread: float, times: float) -> None:
         # From those poses of the atlas that promise to be nearest.
         n = self.n
         near = min(self.distance, self.horizon)
-        count: int = self._pick_charts(0, min(near + SPREAD, 3.0 * near), CHARTS)
+        count: int = self._pick_charts(0, min(near + spread, times * near), most)
         for k in range(count):
-            if self.scores[k] > WIDE * self.distance:
+            if self.scores[k] > self.wide * self.distance:
                 return
             self.atlas.write_motion(self.wrapped, self.picked[k], self.away, self.motion)
             if not self._leads_to_known(self.motion):
                 for j in range(n):
                     self.d[j] = self.motion[j]
-                self._run(STEPS, 0.3, False)
+                self._run(STEPS, LONGEST, False)
 
     def _pick_charts(self, f: int, radius: float, most: int) -> int:
         # Those of a set that promise nothing farther than what was found; returns their number.
         for j in range(self.n):
             self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
-        promise = WIDE * min(self.distance, self.horizon)
+        promise = self.wide * min(self.distance, self.horizon)
         return self.atlas.nearest(
             f, self.wrapped, radius, promise, most, self.picked, self.scores, self.away
         )
@@ -436,7 +462,7 @@ class NearestSearch:
             self.reached[j] = motion[j]
         beside = False
         for k in range(self.known):
-            beside = beside or self._is_known(k, APART / SAME * length)
+            beside = beside or self._is_known(k, self.apart / SAME * length)
         return beside
 
     def _look_at_factors(self) -> None:
@@ -461,7 +487,7 @@ class NearestSearch:
             self.d[j] = self.nearest[j]
         self.free = self.distance
         self.distance, self.standing = places.INFINITY, False
-        self._run(STEPS, 0.3, True)
+        self._run(STEPS, LONGEST, True)
         self.stands_for = -1
         if not self.found():
             self.complete = False
@@ -503,7 +529,9 @@ class NearestSearch:
         be; or as near as what was found.
         """
         missed = min(self.missed, self.by_quadric if self.count == 1 else self.by_least)
-        nearer = missed < NEARER * self.distance and missed < MISSED
+        if not missed < MISSED:
+            missed = self.missed if self.thorough else places.INFINITY
+        nearer = missed < NEARER * self.distance
         return missed if nearer and not self.settled else self.distance
 
     def write_pose(self, pose: Flat) -> None:
@@ -564,7 +592,7 @@ class NearestSearch:
                 enough = NO_GAIN if steps == STEPS else NO_GAIN_FOLLOWED
                 if gain < enough * away or away > 2.0 * self.horizon:
                     break
-            elif self._promise(left, away, nearest) > WIDE * self.distance:
+            elif self._promise(left, away, nearest) > self.wide * self.distance:
                 break  # it is on its way to one that is farther than what was found
             if step >= steps - 1 and (
                 best < places.INFINITY or not self._is_late(step - steps, left, away)

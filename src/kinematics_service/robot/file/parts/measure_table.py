@@ -88,7 +88,7 @@ MEASURES = {
         Measure(
             'distance',
             'joint motion to the nearest singular pose that was found, rad; 1 where none is found '
-            'within 1 rad, and means at least that',
+            'within 1 rad, and means at least that where this is decided',
             kernel.DISTANCE,
             unit='rad',
             warn=0.1,  # about 6 and 2 degrees
