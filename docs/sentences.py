@@ -14,6 +14,8 @@ TOPICS = {
     'joint names; it has no stamp: message k belongs to pose k',
     '~/twist': 'J qdot; `frame_id` is the frame whose axes are used',
     '~/velocity': 'the same with body, reference and axes named',
+    '~/acceleration': 'J qddot + dJ/dt qdot in the axes of the twist; of velocities that messages '
+    'report, half of `acceleration_window` late; none of differences of positions',
     '~/pose_with_covariance': 'the pose, and how far it may be off: rows and columns x y z, then '
     'rotations about x y z of the base frame; offered where the robot file has `uncertainty`',
     '~/twist_with_covariance': 'the twist, and how far it may be off, in the same axes; offered '

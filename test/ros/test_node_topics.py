@@ -10,7 +10,13 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped, VelocityStamped
+from geometry_msgs.msg import (
+    AccelStamped,
+    PoseArray,
+    PoseStamped,
+    TwistStamped,
+    VelocityStamped,
+)
 from rclpy.parameter import Parameter
 from ros_harness import BEST_EFFORT, LATCHED, STEP, level_of, nanoseconds, values_of
 from sensor_msgs.msg import JointState
@@ -33,6 +39,7 @@ PER_MESSAGE = {
     'jacobian': Float64MultiArray,
     'twist': TwistStamped,
     'velocity': VelocityStamped,
+    'acceleration': AccelStamped,
     'singularity/determinant': Float64,
     'singularity/manipulability': Float64,
     'singularity/condition_number': Float64,

@@ -20,6 +20,7 @@ from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it, evaluate
 from ..robot.measures import Level
 from ..robot.robot import Robot
 from .alarm import Alarm
+from .joint_accelerations import JointAccelerations
 from .joint_memory import MessageJoints, NamedJoints, joint_names
 from .joint_sample import JointSample
 from .joint_state_form import JointStateForm
@@ -41,11 +42,14 @@ class EstimatorSettings:
     timeout : ns
         A joint without a position for longer is stale; stamps that step back by more start a new
         time.
+    acceleration_window : ns
+        Time over which velocities are fitted by a line, whose slope is the acceleration.
     """
 
     joint_prefix: str = ''
     velocity_source: str = 'auto'
     timeout: int = 1_000_000_000
+    acceleration_window: int = 50_000_000
 
 
 class EstimatorOutput(NamedTuple):
@@ -62,12 +66,15 @@ class EstimatorOutput(NamedTuple):
         Stamp of the message that made it; time of its receipt if it has no stamp.
     velocity_source
         `message`, `difference`, or `none`.
+    qddot : shape (n,), rad/s^2 or m/s^2, or None
+        Joint accelerations, where they have been asked for and are known.
     """
 
     state: ToolState
     quaternion_xyzw: Floats
     stamp: int
     velocity_source: str
+    qddot: Floats | None = None
 
 
 class AcceptedMessage(NamedTuple):
@@ -183,6 +190,7 @@ class Estimator:
         same_names = joint_names(robot, settings.joint_prefix) == former.names
         if same_names and former.fits(robot):
             former.configure(robot, self._source, settings.timeout)
+            self._accelerations.configure(settings.acceleration_window, settings.timeout)
         else:
             self._joints = self._new_joints()
             self._joints.remember(former)
@@ -212,6 +220,9 @@ class Estimator:
         settings = self.settings
         # Forms as the kernel takes them; None for a form whose messages make no state of this arm.
         self._forms: dict[JointStateForm, IncomingForm | None] = {}
+        self._accelerations = JointAccelerations(
+            self.robot.dof, settings.acceleration_window, settings.timeout
+        )
         return NamedJoints(self.robot, settings.joint_prefix, self._source, settings.timeout)
 
     def _prepare(self) -> None:
@@ -385,6 +396,20 @@ class Estimator:
             self._forms.clear()
         self._forms[form] = incoming
         return incoming
+
+    def with_accelerations(self, answer: EstimatorOutput) -> EstimatorOutput:
+        """
+        Return the answer to the last message with its joint accelerations, where they are known.
+
+        They are of velocities that messages report: differences of positions differ by the noise
+        of these over the square of the time between them.
+        """
+        if answer.velocity_source != 'message':
+            self._accelerations.forget()
+            return answer
+        columns = self._joints.columns
+        qddot = self._accelerations.take(columns.stamp, columns.velocity)
+        return answer._replace(qddot=qddot)
 
     def accept(self, sample: JointSample) -> AcceptedMessage | RefusedMessage:
         """

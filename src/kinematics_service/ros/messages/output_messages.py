@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from geometry_msgs.msg import (
+    AccelStamped,
     Pose,
     PoseArray,
     PoseStamped,
@@ -18,6 +19,7 @@ from std_msgs.msg import Float64, Float64MultiArray, Header, MultiArrayDimension
 
 from ... import kernel
 from ...kernel import Floats, Integers, PoseErrors
+from ...kinematics.acceleration import acceleration_of
 from ...kinematics.forward import BASE, in_axes_of
 from ...kinematics.singularity import measured
 from ...kinematics.uncertainty.arm_errors import errors_of_file
@@ -87,9 +89,11 @@ class WithCovariance(NamedTuple):
 
 
 class Computed(NamedTuple):
-    """Numbers that are computed from a state; `of` returns those of a report."""
+    """
+    Numbers that are computed from a state; `of` returns those of a report, None if it has none.
+    """
 
-    of: Callable[[StateReport], Floats]
+    of: Callable[[StateReport], Floats | None]
 
 
 Numbers = Copied | WithCovariance | Computed
@@ -150,6 +154,27 @@ def twist_numbers(settings: NodeSettings) -> Numbers:
     def numbers(report: StateReport) -> Floats:
         state = report.answer.state
         return in_axes_of(state.pose, state.twist[:, None])[:, 0]
+
+    return Computed(numbers)
+
+
+def acceleration_template(settings: NodeSettings) -> AccelStamped:
+    """Return J qddot + dJ/dt qdot."""
+    return AccelStamped(header=_twist_header(settings))
+
+
+def acceleration_numbers(settings: NodeSettings) -> Numbers:
+    """Return where J qddot + dJ/dt qdot comes from, in the axes of the twist, shape (6,)."""
+    point = settings.robot.point(settings.of)
+
+    def numbers(report: StateReport) -> Floats | None:
+        state, qddot = report.answer.state, report.answer.qddot
+        if qddot is None:
+            return None
+        found = acceleration_of(state, point, qddot)
+        if settings.twist_frame == TOOL:
+            found = in_axes_of(state.pose, found[:, None])[:, 0]
+        return found if np.isfinite(found).all() else None
 
     return Computed(numbers)
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from geometry_msgs.msg import (
+    AccelStamped,
     PoseArray,
     PoseStamped,
     PoseWithCovarianceStamped,
@@ -21,11 +22,14 @@ from std_msgs.msg import Float64, Float64MultiArray
 from visualization_msgs.msg import MarkerArray
 
 from ... import kernel
+from ...estimation.estimator import Estimator, EstimatorOutput
 from ...robot.measures import MEASURES
 from ..parameters.settings import NodeSettings
 from .messages import StateReport
 from .output_messages import (
     Numbers,
+    acceleration_numbers,
+    acceleration_template,
     jacobian_numbers,
     jacobian_template,
     link_frames_numbers,
@@ -108,6 +112,8 @@ class OutputTopic:
         The point it is about; empty for the tool.
     by_file
         Whether it is offered only where the robot file gives its numbers.
+    completed
+        Adds to every answer what the topic needs besides, while somebody listens.
     """
 
     name: str
@@ -120,6 +126,7 @@ class OutputTopic:
     period: int = 0
     of: str = ''
     by_file: bool = False
+    completed: Callable[[Estimator, EstimatorOutput], EstimatorOutput] | None = None
 
 
 def _markers(report: StateReport) -> Any:
@@ -139,6 +146,14 @@ TOPICS = (
     OutputTopic('~/jacobian', Float64MultiArray, jacobian_template, jacobian_numbers),
     OutputTopic('~/twist', TwistStamped, twist_template, twist_numbers, of_motion=True),
     OutputTopic('~/velocity', VelocityStamped, velocity_template, twist_numbers, of_motion=True),
+    OutputTopic(
+        '~/acceleration',
+        AccelStamped,
+        acceleration_template,
+        acceleration_numbers,
+        of_motion=True,
+        completed=Estimator.with_accelerations,
+    ),
     OutputTopic(
         '~/pose_with_covariance',
         PoseWithCovarianceStamped,
@@ -182,7 +197,11 @@ TOPICS = (
 
 
 # What there is of a point besides the tool.
-OF_POINTS = tuple(topic for topic in TOPICS if topic.name in ('~/pose', '~/jacobian', '~/twist'))
+OF_POINTS = tuple(
+    topic
+    for topic in TOPICS
+    if topic.name in ('~/pose', '~/jacobian', '~/twist', '~/acceleration')
+)
 
 
 def topics_of(settings: NodeSettings) -> tuple[OutputTopic, ...]:

@@ -186,6 +186,8 @@ class KinematicsNode(Node):
             if outcome.sentence and self._throttle.passes(outcome.reason):
                 self.get_logger().warning(f'joint state rejected: {outcome.sentence}')
             return
+        for complete in active.completed:
+            outcome = complete(self._estimator, outcome)
         self._latest = outcome
         if self._reference.is_there:
             self._reference.note(outcome)

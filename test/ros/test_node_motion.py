@@ -1,0 +1,94 @@
+"""Topics of the motion: what they say, and when they are silent."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from geometry_msgs.msg import AccelStamped
+from ros_harness import SECOND, STEP, nanoseconds
+from tolerances import ROUND_OFF
+
+import kinematics_service as ks
+
+POINTED = 'points: {camera: {row: 3, xyz: [0.1, 0.05, 0.2], rpy: [0.3, -0.7, 1.1]}}\n'
+Q, QDOT, QDDOT = (
+    np.array(numbers) for numbers in ((0.3, -0.4, 1.2), (0.5, -0.2, 0.7), (3, 2, -4))
+)
+# Second differences of positions over STEP, 10 ms: the fourth derivative leaves 1e-4 of them.
+SECOND_DIFFERENCE = 0.02
+
+
+def xyz(vector):
+    return np.array([vector.x, vector.y, vector.z])
+
+
+def six(message):
+    return np.concatenate([xyz(message.linear), xyz(message.angular)])
+
+
+@pytest.fixture(scope='module')
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp('points') / 'arm.yaml'
+    path.write_text(ks.bundled_robots()['craig_3r'].read_text(encoding='utf-8') + POINTED)
+    return str(path)
+
+
+def moving(k):
+    """Return positions and velocities of a steady acceleration at message k."""
+    t = k * STEP / SECOND
+    return Q + QDOT * t + 0.5 * QDDOT * t * t, QDOT + QDDOT * t
+
+
+def sent(one, count=7):
+    """Send a steady acceleration; return the stamps."""
+    return [one.send(q.tolist(), qdot.tolist()) for q, qdot in map(moving, range(count))]
+
+
+@pytest.mark.parametrize('axes', ['base', 'tool'])
+@pytest.mark.parametrize('of', ['tool', 'camera'])
+def test_the_acceleration_of_a_motion_is_the_librarys(arm, file, of, axes):
+    one = arm(file, ['-p', f'twist_frame:={axes}', '-p', 'points:=[camera]'])
+    name = 'acceleration' if of == 'tool' else f'{of}/acceleration'
+    heard = one.hear(name, AccelStamped)
+    stamps = sent(one)
+    one.spin_until(lambda: len(heard) == 6, 'accelerations')
+    assert [nanoseconds(message.header.stamp) for message in heard] == stamps[1:]
+    frame = {'tool': 'tool0', 'camera': 'camera'}[of] if axes == 'tool' else 'base_link'
+    robot = ks.load_robot(file)
+    for message, (q, qdot) in zip(heard, map(moving, range(1, 7))):
+        assert message.header.frame_id == frame
+        expected = ks.acceleration(robot, q, qdot, QDDOT, of if axes == 'tool' else 'base', of=of)
+        np.testing.assert_allclose(six(message.accel), expected, rtol=0, atol=1e-11)
+
+
+def test_the_acceleration_is_the_second_difference_of_the_pose(arm):
+    one = arm('craig_3r')
+    heard = one.hear('acceleration', AccelStamped)
+    places = [xyz(one.answer(*map(list, moving(k))).pose.position) for k in range(7)]
+    one.spin_until(lambda: len(heard) == 6, 'accelerations')
+    for k in range(1, 6):
+        second = (places[k + 1] - 2 * places[k] + places[k - 1]) / (STEP / SECOND) ** 2
+        np.testing.assert_allclose(
+            xyz(heard[k - 1].accel.linear), second, rtol=0, atol=SECOND_DIFFERENCE
+        )
+
+
+def test_the_acceleration_of_an_arm_with_a_closed_loop_is_the_librarys(arm):
+    one = arm('crank_slider')
+    heard = one.hear('acceleration', AccelStamped)
+    for k in range(3):
+        one.send([0.4 + 0.02 * k + 0.001 * k * k], [2.0 + 0.2 * k])
+    one.spin_until(lambda: len(heard) == 2, 'accelerations')
+    expected = ks.acceleration(one.robot, [0.444], [2.4], [20.0])
+    np.testing.assert_allclose(six(heard[-1].accel), expected, rtol=1e-9, atol=ROUND_OFF)
+
+
+def test_there_is_no_acceleration_of_differences_of_positions(arm):
+    one = arm('craig_3r')
+    heard = one.hear('acceleration', AccelStamped)
+    for k in range(4):
+        one.answer(moving(k)[0].tolist())
+    sent(one, 2)
+    one.spin_until(lambda: bool(heard), 'acceleration')
+    assert len(heard) == 1
