@@ -20,6 +20,11 @@ TOPICS = {
     'rotations about x y z of the base frame; offered where the robot file has `uncertainty`',
     '~/twist_with_covariance': 'the twist, and how far it may be off, in the same axes; offered '
     'where the robot file has `uncertainty` with `velocity_noise`',
+    '~/null_space': "orthonormal basis of the joint motions that leave the task's rows at rest, "
+    'n x k, row-major; `dim[0]` has the joint names; continuous from message to message; offered '
+    'where the arm has self-motion',
+    '~/null_space/away': 'the self-motion that raises the distance fastest, its gradient in the '
+    'null space, a number for each joint; zeros where no singular pose was found within 1 rad',
     '~/singularity/clearance': 'radius in which no pose is singular, proved, rad; costs nothing '
     'unheard',
     '~/link_frames': 'every frame of the table in the base frame',

@@ -6,7 +6,8 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from geometry_msgs.msg import AccelStamped
-from ros_harness import SECOND, STEP, nanoseconds
+from ros_harness import SECOND, STEP, change, nanoseconds
+from std_msgs.msg import Float64MultiArray
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
@@ -92,3 +93,69 @@ def test_there_is_no_acceleration_of_differences_of_positions(arm):
     sent(one, 2)
     one.spin_until(lambda: bool(heard), 'acceleration')
     assert len(heard) == 1
+
+
+# Self-motion
+
+# The bend of an arm of seven joints that is 0.2 rad from a singular pose.
+BENT = np.array([0.2, 0.4, 0.1, -0.25, 0.3, 0.6, 0.5])
+# A way without singular poses on which the largest number of the basis changes its sign.
+BEGIN = np.array([0.7, 0.1, -0.4, -1.2, -0.9, 1.5, 0.3])
+WAY = np.array([-0.2, 1.0, 1.0, 0.4, 0.3, 0.4, -0.2])
+
+
+def heard_matrix(message):
+    rows, columns = message.layout.dim
+    assert (rows.stride, columns.stride) == (rows.size * columns.size, columns.size)
+    return np.reshape(message.data, (rows.size, columns.size))
+
+
+def test_the_null_space_is_continuous_and_leaves_the_tool_at_rest(arm):
+    one = arm('panda')
+    heard = one.hear('null_space', Float64MultiArray)
+    poses = [BEGIN + 0.03 * k * WAY for k in range(60)]
+    for q in poses:
+        one.send(q.tolist())
+    one.spin_until(lambda: len(heard) == 60, 'bases')
+    before, turned = None, False
+    for q, message in zip(poses, heard):
+        assert message.layout.dim[0].label == ','.join(one.names)
+        basis = heard_matrix(message)
+        np.testing.assert_allclose(ks.jacobian(one.robot, q) @ basis, 0.0, atol=1e-11)
+        np.testing.assert_allclose(basis.T @ basis, [[1.0]], rtol=0, atol=ROUND_OFF)
+        np.testing.assert_array_equal(basis, ks.null_space(one.robot, q, near=before))
+        assert before is None or np.linalg.norm(basis - before) < 0.1
+        turned = turned or bool(np.any(basis * ks.null_space(one.robot, q) < 0))
+        before = basis
+    assert turned  # a sign chosen alone would have jumped
+
+
+def test_the_self_motion_leads_away_from_the_singular_pose(arm):
+    one = arm('panda')
+    heard = one.hear('null_space/away', Float64MultiArray)
+    one.send(BENT.tolist())
+    one.spin_until(lambda: bool(heard), 'self-motion')
+    motion = np.array(heard[0].data)
+    np.testing.assert_allclose(motion, ks.self_motion(one.robot, BENT), rtol=0, atol=1e-9)
+    step = 1e-3 / np.linalg.norm(motion)
+    ahead, here = (ks.singularity(one.robot, q).distance for q in (BENT + step * motion, BENT))
+    assert (ahead - here) / step == pytest.approx(motion @ motion, rel=0.05)
+
+
+def test_only_an_arm_with_self_motion_offers_it(arm):
+    for name, offered in (('puma560', False), ('panda', True)):
+        names = arm(name).node._outputs.names
+        assert ('/kinematics/null_space' in names) == offered
+        assert ('/kinematics/null_space/away' in names) == offered
+
+
+def test_another_tool_begins_another_basis(arm):
+    one = arm('panda')
+    heard = one.hear('null_space', Float64MultiArray)
+    one.send(BENT.tolist())
+    one.spin_until(lambda: bool(heard), 'basis')
+    assert change(one, tool__xyz=[0.1, 0.2, 0.3]).successful
+    one.send(BENT.tolist())
+    one.spin_until(lambda: len(heard) == 2, 'another basis')
+    expected = ks.null_space(one.node.settings.robot, BENT)
+    np.testing.assert_array_equal(heard_matrix(heard[1]), expected)

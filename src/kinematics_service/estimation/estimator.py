@@ -15,6 +15,7 @@ from .. import kernel
 from ..errors import JointVectorError
 from ..kernel import Floats, IncomingForm, NearestSearch, OurJoints, OutgoingMessages
 from ..kinematics.closure import why_not_closed
+from ..kinematics.null_space import basis_of
 from ..kinematics.singularity import Singularity, watched_value
 from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it, evaluate
 from ..robot.measures import Level
@@ -68,6 +69,9 @@ class EstimatorOutput(NamedTuple):
         `message`, `difference`, or `none`.
     qddot : shape (n,), rad/s^2 or m/s^2, or None
         Joint accelerations, where they have been asked for and are known.
+    null_space : shape (n, k), or None
+        Basis of the joint motions that leave the task's rows at rest, where it has been asked for;
+        continuous from answer to answer.
     """
 
     state: ToolState
@@ -75,6 +79,7 @@ class EstimatorOutput(NamedTuple):
     stamp: int
     velocity_source: str
     qddot: Floats | None = None
+    null_space: Floats | None = None
 
 
 class AcceptedMessage(NamedTuple):
@@ -176,6 +181,7 @@ class Estimator:
         self._joints = self._new_joints()
         self._search = NearestSearch(robot.arm)
         self._alarm = Alarm()
+        self._null_space: Floats | None = None
         self._is_open = False
         self._prepare()
 
@@ -197,6 +203,7 @@ class Estimator:
         if not moves_alike:
             self._joints.is_new_tool = True
             self._alarm = Alarm()
+            self._null_space = None
         self._prepare()
 
     def anew(self, answer: EstimatorOutput) -> EstimatorOutput | None:
@@ -410,6 +417,12 @@ class Estimator:
         columns = self._joints.columns
         qddot = self._accelerations.take(columns.stamp, columns.velocity)
         return answer._replace(qddot=qddot)
+
+    def with_null_space(self, answer: EstimatorOutput) -> EstimatorOutput:
+        """Return an answer with the basis of its null space that is nearest to the last one."""
+        basis = basis_of(self.robot.task, answer.state.jacobian, self._null_space)
+        self._null_space = basis
+        return answer._replace(null_space=basis)
 
     def accept(self, sample: JointSample) -> AcceptedMessage | RefusedMessage:
         """

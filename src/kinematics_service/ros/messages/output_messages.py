@@ -21,6 +21,7 @@ from ... import kernel
 from ...kernel import Floats, Integers, PoseErrors
 from ...kinematics.acceleration import acceleration_of
 from ...kinematics.forward import BASE, in_axes_of
+from ...kinematics.null_space import self_motion_of
 from ...kinematics.singularity import measured
 from ...kinematics.uncertainty.arm_errors import errors_of_file
 from ...kinematics.uncertainty.pose_covariance import covariances
@@ -177,6 +178,51 @@ def acceleration_numbers(settings: NodeSettings) -> Numbers:
         return found if np.isfinite(found).all() else None
 
     return Computed(numbers)
+
+
+def null_space_template(settings: NodeSettings) -> Float64MultiArray:
+    """Return a basis of the joint motions that leave the task's rows at rest, row-major n x k."""
+    n, k = settings.robot.dof, _self_motions(settings)
+    message = Float64MultiArray(data=array('d', bytes(8 * n * k)))
+    message.layout.dim = [
+        MultiArrayDimension(label=','.join(settings.joint_names), size=n, stride=n * k),
+        MultiArrayDimension(label='self-motions', size=k, stride=k),
+    ]
+    return message
+
+
+def _self_motions(settings: NodeSettings) -> int:
+    return settings.robot.dof - settings.robot.task.generic_rank
+
+
+def null_space_numbers(settings: NodeSettings) -> Numbers | None:
+    """Return where that basis comes from, shape (n k,); None for an arm without self-motion."""
+
+    def numbers(report: StateReport) -> Floats | None:
+        basis = report.answer.null_space
+        return None if basis is None else basis.ravel()
+
+    return Computed(numbers) if _self_motions(settings) else None
+
+
+def self_motion_template(settings: NodeSettings) -> Float64MultiArray:
+    """Return the self-motion that raises the distance fastest, a number for each joint."""
+    n = settings.robot.dof
+    message = Float64MultiArray(data=array('d', bytes(8 * n)))
+    message.layout.dim = [
+        MultiArrayDimension(label=','.join(settings.joint_names), size=n, stride=n)
+    ]
+    return message
+
+
+def self_motion_numbers(settings: NodeSettings) -> Numbers | None:
+    """Return where that motion comes from, shape (n,); None for an arm without self-motion."""
+
+    def numbers(report: StateReport) -> Floats | None:
+        basis = report.answer.null_space
+        return None if basis is None else self_motion_of(report.answer.state, basis)
+
+    return Computed(numbers) if _self_motions(settings) else None
 
 
 def pose_with_covariance_template(settings: NodeSettings) -> PoseWithCovarianceStamped:

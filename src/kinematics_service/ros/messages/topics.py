@@ -35,11 +35,15 @@ from .output_messages import (
     link_frames_numbers,
     link_frames_template,
     measure_numbers,
+    null_space_numbers,
+    null_space_template,
     pose_numbers,
     pose_template,
     pose_with_covariance_numbers,
     pose_with_covariance_template,
     scalar_template,
+    self_motion_numbers,
+    self_motion_template,
     twist_numbers,
     twist_template,
     twist_with_covariance_numbers,
@@ -176,6 +180,22 @@ TOPICS = (
             f'~/singularity/{measure.name}', Float64, scalar_template, measure_numbers(measure)
         )
         for measure in reversed(MEASURES.values())  # the distance last
+    ),
+    OutputTopic(
+        '~/null_space',
+        Float64MultiArray,
+        null_space_template,
+        null_space_numbers,
+        by_file=True,
+        completed=Estimator.with_null_space,
+    ),
+    OutputTopic(
+        '~/null_space/away',
+        Float64MultiArray,
+        self_motion_template,
+        self_motion_numbers,
+        by_file=True,
+        completed=Estimator.with_null_space,
     ),
     OutputTopic('~/singularity/clearance', Float64, build=_clearance),
     OutputTopic(
