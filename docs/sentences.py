@@ -16,6 +16,9 @@ TOPICS = {
     '~/velocity': 'the same with body, reference and axes named',
     '~/acceleration': 'J qddot + dJ/dt qdot in the axes of the twist; of velocities that messages '
     'report, half of `acceleration_window` late; none of differences of positions',
+    '~/wrench': 'force and torque that the tool exerts, J^T w = efforts, at the origin and in the '
+    'axes of `frame_id`, the tool; not external before `~/wrench/zero`; none while an effort is '
+    'not known',
     '~/pose_with_covariance': 'the pose, and how far it may be off: rows and columns x y z, then '
     'rotations about x y z of the base frame; offered where the robot file has `uncertainty`',
     '~/twist_with_covariance': 'the twist, and how far it may be off, in the same axes; offered '
@@ -43,7 +46,7 @@ TOPICS = {
     '~/ik/status': 'one for each target: OK, WARN (a twist is followed in part), ERROR (refused, '
     'unreachable) and the reason',
     '/diagnostics': 'once a second: input rate, age, messages by what became of them, missing '
-    'joints, publishers',
+    'joints, publishers; beside it `frames` and `wrench` where there is something to say of them',
 }
 
 _XYZ = 'position'

@@ -5,9 +5,10 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
-from geometry_msgs.msg import AccelStamped
-from ros_harness import SECOND, STEP, change, nanoseconds
+from geometry_msgs.msg import AccelStamped, WrenchStamped
+from ros_harness import SECOND, STEP, change, joint_state, level_of, nanoseconds, values_of
 from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import Trigger
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
@@ -159,3 +160,150 @@ def test_another_tool_begins_another_basis(arm):
     one.spin_until(lambda: len(heard) == 2, 'another basis')
     expected = ks.null_space(one.node.settings.robot, BENT)
     np.testing.assert_array_equal(heard_matrix(heard[1]), expected)
+
+
+# Wrenches
+
+EFFORT = np.array([1.5, -2.0, 0.7])
+
+
+def pushed(one, efforts, q=Q, names=None):
+    """Send a pose with efforts."""
+    one.stamp += STEP
+    message = joint_state(names or one.names, list(map(float, q)), (), one.stamp)
+    message.effort = list(map(float, efforts))
+    one.publish(message)
+
+
+def force_torque(message):
+    return np.concatenate([xyz(message.wrench.force), xyz(message.wrench.torque)])
+
+
+def wrench_status(one):
+    one.diagnose()
+    (found,) = (s for s in one._diagnostics[-1].status if s.name.endswith(': wrench'))
+    return found
+
+
+def zeroed(one):
+    return one.call(Trigger, '/kinematics/wrench/zero', Trigger.Request())
+
+
+@pytest.mark.parametrize('of', ['tool', 'camera'])
+def test_the_wrench_is_that_of_the_efforts_at_the_frame_it_names(arm, file, of):
+    one = arm(file, ['-p', 'points:=[camera]'])
+    name = 'wrench' if of == 'tool' else f'{of}/wrench'
+    heard = one.hear(name, WrenchStamped)
+    pushed(one, EFFORT)
+    one.spin_until(lambda: bool(heard), 'wrench')
+    assert nanoseconds(heard[0].header.stamp) == one.stamp
+    assert heard[0].header.frame_id == {'tool': 'tool0', 'camera': 'camera'}[of]
+    robot = ks.load_robot(file)
+    expected = ks.wrench_from_torques(robot, Q, EFFORT, of, of=of, damping=0.025)
+    np.testing.assert_allclose(force_torque(heard[0]), expected.wrench, rtol=0, atol=1e-10)
+
+
+def test_the_wrench_is_the_one_the_tool_exerts(arm):
+    one = arm('planar_2r')
+    heard = one.hear('wrench', WrenchStamped)
+    # The arm of two links of 1 m is bent to the left; pressing up along y asks the first joint for
+    # 1 N m a newton.
+    pushed(one, [3.0, 0.0], (0.0, np.pi / 2))
+    one.spin_until(lambda: bool(heard), 'wrench')
+    T = ks.forward_kinematics(one.robot, (0.0, np.pi / 2))
+    force = T[:3, :3] @ force_torque(heard[0])[:3]
+    J = ks.jacobian(one.robot, (0.0, np.pi / 2))
+    turned = np.concatenate([force, T[:3, :3] @ force_torque(heard[0])[3:]])
+    np.testing.assert_allclose(J.T @ turned, [3.0, 0.0], rtol=0, atol=1e-11)
+    assert force[1] > 0
+
+
+@pytest.mark.parametrize(
+    ('efforts', 'unknown'),
+    [
+        ((), 'q1, q2, q3'),
+        ((1.0, 2.0), 'q1, q2, q3'),
+        ((1.0, np.nan, 2.0), 'q2'),
+        ((np.inf, 1.0, -np.inf), 'q1, q3'),
+        ((1.0, 2.0, 1e300), 'q3'),
+    ],
+)
+def test_efforts_that_are_none_make_no_wrench_and_are_named(arm, efforts, unknown):
+    one = arm()
+    heard, poses = one.hear('wrench', WrenchStamped), one.poses
+    pushed(one, efforts)
+    one.spin_until(lambda: bool(poses), 'pose')
+    status = wrench_status(one)
+    assert level_of(status) == 1
+    assert status.message == f'no wrench: the joint states have no effort of {unknown}'
+    response = zeroed(one)
+    assert not response.success
+    assert response.message == f'the last joint states have no effort of {unknown}'
+    pushed(one, EFFORT)
+    one.spin_until(lambda: bool(heard), 'wrench')
+    assert level_of(wrench_status(one)) == 0
+    assert len(heard) == 1
+
+
+def test_efforts_of_two_drivers_are_one_wrench(arm):
+    one = arm()
+    heard, poses = one.hear('wrench', WrenchStamped), one.poses
+    pushed(one, EFFORT[:1], Q[:1], ['q1'])
+    pushed(one, EFFORT[1:], Q[1:], ['q2', 'q3'])
+    pushed(one, [9.0, EFFORT[0]], [1.0, Q[0]], ['gripper', 'q1'])
+    one.spin_until(lambda: len(poses) == 2, 'poses')
+    one.spin_until(lambda: bool(heard), 'wrench')
+    expected = ks.wrench_from_torques(one.robot, Q, EFFORT, 'tool', damping=0.025).wrench
+    np.testing.assert_allclose(force_torque(heard[0]), expected, rtol=0, atol=1e-10)
+    assert len(heard) == 1  # the first answer knows no effort of q1
+
+
+def test_zero_takes_the_bias_and_only_then_the_wrench_is_external(arm):
+    one = arm()
+    assert zeroed(one).message == 'no effort was read: nobody listens to ~/wrench'
+    heard = one.hear('wrench', WrenchStamped)
+    for noise in (0.1, -0.1, 0.3, -0.3):
+        pushed(one, EFFORT + noise)
+    one.spin_until(lambda: len(heard) == 4, 'wrenches')
+    assert wrench_status(one).message.startswith('not external: gravity, friction and inertia')
+    response = zeroed(one)
+    assert response.success
+    assert response.message.startswith('the bias is the mean of 4 messages; it holds near')
+    pushed(one, EFFORT)
+    one.spin_until(lambda: len(heard) == 5, 'wrench')
+    np.testing.assert_allclose(force_torque(heard[-1]), 0.0, rtol=0, atol=1e-12)
+    assert wrench_status(one).message.startswith('external, near the pose')
+    pushed(one, EFFORT + [0.0, 0.0, 1.0])
+    one.spin_until(lambda: len(heard) == 6, 'wrench')
+    expected = ks.wrench_from_torques(one.robot, Q, [0, 0, 1], 'tool', damping=0.025).wrench
+    np.testing.assert_allclose(force_torque(heard[-1]), expected, rtol=0, atol=1e-10)
+
+
+def test_near_a_singular_pose_the_status_says_what_is_hardly_felt(arm):
+    one = arm('puma560')
+    heard = one.hear('wrench', WrenchStamped)
+    q, friction = [0.1, -0.4, 0.6, 0.2, 1e-3, 0.3], [0, 0, 0, 0.02, 0, -0.01]
+    pushed(one, friction, q)
+    one.spin_until(lambda: bool(heard), 'wrench')
+    plain = ks.wrench_from_torques(one.robot, q, friction, 'tool').wrench
+    assert np.linalg.norm(force_torque(heard[0])) < 0.1 * np.linalg.norm(plain)
+    status = wrench_status(one)
+    assert level_of(status) == 1
+    assert status.message.startswith('near a singular pose: force along (0.87, 0.16, -0.47) with')
+    assert status.message.endswith('~/wrench/zero takes them as bias')
+    values = values_of(status)
+    assert values['directions felt'] == '6 of 6'
+    assert values['not felt'] == ''
+    assert float(values['torques unexplained']) > 0.01
+
+
+def test_directions_that_an_arm_of_few_joints_never_feels_are_named(arm):
+    one = arm('planar_2r')
+    heard = one.hear('wrench', WrenchStamped)
+    pushed(one, [1.0, 0.5], (0.1, 1.0))
+    one.spin_until(lambda: bool(heard), 'wrench')
+    status = wrench_status(one)
+    assert level_of(status) == 0
+    values = values_of(status)
+    assert values['directions felt'] == '2 of 6'
+    assert 'torque about x' in values['not felt']

@@ -16,6 +16,7 @@ from geometry_msgs.msg import (
     PoseStamped,
     TwistStamped,
     VelocityStamped,
+    WrenchStamped,
 )
 from rclpy.parameter import Parameter
 from ros_harness import BEST_EFFORT, LATCHED, STEP, level_of, nanoseconds, values_of
@@ -40,6 +41,7 @@ PER_MESSAGE = {
     'twist': TwistStamped,
     'velocity': VelocityStamped,
     'acceleration': AccelStamped,
+    'wrench': WrenchStamped,
     'singularity/determinant': Float64,
     'singularity/manipulability': Float64,
     'singularity/condition_number': Float64,
@@ -105,7 +107,8 @@ def test_topics_and_services_are_those_of_the_contract(arm):
     assert listens['/kinematics/target_pose'] == ['geometry_msgs/msg/PoseStamped']
     assert listens['/kinematics/target_twist'] == ['geometry_msgs/msg/TwistStamped']
     services = dict(one.node.get_service_names_and_types_by_node('kinematics', '/'))
-    assert services['/kinematics/describe'] == ['std_srvs/srv/Trigger']
+    for name in ('describe', 'reload', 'wrench/zero'):
+        assert services[f'/kinematics/{name}'] == ['std_srvs/srv/Trigger']
 
 
 # Numbers

@@ -22,6 +22,7 @@ from ..robot.measures import Level
 from ..robot.robot import Robot
 from .alarm import Alarm
 from .joint_accelerations import JointAccelerations
+from .joint_efforts import JointEfforts
 from .joint_memory import MessageJoints, NamedJoints, joint_names
 from .joint_sample import JointSample
 from .joint_state_form import JointStateForm
@@ -72,6 +73,8 @@ class EstimatorOutput(NamedTuple):
     null_space : shape (n, k), or None
         Basis of the joint motions that leave the task's rows at rest, where it has been asked for;
         continuous from answer to answer.
+    torques : shape (n,), N m or N, or None
+        Joint efforts less their bias, where they have been asked for and are all known.
     """
 
     state: ToolState
@@ -80,6 +83,7 @@ class EstimatorOutput(NamedTuple):
     velocity_source: str
     qddot: Floats | None = None
     null_space: Floats | None = None
+    torques: Floats | None = None
 
 
 class AcceptedMessage(NamedTuple):
@@ -172,6 +176,8 @@ class Estimator:
     ----------
     counts
         Number of messages by what became of them.
+    efforts
+        Of the joints, as far as they have been asked for.
     """
 
     def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:
@@ -227,6 +233,7 @@ class Estimator:
         settings = self.settings
         # Forms as the kernel takes them; None for a form whose messages make no state of this arm.
         self._forms: dict[JointStateForm, IncomingForm | None] = {}
+        self.efforts = JointEfforts(self.robot.dof)
         self._accelerations = JointAccelerations(
             self.robot.dof, settings.acceleration_window, settings.timeout
         )
@@ -241,6 +248,11 @@ class Estimator:
             robot.chain.single_widths,
             robot.measure_places.width,
         )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the joints in messages."""
+        return self._joints.names
 
     def reset(self) -> None:
         """Forget every joint: the clock or the recording started again."""
@@ -417,6 +429,15 @@ class Estimator:
         columns = self._joints.columns
         qddot = self._accelerations.take(columns.stamp, columns.velocity)
         return answer._replace(qddot=qddot)
+
+    def hear_efforts(self, names: Sequence[str], efforts: Sequence[float] | Floats) -> None:
+        """Note the efforts of a message with these names that has been answered."""
+        ours = self._joints.joints_in(names).ours
+        self.efforts.take(ours, len(names), _doubles(efforts))
+
+    def with_torques(self, answer: EstimatorOutput) -> EstimatorOutput:
+        """Return an answer with the joint efforts less their bias, where all are known."""
+        return answer._replace(torques=self.efforts.torques())
 
     def with_null_space(self, answer: EstimatorOutput) -> EstimatorOutput:
         """Return an answer with the basis of its null space that is nearest to the last one."""

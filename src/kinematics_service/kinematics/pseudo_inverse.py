@@ -59,7 +59,8 @@ class PseudoInverse(FrozenArrays):
 @dataclass(frozen=True, eq=False)
 class Inverted(FrozenArrays):
     """
-    Singular values inverted: `gains` (..., k) of them, `rank` (...), and the `damping` in use.
+    Singular values inverted: `gains` (..., k) of them, `rank` (...), and the `damping` (..., k) of
+    each, as a share of the length.
     """
 
     READ_ONLY = ('gains', 'rank', 'damping')
@@ -101,7 +102,7 @@ def inverted(sigma: Floats, length: float, damping: float, damped_below: float) 
     return Inverted(
         gains=np.where(kept, 1.0 / (safe + (of_each * length) ** 2 / safe), 0.0),
         rank=np.asarray(np.sum(kept, axis=-1), dtype=np.int64),
-        damping=np.asarray(np.max(of_each, axis=-1, initial=0.0)),
+        damping=of_each,
     )
 
 
@@ -163,5 +164,5 @@ def pseudo_inverse(
         matrix=task.column_scales[:, None] * matrix * task.row_scales,
         singular_values=sigma,
         rank=found.rank,
-        damping=found.damping,
+        damping=np.max(found.damping, axis=-1, initial=0.0),
     )

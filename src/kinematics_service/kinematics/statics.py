@@ -34,20 +34,23 @@ class WrenchEstimate(FrozenArrays):
     rank : shape (...)
         Number of independent directions of wrench that the joints feel here.
     damping : shape (...)
-        The largest damping in use, as a share of the characteristic length: where it is not 0,
-        there is a wrench that the joints hardly feel, and what is found of it is too small.
+        The largest damping in use, as a share of the characteristic length.
+    damped : shape (..., 6, 6)
+        Rows that are not zero are wrenches that the joints hardly feel: what is found along them
+        is too small. They are unit vectors as those of `hidden`.
     hidden : shape (..., 6, 6)
         Rows 0 to rank - 1 are zero; each of the others is a wrench that no joint feels, so that
         any multiple of it may be added. They are unit vectors of force and of torque over the
         characteristic length, at right angles.
     """
 
-    READ_ONLY = ('wrench', 'residual', 'rank', 'damping', 'hidden')
+    READ_ONLY = ('wrench', 'residual', 'rank', 'damping', 'damped', 'hidden')
 
     wrench: Floats
     residual: Floats
     rank: npt.NDArray[np.int64]
     damping: Floats
+    damped: Floats
     hidden: Floats
 
 
@@ -170,11 +173,14 @@ def wrench_of(
     count = sigma.shape[-1]
     along = np.einsum('...kj,...j->...k', Vt[..., :count, :], torques * column_scales)
     wrench = np.einsum('...ik,...k->...i', U[..., :, :count], found.gains * along) * row_scales
-    felt = np.arange(6) < found.rank[..., None]
+    felt, hardly = np.arange(6) < found.rank[..., None], np.zeros((*found.rank.shape, 6), bool)
+    hardly[..., :count] = found.damping > 0.0
+    directions = np.swapaxes(U, -1, -2)
     return WrenchEstimate(
         wrench=wrench,
         residual=torques - np.einsum('...ij,...i->...j', J, wrench),
         rank=found.rank,
-        damping=found.damping,
-        hidden=np.where(felt[..., None], 0.0, np.swapaxes(U, -1, -2)),
+        damping=np.max(found.damping, axis=-1, initial=0.0),
+        damped=np.where((felt & hardly)[..., None], directions, 0.0),
+        hidden=np.where(felt[..., None], 0.0, directions),
     )

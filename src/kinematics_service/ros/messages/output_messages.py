@@ -14,6 +14,7 @@ from geometry_msgs.msg import (
     TwistStamped,
     TwistWithCovarianceStamped,
     VelocityStamped,
+    WrenchStamped,
 )
 from std_msgs.msg import Float64, Float64MultiArray, Header, MultiArrayDimension
 
@@ -23,6 +24,7 @@ from ...kinematics.acceleration import acceleration_of
 from ...kinematics.forward import BASE, in_axes_of
 from ...kinematics.null_space import self_motion_of
 from ...kinematics.singularity import measured
+from ...kinematics.statics import WrenchEstimate, wrench_of
 from ...kinematics.uncertainty.arm_errors import errors_of_file
 from ...kinematics.uncertainty.pose_covariance import covariances
 from ...robot.measures import Measure
@@ -178,6 +180,34 @@ def acceleration_numbers(settings: NodeSettings) -> Numbers:
         return found if np.isfinite(found).all() else None
 
     return Computed(numbers)
+
+
+def wrench_template(settings: NodeSettings) -> WrenchStamped:
+    """Return the wrench that the tool exerts, at the tool's origin and in its axes."""
+    return WrenchStamped(header=Header(frame_id=settings.tool_frame))
+
+
+def wrench_numbers(settings: NodeSettings) -> Numbers:
+    """Return where force and torque come from, shape (6,)."""
+
+    def numbers(report: StateReport) -> Floats | None:
+        found = wrench_estimate(report)
+        return None if found is None else found.wrench
+
+    return Computed(numbers)
+
+
+def wrench_estimate(report: StateReport) -> WrenchEstimate | None:
+    """
+    Return what the joint efforts of a report say of the wrench, in the axes of the tool and at its
+    origin; None where an effort is not known, or one is too large.
+    """
+    state, torques, servo = report.answer.state, report.answer.torques, report.settings.servo
+    if torques is None:
+        return None
+    J = in_axes_of(state.pose, state.jacobian)
+    found = wrench_of(state.robot, J, torques, servo.damping, servo.damped_below)
+    return found if np.isfinite(found.wrench).all() else None
 
 
 def null_space_template(settings: NodeSettings) -> Float64MultiArray:

@@ -15,6 +15,7 @@ from geometry_msgs.msg import (
     TwistStamped,
     TwistWithCovarianceStamped,
     VelocityStamped,
+    WrenchStamped,
 )
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -49,6 +50,8 @@ from .output_messages import (
     twist_with_covariance_numbers,
     twist_with_covariance_template,
     velocity_template,
+    wrench_numbers,
+    wrench_template,
 )
 
 # Reliable where every publisher offers that; room for a second at 1 kHz in which the process does
@@ -86,6 +89,7 @@ JOINT_STATES = 'joint_states'
 WARNING = '~/singularity/warning'
 DIAGNOSTICS = '/diagnostics'
 DESCRIBE = '~/describe'
+WRENCH_ZERO = '~/wrench/zero'
 RELOAD = '~/reload'
 TARGET_POSE, TARGET_TWIST = '~/target_pose', '~/target_twist'
 REFERENCE_POSE = '~/reference_pose'
@@ -116,6 +120,8 @@ class OutputTopic:
         The point it is about; empty for the tool.
     by_file
         Whether it is offered only where the robot file gives its numbers.
+    of_effort
+        Whether the efforts of the joint states have to be read for it.
     completed
         Adds to every answer what the topic needs besides, while somebody listens.
     """
@@ -130,6 +136,7 @@ class OutputTopic:
     period: int = 0
     of: str = ''
     by_file: bool = False
+    of_effort: bool = False
     completed: Callable[[Estimator, EstimatorOutput], EstimatorOutput] | None = None
 
 
@@ -157,6 +164,14 @@ TOPICS = (
         acceleration_numbers,
         of_motion=True,
         completed=Estimator.with_accelerations,
+    ),
+    OutputTopic(
+        '~/wrench',
+        WrenchStamped,
+        wrench_template,
+        wrench_numbers,
+        of_effort=True,
+        completed=Estimator.with_torques,
     ),
     OutputTopic(
         '~/pose_with_covariance',
@@ -220,7 +235,7 @@ TOPICS = (
 OF_POINTS = tuple(
     topic
     for topic in TOPICS
-    if topic.name in ('~/pose', '~/jacobian', '~/twist', '~/acceleration')
+    if topic.name in ('~/pose', '~/jacobian', '~/twist', '~/acceleration', '~/wrench')
 )
 
 

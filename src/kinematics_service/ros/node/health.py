@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
@@ -61,14 +61,14 @@ class Health:
         node: Node,
         estimator: Estimator,
         subscription: BestSubscription,
-        frames: Callable[[], StatusText | None],
+        others: Callable[[], Mapping[str, StatusText]],
         velocity_source: Callable[[], str],
     ) -> None:
         self.work = Work()
         self._node = node
         self._estimator = estimator
         self._subscription = subscription
-        self._frames = frames
+        self._others = others
         self._velocity_source = velocity_source
         self._counts_said: Counter[str] = Counter()
         self._begun = self._said = time.monotonic()
@@ -139,7 +139,6 @@ class Health:
         message.header.stamp = node.get_clock().now().to_msg()
         name = full_name(node)
         message.status = [status_message(f'{name}: input', input_status(state))]
-        frames = self._frames()
-        if frames is not None:
-            message.status.append(status_message(f'{name}: frames', frames))
+        for subject, status_text in self._others().items():
+            message.status.append(status_message(f'{name}: {subject}', status_text))
         self._publisher.publish(message)

@@ -13,11 +13,11 @@ from std_srvs.srv import Trigger
 
 from ...estimation.estimator import RESETS, UNREADABLE, Estimator, EstimatorOutput, RefusedMessage
 from ...estimation.joint_sample import JointSample
-from ...estimation.joint_state_form import JointStateForm
+from ...estimation.joint_state_form import JointStateForm, doubles_of
 from ...estimation.status_text import StatusText, singularity_status, stale_status
 from ...kinematics.singularity import Singularity, singularity_of
 from ...robot.measures import Level
-from ..messages.messages import full_name, status_message
+from ..messages.messages import StateReport, full_name, status_message
 from ..messages.topics import DESCRIBE, SERVICE_QOS, WARNING, WARNING_QOS
 from ..parameters.node_parameters import NodeParameters
 from ..parameters.settings import NodeSettings
@@ -33,6 +33,7 @@ from .robot_description import DescriptionPublisher
 from .stamp_grid import StampGrid
 from .steady_time import Throttle, steady_timer
 from .targets import Targets
+from .wrench import WrenchBias
 
 NODE_NAME = 'kinematics'
 
@@ -92,9 +93,10 @@ class KinematicsNode(Node):
             self,
             self._estimator,
             self._input.subscription,
-            self._reference.status_text,
+            self._statuses,
             lambda: self._latest.velocity_source if self._latest else 'none',
         )
+        self._wrench = WrenchBias(self, self._estimator, lambda: self._outputs.active().of_effort)
         self._own.listen(self._take_settings)
         self._reload = Reload(self, self._own, self._take_settings)
         if self._own.description is not None:
@@ -146,6 +148,8 @@ class KinematicsNode(Node):
         try:
             active = self._outputs.active()
             outcome = self._estimator.take(sample, active.depth)
+            if active.of_effort and isinstance(outcome, EstimatorOutput):
+                self._estimator.hear_efforts(sample.names, sample.efforts)
             self._follow(outcome, sample.arrival, active, False)
         except Exception as error:  # no message of a robot may stop the node
             self._internal_error(error)
@@ -159,6 +163,8 @@ class KinematicsNode(Node):
             )
             if outcome is None:
                 return False
+            if active.of_effort and isinstance(outcome, EstimatorOutput):
+                self._estimator.hear_efforts(form.names, doubles_of(data[form.efforts]))
             self._follow(outcome, arrival, active, True)
         except Exception as error:  # no message of a robot may stop the node
             self._internal_error(error)
@@ -268,6 +274,17 @@ class KinematicsNode(Node):
             self._grid.forget()
             self._reference.forget()
             self.get_logger().info('the ROS clock jumped back: the state starts again')
+
+    # Diagnostics
+
+    def _statuses(self) -> dict[str, StatusText]:
+        # Those beside the state of the input.
+        found, frames = dict[str, StatusText](), self._reference.status_text()
+        if frames is not None:
+            found['frames'] = frames
+        if self._outputs.active().of_effort and self._latest is not None:
+            found['wrench'] = self._wrench.status(StateReport(self._latest, self._settings))
+        return found
 
     # Parameters
 

@@ -93,6 +93,8 @@ class ActiveTopics(NamedTuple):
         For each channel its message among them, or None.
     completed
         What adds to every answer that is needed besides.
+    of_effort
+        Whether the efforts of the joint states are needed.
     sends
         If all channels have one: pairs of a function that publishes and one that returns the
         bytes, for unknown velocities and for known ones.
@@ -103,6 +105,7 @@ class ActiveTopics(NamedTuple):
     messages: OutgoingMessages | None
     filled: tuple[memoryview | None, ...]
     completed: tuple[Callable[[Estimator, EstimatorOutput], EstimatorOutput], ...]
+    of_effort: bool
     sends: tuple[Sends, Sends] | None
 
 
@@ -209,7 +212,8 @@ class Outputs:
                 for moves in (False, True)
             )
             sends = at_rest, moving
-        return ActiveTopics(channels, depth, messages, filled, tuple(completed), sends)
+        of_effort = any(channel.topic.of_effort for channel in channels)
+        return ActiveTopics(channels, depth, messages, filled, tuple(completed), of_effort, sends)
 
     def publish(self, answer: EstimatorOutput, active: ActiveTopics, is_filled: bool) -> None:
         """
