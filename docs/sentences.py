@@ -46,7 +46,8 @@ TOPICS = {
     '~/ik/status': 'one for each target: OK, WARN (a twist is followed in part), ERROR (refused, '
     'unreachable) and the reason',
     '/diagnostics': 'once a second: input rate, age, messages by what became of them, missing '
-    'joints, publishers; beside it `frames` and `wrench` where there is something to say of them',
+    'joints, publishers; beside it `frames`, `velocities` and `wrench`, where there '
+    'is something to say of them',
 }
 
 _XYZ = 'position'

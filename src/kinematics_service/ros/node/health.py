@@ -54,6 +54,8 @@ class Health:
     ----------
     work
         Processing times of messages since the last diagnostics.
+    is_heard
+        Whether somebody listened to the last diagnostics.
     """
 
     def __init__(
@@ -65,6 +67,7 @@ class Health:
         velocity_source: Callable[[], str],
     ) -> None:
         self.work = Work()
+        self.is_heard = False
         self._node = node
         self._estimator = estimator
         self._subscription = subscription
@@ -114,7 +117,8 @@ class Health:
         self._explain_silence(now, counts)
         interval, news = now - self._said, counts - self._counts_said
         self.work, self._counts_said, self._said = Work(), counts, now
-        if not self._publisher.get_subscription_count():
+        self.is_heard = self._publisher.get_subscription_count() > 0
+        if not self.is_heard:
             return
         state = InputState(
             counts=counts,

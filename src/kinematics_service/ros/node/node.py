@@ -27,6 +27,7 @@ from .health import Health
 from .input import Input
 from .introduction import introduce, tool_in_words
 from .outputs import ActiveTopics, Outputs
+from .recent_motion import RecentMotion
 from .reference import Reference
 from .reload import Reload
 from .robot_description import DescriptionPublisher
@@ -81,6 +82,7 @@ class KinematicsNode(Node):
         settings = self._settings = self._own.settings
         self._estimator = Estimator(settings.robot, settings.estimator)
         self._latest: EstimatorOutput | None = None
+        self._recent = RecentMotion()
         self._resets = 0  # the estimator's resets that are handled here
         self._grid = StampGrid()
         self._throttle = Throttle(5.0)
@@ -197,6 +199,8 @@ class KinematicsNode(Node):
         self._latest = outcome
         if self._reference.is_there:
             self._reference.note(outcome)
+        if self._health.is_heard:
+            self._recent.note(outcome)
         # Publishing wakes subscribers, who take this core: other work is cheaper before it. A
         # warning comes after the pose it is about.
         warned = None
@@ -219,6 +223,7 @@ class KinematicsNode(Node):
         self._resets = self._estimator.counts.get(RESETS, 0)
         self._grid.forget()
         self._reference.forget()
+        self._recent.forget()
         if self._throttle.passes(RESETS):
             self.get_logger().info(
                 'stamps stepped back by more than joint_state_timeout: the state starts again'
@@ -273,6 +278,7 @@ class KinematicsNode(Node):
             self._resets = self._estimator.counts.get(RESETS, 0)
             self._grid.forget()
             self._reference.forget()
+            self._recent.forget()
             self.get_logger().info('the ROS clock jumped back: the state starts again')
 
     # Diagnostics
@@ -282,6 +288,9 @@ class KinematicsNode(Node):
         found, frames = dict[str, StatusText](), self._reference.status_text()
         if frames is not None:
             found['frames'] = frames
+        velocities = self._recent.status(self._settings)
+        if velocities is not None:
+            found['velocities'] = velocities
         if self._outputs.active().of_effort and self._latest is not None:
             found['wrench'] = self._wrench.status(StateReport(self._latest, self._settings))
         return found
@@ -300,6 +309,7 @@ class KinematicsNode(Node):
         self._targets.configure(settings)
         if not moves_alike:
             self._reference.forget()
+            self._recent.forget()
             self._latest = self._latest and self._estimator.anew(self._latest)
             self._watchdog.reset()  # what is stale may be other joints now
             if settings.robot.description.tool.motion != before.description.tool.motion:
