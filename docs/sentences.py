@@ -14,10 +14,20 @@ TOPICS = {
     'joint names; it has no stamp: message k belongs to pose k',
     '~/twist': 'J qdot; `frame_id` is the frame whose axes are used',
     '~/velocity': 'the same with body, reference and axes named',
+    '~/acceleration': 'J qddot + dJ/dt qdot in the axes of the twist; of velocities that messages '
+    'report, half of `acceleration_window` late; none of differences of positions',
+    '~/wrench': 'force and torque that the tool exerts, J^T w = efforts, at the origin and in the '
+    'axes of `frame_id`, the tool; not external before `~/wrench/zero`; none while an effort is '
+    'not known',
     '~/pose_with_covariance': 'the pose, and how far it may be off: rows and columns x y z, then '
     'rotations about x y z of the base frame; offered where the robot file has `uncertainty`',
     '~/twist_with_covariance': 'the twist, and how far it may be off, in the same axes; offered '
     'where the robot file has `uncertainty` with `velocity_noise`',
+    '~/null_space': "orthonormal basis of the joint motions that leave the task's rows at rest, "
+    'n x k, row-major; `dim[0]` has the joint names; continuous from message to message; offered '
+    'where the arm has self-motion',
+    '~/null_space/away': 'the self-motion that raises the distance fastest, its gradient in the '
+    'null space, a number for each joint; zeros where no singular pose was found within 1 rad',
     '~/singularity/clearance': 'radius in which no pose is singular, proved, rad; costs nothing '
     'unheard',
     '~/link_frames': 'every frame of the table in the base frame',
@@ -36,7 +46,8 @@ TOPICS = {
     '~/ik/status': 'one for each target: OK, WARN (a twist is followed in part), ERROR (refused, '
     'unreachable) and the reason',
     '/diagnostics': 'once a second: input rate, age, messages by what became of them, missing '
-    'joints, publishers',
+    'joints, publishers; beside it `frames`, `velocities` and `wrench`, where there '
+    'is something to say of them',
 }
 
 _XYZ = 'position'

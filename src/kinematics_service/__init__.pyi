@@ -40,8 +40,12 @@ from .kinematics.inverse.servo import ServoSettings as ServoSettings
 from .kinematics.inverse.servo import ServoStep as ServoStep
 from .kinematics.inverse.servo import joint_velocity as joint_velocity
 from .kinematics.inverse.solve import inverse_kinematics as inverse_kinematics
+from .kinematics.null_space import null_space as null_space
+from .kinematics.null_space import self_motion as self_motion
 from .kinematics.plans.check import check_plan as check_plan
 from .kinematics.plans.verdicts import PlanCheck as PlanCheck
+from .kinematics.pseudo_inverse import PseudoInverse as PseudoInverse
+from .kinematics.pseudo_inverse import pseudo_inverse as pseudo_inverse
 from .kinematics.singularity import Singularity as Singularity
 from .kinematics.singularity import singularity as singularity
 from .kinematics.statics import WrenchEstimate as WrenchEstimate

@@ -66,7 +66,7 @@ def stream(robot, random):
 
 
 def read_first(reader, estimator, data, arrival):
-    names, positions, velocities, stamp = reader.read(data)
+    names, positions, velocities, stamp, _ = reader.read(data)
     sample = JointSample(names, positions, velocities, stamp, stamp or arrival, arrival)
     return estimator.take(sample)
 

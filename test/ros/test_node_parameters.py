@@ -11,7 +11,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from closed_forms import craig_jacobian_in_tool_axes
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, TwistStamped, VelocityStamped
+from geometry_msgs.msg import AccelStamped, PoseStamped, TwistStamped, VelocityStamped
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import (
     DescribeParameters,
@@ -240,6 +240,14 @@ def shows_robot_description(one):
     assert 'name="craig_3r"' in urdf.data
 
 
+def shows_acceleration_window(one):
+    heard = one.hear('acceleration', AccelStamped)
+    for rate in (0.0, 0.1, 0.1):
+        one.send((0.0, 0.3, 0.4), (rate, 0.0, 0.0))
+    one.spin_until(lambda: len(heard) == 2, 'accelerations')
+    assert [message.accel.angular.z for message in heard] == pytest.approx([10.0, 0.0])
+
+
 TAKES_EFFECT = {
     'publish_robot_description': (True, shows_robot_description),
     'joint_prefix': ('left_', shows_joint_prefix),
@@ -252,6 +260,7 @@ TAKES_EFFECT = {
     'twist_frame': ('tool', shows_twist_frame),
     'row_order': ('angular_first', shows_row_order),
     'velocity_source': ('difference', shows_velocity_source),
+    'acceleration_window': (0.0, shows_acceleration_window),
     'publish_rate': (10.0, shows_publish_rate),
     'joint_state_timeout': (0.2, shows_joint_state_timeout),
     'singularity.measure': ('condition_number', shows_measure),

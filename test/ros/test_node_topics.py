@@ -10,7 +10,14 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped, VelocityStamped
+from geometry_msgs.msg import (
+    AccelStamped,
+    PoseArray,
+    PoseStamped,
+    TwistStamped,
+    VelocityStamped,
+    WrenchStamped,
+)
 from rclpy.parameter import Parameter
 from ros_harness import BEST_EFFORT, LATCHED, STEP, level_of, nanoseconds, values_of
 from sensor_msgs.msg import JointState
@@ -33,6 +40,8 @@ PER_MESSAGE = {
     'jacobian': Float64MultiArray,
     'twist': TwistStamped,
     'velocity': VelocityStamped,
+    'acceleration': AccelStamped,
+    'wrench': WrenchStamped,
     'singularity/determinant': Float64,
     'singularity/manipulability': Float64,
     'singularity/condition_number': Float64,
@@ -98,7 +107,8 @@ def test_topics_and_services_are_those_of_the_contract(arm):
     assert listens['/kinematics/target_pose'] == ['geometry_msgs/msg/PoseStamped']
     assert listens['/kinematics/target_twist'] == ['geometry_msgs/msg/TwistStamped']
     services = dict(one.node.get_service_names_and_types_by_node('kinematics', '/'))
-    assert services['/kinematics/describe'] == ['std_srvs/srv/Trigger']
+    for name in ('describe', 'reload', 'wrench/zero'):
+        assert services[f'/kinematics/{name}'] == ['std_srvs/srv/Trigger']
 
 
 # Numbers

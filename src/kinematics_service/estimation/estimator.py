@@ -15,11 +15,14 @@ from .. import kernel
 from ..errors import JointVectorError
 from ..kernel import Floats, IncomingForm, NearestSearch, OurJoints, OutgoingMessages
 from ..kinematics.closure import why_not_closed
+from ..kinematics.null_space import basis_of
 from ..kinematics.singularity import Singularity, watched_value
 from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it, evaluate
 from ..robot.measures import Level
 from ..robot.robot import Robot
 from .alarm import Alarm
+from .joint_accelerations import JointAccelerations
+from .joint_efforts import JointEfforts
 from .joint_memory import MessageJoints, NamedJoints, joint_names
 from .joint_sample import JointSample
 from .joint_state_form import JointStateForm
@@ -41,11 +44,14 @@ class EstimatorSettings:
     timeout : ns
         A joint without a position for longer is stale; stamps that step back by more start a new
         time.
+    acceleration_window : ns
+        Time over which velocities are fitted by a line, whose slope is the acceleration.
     """
 
     joint_prefix: str = ''
     velocity_source: str = 'auto'
     timeout: int = 1_000_000_000
+    acceleration_window: int = 50_000_000
 
 
 class EstimatorOutput(NamedTuple):
@@ -62,12 +68,22 @@ class EstimatorOutput(NamedTuple):
         Stamp of the message that made it; time of its receipt if it has no stamp.
     velocity_source
         `message`, `difference`, or `none`.
+    qddot : shape (n,), rad/s^2 or m/s^2, or None
+        Joint accelerations, where they have been asked for and are known.
+    null_space : shape (n, k), or None
+        Basis of the joint motions that leave the task's rows at rest, where it has been asked for;
+        continuous from answer to answer.
+    torques : shape (n,), N m or N, or None
+        Joint efforts less their bias, where they have been asked for and are all known.
     """
 
     state: ToolState
     quaternion_xyzw: Floats
     stamp: int
     velocity_source: str
+    qddot: Floats | None = None
+    null_space: Floats | None = None
+    torques: Floats | None = None
 
 
 class AcceptedMessage(NamedTuple):
@@ -160,6 +176,8 @@ class Estimator:
     ----------
     counts
         Number of messages by what became of them.
+    efforts
+        Of the joints, as far as they have been asked for.
     """
 
     def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:
@@ -169,6 +187,7 @@ class Estimator:
         self._joints = self._new_joints()
         self._search = NearestSearch(robot.arm)
         self._alarm = Alarm()
+        self._null_space: Floats | None = None
         self._is_open = False
         self._prepare()
 
@@ -183,12 +202,14 @@ class Estimator:
         same_names = joint_names(robot, settings.joint_prefix) == former.names
         if same_names and former.fits(robot):
             former.configure(robot, self._source, settings.timeout)
+            self._accelerations.configure(settings.acceleration_window, settings.timeout)
         else:
             self._joints = self._new_joints()
             self._joints.remember(former)
         if not moves_alike:
             self._joints.is_new_tool = True
             self._alarm = Alarm()
+            self._null_space = None
         self._prepare()
 
     def anew(self, answer: EstimatorOutput) -> EstimatorOutput | None:
@@ -212,6 +233,10 @@ class Estimator:
         settings = self.settings
         # Forms as the kernel takes them; None for a form whose messages make no state of this arm.
         self._forms: dict[JointStateForm, IncomingForm | None] = {}
+        self.efforts = JointEfforts(self.robot.dof)
+        self._accelerations = JointAccelerations(
+            self.robot.dof, settings.acceleration_window, settings.timeout
+        )
         return NamedJoints(self.robot, settings.joint_prefix, self._source, settings.timeout)
 
     def _prepare(self) -> None:
@@ -223,6 +248,11 @@ class Estimator:
             robot.chain.single_widths,
             robot.measure_places.width,
         )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the joints in messages."""
+        return self._joints.names
 
     def reset(self) -> None:
         """Forget every joint: the clock or the recording started again."""
@@ -385,6 +415,35 @@ class Estimator:
             self._forms.clear()
         self._forms[form] = incoming
         return incoming
+
+    def with_accelerations(self, answer: EstimatorOutput) -> EstimatorOutput:
+        """
+        Return the answer to the last message with its joint accelerations, where they are known.
+
+        They are of velocities that messages report: differences of positions differ by the noise
+        of these over the square of the time between them.
+        """
+        if answer.velocity_source != 'message':
+            self._accelerations.forget()
+            return answer
+        columns = self._joints.columns
+        qddot = self._accelerations.take(columns.stamp, columns.velocity)
+        return answer._replace(qddot=qddot)
+
+    def hear_efforts(self, names: Sequence[str], efforts: Sequence[float] | Floats) -> None:
+        """Note the efforts of a message with these names that has been answered."""
+        ours = self._joints.joints_in(names).ours
+        self.efforts.take(ours, len(names), _doubles(efforts))
+
+    def with_torques(self, answer: EstimatorOutput) -> EstimatorOutput:
+        """Return an answer with the joint efforts less their bias, where all are known."""
+        return answer._replace(torques=self.efforts.torques())
+
+    def with_null_space(self, answer: EstimatorOutput) -> EstimatorOutput:
+        """Return an answer with the basis of its null space that is nearest to the last one."""
+        basis = basis_of(self.robot.task, answer.state.jacobian, self._null_space)
+        self._null_space = basis
+        return answer._replace(null_space=basis)
 
     def accept(self, sample: JointSample) -> AcceptedMessage | RefusedMessage:
         """

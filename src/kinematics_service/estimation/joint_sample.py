@@ -23,6 +23,8 @@ class JointSample(NamedTuple):
         Time of receipt, ROS clock.
     arrival : ns
         Time of receipt, steady clock.
+    efforts : N m or N
+        As in the message, too.
     """
 
     names: Sequence[str]
@@ -31,3 +33,4 @@ class JointSample(NamedTuple):
     stamp: int
     received: int
     arrival: int
+    efforts: Sequence[float] | Floats = ()

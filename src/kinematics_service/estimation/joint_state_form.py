@@ -38,7 +38,7 @@ class JointStateForm:
         Joint names.
     size
         Bytes of a message.
-    positions, velocities
+    positions, velocities, efforts
         Where they are, doubles as in this machine's memory; the stamp is at `cdr.STAMP_AT`.
     fixed : shape (size,)
         The bits that are the same in all of them: 255 for a byte of these, 0 for another.
@@ -50,6 +50,7 @@ class JointStateForm:
     size: int
     positions: slice
     velocities: slice
+    efforts: slice
     fixed: Bytes
     same: Bytes
 
@@ -85,6 +86,7 @@ class JointStateFields(NamedTuple):
     names: tuple[slice, ...]
     positions: slice
     velocities: slice
+    efforts: slice
 
 
 def fields_of(reader: CdrReader) -> JointStateFields:
@@ -101,8 +103,8 @@ def fields_of(reader: CdrReader) -> JointStateFields:
     names = tuple(reader.text() for _ in range(reader.count()))
     positions = reader.doubles(reader.count())
     velocities = reader.doubles(reader.count())
-    reader.doubles(reader.count())  # efforts
-    return JointStateFields(frame, names, positions, velocities)
+    efforts = reader.doubles(reader.count())
+    return JointStateFields(frame, names, positions, velocities, efforts)
 
 
 def form_of(data: bytes) -> JointStateForm | None:
@@ -147,6 +149,7 @@ def _form(
         size=len(data),
         positions=fields.positions,
         velocities=fields.velocities,
+        efforts=fields.efforts,
         fixed=fixed,
         same=np.frombuffer(data, np.uint8) & fixed,
     )

@@ -28,12 +28,14 @@ class StatusText:
     values: tuple[tuple[str, str], ...]
 
 
-def direction_in_words(direction: Floats) -> str:
-    """Return a lost direction (6,) as words: the motion along or the rotation about an axis."""
+def direction_in_words(
+    direction: Floats, kinds: tuple[str, str] = ('motion along', 'rotation about')
+) -> str:
+    """Return a direction (6,) as words: the motion along or the rotation about an axis."""
     linear, angular = direction[:3], direction[3:]
     parts = []
     strongest = max(float(np.linalg.norm(linear)), float(np.linalg.norm(angular)))
-    for words, vector in (('motion along', linear), ('rotation about', angular)):
+    for words, vector in zip(kinds, (linear, angular)):
         norm = float(np.linalg.norm(vector))
         if norm > NEGLIGIBLE * strongest and norm > 0.0:
             parts.append(f'{words} {_axis_in_words(vector / norm)}')

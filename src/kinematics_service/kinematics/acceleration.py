@@ -102,16 +102,25 @@ def acceleration(
     robot = as_robot(robot)
     state, point = state_of(robot, of, q, qdot), robot.point(of)
     accelerations = finite_rows(JointVectorError, 'qddot', qddot, robot.dof)
-    J, rates = state.jacobian, state.qdot
-    assert rates is not None  # they have been given
-    if at is not None:
-        J = with_point_at(J, offset_of(state.pose, at))
     try:
-        total = J @ accelerations[..., None] + _rate(state, point, at) @ rates[..., None]
+        total = acceleration_of(state, point, accelerations, at)
     except ValueError:
         shapes = state.q.shape, accelerations.shape
         raise not_together(JointVectorError, ('q', 'qddot'), shapes, state.q.shape) from None
-    return chosen(robot, q, state, total, of, None, axes)[..., 0]
+    return chosen(robot, q, state, total[..., None], of, None, axes)[..., 0]
+
+
+def acceleration_of(
+    state: ToolState, point: Point, qddot: Floats, at: npt.ArrayLike | None = None
+) -> Floats:
+    """
+    Return the acceleration of a point, of its state with known velocities, in base axes, (..., 6).
+    """
+    J, qdot = state.jacobian, state.qdot
+    assert qdot is not None  # it has been given
+    if at is not None:
+        J = with_point_at(J, offset_of(state.pose, at))
+    return np.asarray(J @ qddot[..., None] + _rate(state, point, at) @ qdot[..., None])[..., 0]
 
 
 def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .. import kernel
 from ..errors import JointVectorError, WrenchError
 from ..kernel import Floats
 from ..robot.chain import FrozenArrays
 from ..robot.points import TOOL
-from ..robot.robot import AnyRobot, as_robot
+from ..robot.robot import AnyRobot, Robot, as_robot
 from .arguments import finite_rows, not_together
 from .forward import BASE, jacobian
+from .pseudo_inverse import DAMPED_BELOW, inverted
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,17 +33,24 @@ class WrenchEstimate(FrozenArrays):
         The part of the torques that no wrench explains: the torques less J^T times the wrench.
     rank : shape (...)
         Number of independent directions of wrench that the joints feel here.
+    damping : shape (...)
+        The largest damping in use, as a share of the characteristic length.
+    damped : shape (..., 6, 6)
+        Rows that are not zero are wrenches that the joints hardly feel: what is found along them
+        is too small. They are unit vectors as those of `hidden`.
     hidden : shape (..., 6, 6)
         Rows 0 to rank - 1 are zero; each of the others is a wrench that no joint feels, so that
         any multiple of it may be added. They are unit vectors of force and of torque over the
         characteristic length, at right angles.
     """
 
-    READ_ONLY = ('wrench', 'residual', 'rank', 'hidden')
+    READ_ONLY = ('wrench', 'residual', 'rank', 'damping', 'damped', 'hidden')
 
     wrench: Floats
     residual: Floats
     rank: npt.NDArray[np.int64]
+    damping: Floats
+    damped: Floats
     hidden: Floats
 
 
@@ -108,6 +115,8 @@ def wrench_from_torques(
     *,
     of: str | int = TOOL,
     at: npt.ArrayLike | None = None,
+    damping: float = 0.0,
+    damped_below: float = DAMPED_BELOW,
 ) -> WrenchEstimate:
     """
     Return the wrench that joint torques exert, by least squares, and what the pose hides.
@@ -124,6 +133,9 @@ def wrench_from_torques(
         Of the joints, without those of gravity and friction.
     axes, of, at
         As `jacobian` takes them.
+    damping, damped_below
+        As `pseudo_inverse` takes them: they keep torques of friction and noise from being taken
+        for a large wrench that the joints hardly feel.
 
     Raises
     ------
@@ -131,29 +143,44 @@ def wrench_from_torques(
         The last dimension of `q` or `torques` is not n, or a number is not finite.
     PointError
         The arm has no such point, row or axes; `at` is not three finite numbers.
+    ServoSettingsError
+        `damping` or `damped_below` is negative or not finite.
     """
     robot = as_robot(robot)
     J = jacobian(robot, q, axes, of=of, at=at)
     tau = finite_rows(JointVectorError, 'torques', torques, robot.dof)
+    try:
+        np.broadcast_shapes(J.shape[:-2], tau.shape[:-1])
+    except ValueError:
+        shapes = (*J.shape[:-2], robot.dof), tau.shape
+        raise not_together(JointVectorError, ('q', 'torques'), shapes, (robot.dof,)) from None
+    return wrench_of(robot, J, tau, damping, damped_below)
+
+
+def wrench_of(
+    robot: Robot, J: Floats, torques: Floats, damping: float, damped_below: float
+) -> WrenchEstimate:
+    """
+    Return what `wrench_from_torques` returns, of a Jacobian (..., 6, n), in its axes and at its
+    point.
+    """
     length = robot.task.length
     # F' = (force, torque / length) and tau' = tau times the scale of each joint: tau' = J'^T F'.
     row_scales = np.array([1.0, 1.0, 1.0, length, length, length])
     column_scales = robot.task.column_scales
     U, sigma, Vt = np.linalg.svd(row_scales[:, None] * J * column_scales)
-    kept = sigma > kernel.RANK_TOLERANCE * np.maximum(sigma[..., :1], np.finfo(float).tiny)
-    gains = np.divide(1.0, sigma, out=np.zeros_like(sigma), where=kept)
+    found = inverted(sigma, length, damping, damped_below)
     count = sigma.shape[-1]
-    try:
-        along = np.einsum('...kj,...j->...k', Vt[..., :count, :], tau * column_scales)
-    except ValueError:
-        shapes = (*J.shape[:-2], robot.dof), tau.shape
-        raise not_together(JointVectorError, ('q', 'torques'), shapes, (robot.dof,)) from None
-    wrench = np.einsum('...ik,...k->...i', U[..., :, :count], gains * along) * row_scales
-    rank = np.asarray(np.sum(kept, axis=-1), dtype=np.int64)
-    felt = np.arange(6) < rank[..., None]
+    along = np.einsum('...kj,...j->...k', Vt[..., :count, :], torques * column_scales)
+    wrench = np.einsum('...ik,...k->...i', U[..., :, :count], found.gains * along) * row_scales
+    felt, hardly = np.arange(6) < found.rank[..., None], np.zeros((*found.rank.shape, 6), bool)
+    hardly[..., :count] = found.damping > 0.0
+    directions = np.swapaxes(U, -1, -2)
     return WrenchEstimate(
         wrench=wrench,
-        residual=tau - np.einsum('...ij,...i->...j', J, wrench),
-        rank=rank,
-        hidden=np.where(felt[..., None], 0.0, np.swapaxes(U, -1, -2)),
+        residual=torques - np.einsum('...ij,...i->...j', J, wrench),
+        rank=found.rank,
+        damping=np.max(found.damping, axis=-1, initial=0.0),
+        damped=np.where((felt & hardly)[..., None], directions, 0.0),
+        hidden=np.where(felt[..., None], 0.0, directions),
     )

@@ -3,14 +3,13 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from ...formats.recordings.block import Flags, Times
-from ...formats.recordings.columns import median, spans
+from ...formats.recordings.columns import Column, StateTable, median, spans
 from ...kernel import Floats
-from .timeline import Timeline
 
 # Lags tried, in median intervals; and the number of messages for the trials.
 LAGS, LAG_ROWS = 12, 50_000
@@ -25,6 +24,47 @@ WORTH, SAME_SCALE = 0.002, 0.05
 STILL, SURE, MANY_JITTERS = 1e-3, math.sqrt(6.0), 20.0
 # Intervals longer than this many median ones are not used.
 LONGEST = 5.0
+# Difference of reported velocity that is worth a sentence, as a share of the joint's own speed.
+VELOCITY_SHARE = 0.2
+
+
+class ReportedMotion(Protocol):
+    """Positions and reported velocities of an arm in columns, as `timeline.Timeline` has them."""
+
+    stamps: Column
+    t: Column
+    q: StateTable
+    qdot: StateTable
+    differenced: Column
+
+    def __len__(self) -> int:
+        """Return the number of states."""
+
+
+class MotionColumns:
+    """
+    Some states in columns, all with reported velocities.
+
+    Parameters
+    ----------
+    stamps : shape (N,), ns
+        N > 0.
+    q, qdot : shape (N, n), rad or m, rad/s or m/s
+        Positions and reported velocities.
+    """
+
+    def __init__(self, stamps: Times, q: Floats, qdot: Floats) -> None:
+        self.stamps, self.t, self.differenced = Column(np.int64), Column(np.float64), Column(bool)
+        self.q, self.qdot = StateTable(q.shape[1]), StateTable(q.shape[1])
+        self.stamps.append(stamps)
+        self.t.append((stamps - stamps[0]) * 1e-9)
+        self.q.append(q)
+        self.qdot.append(qdot)
+        self.differenced.append(np.zeros(len(q), dtype=bool))
+
+    def __len__(self) -> int:
+        """Return the number of states."""
+        return len(self.stamps)
 
 
 class VelocityCheck(NamedTuple):
@@ -53,6 +93,20 @@ class VelocityCheck(NamedTuple):
     noise: float
     lag: float
     scale: float
+
+    def in_words(self, unit: str) -> str:
+        """Return what reported velocities do that is worth a sentence, empty for nothing."""
+        if self.scale != 1.0:
+            text = f'are {self.scale:.3g} times what its positions say'
+            if abs(self.scale - math.degrees(1.0)) < 1.0:
+                return f'{text} (degrees?)'
+            return f'{text} (the wrong sign)' if abs(self.scale + 1.0) < 0.05 else text
+        if self.lag:
+            side = 'behind' if self.lag > 0.0 else 'ahead of'
+            return f'are {1e3 * abs(self.lag):.3g} ms {side} its positions'
+        if self.typical > VELOCITY_SHARE * self.speed + self.noise:
+            return f'differ from its positions by {self.typical:.3g} {unit}/s (median)'
+        return ''
 
 
 @dataclass
@@ -136,7 +190,7 @@ class _Intervals(NamedTuple):
 class _Joint:
     """One joint of a recording, to be read several times."""
 
-    timeline: Timeline
+    timeline: ReportedMotion
     j: int
     wraps: bool
     longest: float = 0.0
@@ -186,7 +240,7 @@ class _Joint:
             yield np.diff(piece.t)[use]
 
 
-def velocity_check(timeline: Timeline, j: int, wraps: bool) -> VelocityCheck | None:
+def velocity_check(timeline: ReportedMotion, j: int, wraps: bool) -> VelocityCheck | None:
     """Return how the reported velocities of joint j agree; None if there is nothing to compare."""
     joint = _Joint(timeline, j, wraps)
     joint.longest = longest_interval(median(joint.forwards))

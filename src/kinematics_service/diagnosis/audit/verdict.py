@@ -1,6 +1,5 @@
 """The verdict of an audit in sentences, worst first: what a tired person needs to know."""
 
-import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -17,8 +16,6 @@ from .plan_findings import joints_refuted, plan_findings
 # few are usual while several drivers start, and 1 in 1,000 at 1 kHz is a millisecond in a second,
 # in which no arm gets into a singularity and out of it.
 FEW, SHARE = 2, 1e-3
-# Difference of reported velocity that is worth a sentence, as a share of the joint's own speed.
-VELOCITY_SHARE = 0.2
 
 
 class AuditVerdict(NamedTuple):
@@ -215,22 +212,7 @@ def _stream(audit: Audit) -> Iterator[Finding]:
 
 def _velocities(audit: Audit) -> Iterator[Finding]:
     for joint in audit.joints:
-        check = joint.check
-        if check is None:
-            continue
-        unit = 'm/s' if joint.sliding else 'rad/s'
-        text = ''
-        if check.scale != 1.0:
-            text = f'are {check.scale:.3g} times what its positions say'
-            if abs(check.scale - math.degrees(1.0)) < 1.0:
-                text += ' (degrees?)'
-            elif abs(check.scale + 1.0) < 0.05:
-                text += ' (the wrong sign)'
-        elif check.lag:
-            side = 'behind' if check.lag > 0.0 else 'ahead of'
-            text = f'are {1e3 * abs(check.lag):.3g} ms {side} its positions'
-        elif check.typical > VELOCITY_SHARE * check.speed + check.noise:
-            text = f'differ from its positions by {check.typical:.3g} {unit} (median)'
+        text = joint.check.in_words('m' if joint.sliding else 'rad') if joint.check else ''
         if text:
             yield Finding(Level.WARN, f'Reported velocities of {joint.name} {text}.')
 

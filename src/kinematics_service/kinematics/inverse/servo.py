@@ -22,7 +22,8 @@ from ...errors import ServoSettingsError, TwistError
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
 from ...robot.robot import AnyRobot, Robot, as_robot
-from ...robot.task import ROW_NAMES, find_task
+from ...robot.task import ROW_NAMES
+from ..task_jacobian import task_of
 from ..tool_state import ToolState, evaluate
 
 # Of a twist that is lost less than this share is made.
@@ -139,12 +140,7 @@ DEFAULTS = ServoSettings()
 
 @functools.lru_cache(maxsize=128)
 def _servo_of(robot: Robot, settings: ServoSettings) -> kernel.Servo:
-    task = robot.task
-    if settings.rows is not None:
-        rows = tuple(name for name in ROW_NAMES if name in settings.rows)
-        task = find_task(
-            robot.chain, robot.joint_names, robot.limits, robot.prismatic, rows, robot.task.length
-        )
+    task = task_of(robot, settings.rows)
     otherwise = np.where(robot.prismatic, settings.default_speed, settings.default_rate)
     given = np.isfinite(robot.velocity_limits)
     return kernel.Servo(

@@ -22,7 +22,7 @@ LARGEST_KEPT = 1 << 16
 
 class WireJointState(NamedTuple):
     """
-    The content of a JointState, without its header's text and its efforts.
+    The content of a JointState, without its header's text.
 
     Attributes
     ----------
@@ -32,12 +32,15 @@ class WireJointState(NamedTuple):
         As in the message: of any length, with any number in them; read-only.
     stamp : ns
         0 if the message has none.
+    efforts : N m or N
+        As in the message, too.
     """
 
     names: tuple[str, ...]
     positions: Floats
     velocities: Floats
     stamp: int
+    efforts: Floats
 
 
 class JointStateReader:
@@ -68,6 +71,7 @@ class JointStateReader:
             doubles_of(data[form.positions]),
             doubles_of(data[form.velocities]),
             seconds * SECOND + nanoseconds,
+            doubles_of(data[form.efforts]),
         )
 
     def forms(self, size: int) -> Iterator[JointStateForm]:
@@ -94,4 +98,5 @@ class JointStateReader:
             doubles_of(message.position.tobytes()),
             doubles_of(message.velocity.tobytes()),
             stamp_of(message),
+            doubles_of(message.effort.tobytes()),
         )

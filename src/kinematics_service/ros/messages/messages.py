@@ -54,7 +54,8 @@ def sample_of(message: JointState, clock: Clock) -> JointSample:
     stamp = stamp_of(message)
     received = stamp or int(clock.now().nanoseconds)
     now = time.monotonic_ns()
-    return JointSample(message.name, message.position, message.velocity, stamp, received, now)
+    said = message.name, message.position, message.velocity
+    return JointSample(*said, stamp, received, now, message.effort)
 
 
 def set_time(message: Time, stamp: int) -> Time:

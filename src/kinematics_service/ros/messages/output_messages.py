@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from geometry_msgs.msg import (
+    AccelStamped,
     Pose,
     PoseArray,
     PoseStamped,
@@ -13,13 +14,17 @@ from geometry_msgs.msg import (
     TwistStamped,
     TwistWithCovarianceStamped,
     VelocityStamped,
+    WrenchStamped,
 )
 from std_msgs.msg import Float64, Float64MultiArray, Header, MultiArrayDimension
 
 from ... import kernel
 from ...kernel import Floats, Integers, PoseErrors
+from ...kinematics.acceleration import acceleration_of
 from ...kinematics.forward import BASE, in_axes_of
+from ...kinematics.null_space import self_motion_of
 from ...kinematics.singularity import measured
+from ...kinematics.statics import WrenchEstimate, wrench_of
 from ...kinematics.uncertainty.arm_errors import errors_of_file
 from ...kinematics.uncertainty.pose_covariance import covariances
 from ...robot.measures import Measure
@@ -87,9 +92,11 @@ class WithCovariance(NamedTuple):
 
 
 class Computed(NamedTuple):
-    """Numbers that are computed from a state; `of` returns those of a report."""
+    """
+    Numbers that are computed from a state; `of` returns those of a report, None if it has none.
+    """
 
-    of: Callable[[StateReport], Floats]
+    of: Callable[[StateReport], Floats | None]
 
 
 Numbers = Copied | WithCovariance | Computed
@@ -152,6 +159,100 @@ def twist_numbers(settings: NodeSettings) -> Numbers:
         return in_axes_of(state.pose, state.twist[:, None])[:, 0]
 
     return Computed(numbers)
+
+
+def acceleration_template(settings: NodeSettings) -> AccelStamped:
+    """Return J qddot + dJ/dt qdot."""
+    return AccelStamped(header=_twist_header(settings))
+
+
+def acceleration_numbers(settings: NodeSettings) -> Numbers:
+    """Return where J qddot + dJ/dt qdot comes from, in the axes of the twist, shape (6,)."""
+    point = settings.robot.point(settings.of)
+
+    def numbers(report: StateReport) -> Floats | None:
+        state, qddot = report.answer.state, report.answer.qddot
+        if qddot is None:
+            return None
+        found = acceleration_of(state, point, qddot)
+        if settings.twist_frame == TOOL:
+            found = in_axes_of(state.pose, found[:, None])[:, 0]
+        return found if np.isfinite(found).all() else None
+
+    return Computed(numbers)
+
+
+def wrench_template(settings: NodeSettings) -> WrenchStamped:
+    """Return the wrench that the tool exerts, at the tool's origin and in its axes."""
+    return WrenchStamped(header=Header(frame_id=settings.tool_frame))
+
+
+def wrench_numbers(settings: NodeSettings) -> Numbers:
+    """Return where force and torque come from, shape (6,)."""
+
+    def numbers(report: StateReport) -> Floats | None:
+        found = wrench_estimate(report)
+        return None if found is None else found.wrench
+
+    return Computed(numbers)
+
+
+def wrench_estimate(report: StateReport) -> WrenchEstimate | None:
+    """
+    Return what the joint efforts of a report say of the wrench, in the axes of the tool and at its
+    origin; None where an effort is not known, or one is too large.
+    """
+    state, torques, servo = report.answer.state, report.answer.torques, report.settings.servo
+    if torques is None:
+        return None
+    J = in_axes_of(state.pose, state.jacobian)
+    found = wrench_of(state.robot, J, torques, servo.damping, servo.damped_below)
+    return found if np.isfinite(found.wrench).all() else None
+
+
+def null_space_template(settings: NodeSettings) -> Float64MultiArray:
+    """Return a basis of the joint motions that leave the task's rows at rest, row-major n x k."""
+    n, k = settings.robot.dof, _self_motions(settings)
+    message = Float64MultiArray(data=array('d', bytes(8 * n * k)))
+    message.layout.dim = [
+        MultiArrayDimension(label=','.join(settings.joint_names), size=n, stride=n * k),
+        MultiArrayDimension(label='self-motions', size=k, stride=k),
+    ]
+    return message
+
+
+def _self_motions(settings: NodeSettings) -> int:
+    return settings.robot.dof - settings.robot.task.generic_rank
+
+
+def null_space_numbers(settings: NodeSettings) -> Numbers | None:
+    """Return where that basis comes from, shape (n k,); None for an arm without self-motion."""
+
+    def numbers(report: StateReport) -> Floats | None:
+        basis = report.answer.null_space
+        return None if basis is None else basis.ravel()
+
+    return Computed(numbers) if _self_motions(settings) else None
+
+
+def self_motion_template(settings: NodeSettings) -> Float64MultiArray:
+    """Return the self-motion that raises the distance fastest, a number for each joint."""
+    n = settings.robot.dof
+    message = Float64MultiArray(data=array('d', bytes(8 * n)))
+    message.layout.dim = [
+        MultiArrayDimension(label=','.join(settings.joint_names), size=n, stride=n)
+    ]
+    return message
+
+
+def self_motion_numbers(settings: NodeSettings) -> Numbers | None:
+    """Return where that motion comes from, shape (n,); None for an arm without self-motion."""
+
+    def numbers(report: StateReport) -> Floats | None:
+        basis = report.answer.null_space
+        return None if basis is None else self_motion_of(report.answer.state, basis)
+
+    return Computed(numbers) if _self_motions(settings) else None
 
 
 def pose_with_covariance_template(settings: NodeSettings) -> PoseWithCovarianceStamped:

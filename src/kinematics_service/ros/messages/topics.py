@@ -8,12 +8,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from geometry_msgs.msg import (
+    AccelStamped,
     PoseArray,
     PoseStamped,
     PoseWithCovarianceStamped,
     TwistStamped,
     TwistWithCovarianceStamped,
     VelocityStamped,
+    WrenchStamped,
 )
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -21,26 +23,35 @@ from std_msgs.msg import Float64, Float64MultiArray
 from visualization_msgs.msg import MarkerArray
 
 from ... import kernel
+from ...estimation.estimator import Estimator, EstimatorOutput
 from ...robot.measures import MEASURES
 from ..parameters.settings import NodeSettings
 from .messages import StateReport
 from .output_messages import (
     Numbers,
+    acceleration_numbers,
+    acceleration_template,
     jacobian_numbers,
     jacobian_template,
     link_frames_numbers,
     link_frames_template,
     measure_numbers,
+    null_space_numbers,
+    null_space_template,
     pose_numbers,
     pose_template,
     pose_with_covariance_numbers,
     pose_with_covariance_template,
     scalar_template,
+    self_motion_numbers,
+    self_motion_template,
     twist_numbers,
     twist_template,
     twist_with_covariance_numbers,
     twist_with_covariance_template,
     velocity_template,
+    wrench_numbers,
+    wrench_template,
 )
 
 # Reliable where every publisher offers that; room for a second at 1 kHz in which the process does
@@ -78,6 +89,7 @@ JOINT_STATES = 'joint_states'
 WARNING = '~/singularity/warning'
 DIAGNOSTICS = '/diagnostics'
 DESCRIBE = '~/describe'
+WRENCH_ZERO = '~/wrench/zero'
 RELOAD = '~/reload'
 TARGET_POSE, TARGET_TWIST = '~/target_pose', '~/target_twist'
 REFERENCE_POSE = '~/reference_pose'
@@ -108,6 +120,10 @@ class OutputTopic:
         The point it is about; empty for the tool.
     by_file
         Whether it is offered only where the robot file gives its numbers.
+    of_effort
+        Whether the efforts of the joint states have to be read for it.
+    completed
+        Adds to every answer what the topic needs besides, while somebody listens.
     """
 
     name: str
@@ -120,6 +136,8 @@ class OutputTopic:
     period: int = 0
     of: str = ''
     by_file: bool = False
+    of_effort: bool = False
+    completed: Callable[[Estimator, EstimatorOutput], EstimatorOutput] | None = None
 
 
 def _markers(report: StateReport) -> Any:
@@ -139,6 +157,22 @@ TOPICS = (
     OutputTopic('~/jacobian', Float64MultiArray, jacobian_template, jacobian_numbers),
     OutputTopic('~/twist', TwistStamped, twist_template, twist_numbers, of_motion=True),
     OutputTopic('~/velocity', VelocityStamped, velocity_template, twist_numbers, of_motion=True),
+    OutputTopic(
+        '~/acceleration',
+        AccelStamped,
+        acceleration_template,
+        acceleration_numbers,
+        of_motion=True,
+        completed=Estimator.with_accelerations,
+    ),
+    OutputTopic(
+        '~/wrench',
+        WrenchStamped,
+        wrench_template,
+        wrench_numbers,
+        of_effort=True,
+        completed=Estimator.with_torques,
+    ),
     OutputTopic(
         '~/pose_with_covariance',
         PoseWithCovarianceStamped,
@@ -162,6 +196,22 @@ TOPICS = (
         )
         for measure in reversed(MEASURES.values())  # the distance last
     ),
+    OutputTopic(
+        '~/null_space',
+        Float64MultiArray,
+        null_space_template,
+        null_space_numbers,
+        by_file=True,
+        completed=Estimator.with_null_space,
+    ),
+    OutputTopic(
+        '~/null_space/away',
+        Float64MultiArray,
+        self_motion_template,
+        self_motion_numbers,
+        by_file=True,
+        completed=Estimator.with_null_space,
+    ),
     OutputTopic('~/singularity/clearance', Float64, build=_clearance),
     OutputTopic(
         '~/link_frames',
@@ -182,7 +232,11 @@ TOPICS = (
 
 
 # What there is of a point besides the tool.
-OF_POINTS = tuple(topic for topic in TOPICS if topic.name in ('~/pose', '~/jacobian', '~/twist'))
+OF_POINTS = tuple(
+    topic
+    for topic in TOPICS
+    if topic.name in ('~/pose', '~/jacobian', '~/twist', '~/acceleration', '~/wrench')
+)
 
 
 def topics_of(settings: NodeSettings) -> tuple[OutputTopic, ...]:

@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
@@ -58,6 +58,8 @@ class Health:
     ----------
     work
         Processing times of messages since the last diagnostics.
+    is_heard
+        Whether somebody listened to the last diagnostics.
     """
 
     def __init__(
@@ -65,15 +67,16 @@ class Health:
         node: Node,
         estimator: Estimator,
         subscription: BestSubscription,
-        frames: Callable[[], StatusText | None],
+        others: Callable[[], Mapping[str, StatusText]],
         velocity_source: Callable[[], str],
         silent: Callable[[], str],
     ) -> None:
         self.work = Work()
+        self.is_heard = False
         self._node = node
         self._estimator = estimator
         self._subscription = subscription
-        self._frames = frames
+        self._others = others
         self._velocity_source, self._silent = velocity_source, silent
         self._counts_said: Counter[str] = Counter()
         self._begun = self._said = time.monotonic()
@@ -121,7 +124,8 @@ class Health:
         self._explain_silence(now, counts)
         interval, news = now - self._said, counts - self._counts_said
         self.work, self._counts_said, self._said = Work(), counts, now
-        if not self._publisher.get_subscription_count():
+        self.is_heard = self._publisher.get_subscription_count() > 0
+        if not self.is_heard:
             return
         state = InputState(
             counts=counts,
@@ -147,7 +151,6 @@ class Health:
         message.header.stamp = node.get_clock().now().to_msg()
         name = full_name(node)
         message.status = [status_message(f'{name}: input', input_status(state))]
-        frames = self._frames()
-        if frames is not None:
-            message.status.append(status_message(f'{name}: frames', frames))
+        for subject, status_text in self._others().items():
+            message.status.append(status_message(f'{name}: {subject}', status_text))
         self._publisher.publish(message)

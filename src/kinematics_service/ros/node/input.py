@@ -89,9 +89,9 @@ class Input:
                 self._form = form
                 return
         try:
-            names, positions, velocities, stamp = self._reader.read(data)
+            names, positions, velocities, stamp, efforts = self._reader.read(data)
         except WireError as error:
             self._refuse(str(error))
             return
         received = stamp or int(self._clock.now().nanoseconds)
-        self._take(JointSample(names, positions, velocities, stamp, received, arrival))
+        self._take(JointSample(names, positions, velocities, stamp, received, arrival, efforts))

@@ -13,11 +13,11 @@ from std_srvs.srv import Trigger
 
 from ...estimation.estimator import RESETS, UNREADABLE, Estimator, EstimatorOutput, RefusedMessage
 from ...estimation.joint_sample import JointSample
-from ...estimation.joint_state_form import JointStateForm
+from ...estimation.joint_state_form import JointStateForm, doubles_of
 from ...estimation.status_text import StatusText, singularity_status, stale_status
 from ...kinematics.singularity import Singularity, singularity_of
 from ...robot.measures import Level
-from ..messages.messages import full_name, status_message
+from ..messages.messages import StateReport, full_name, status_message
 from ..messages.topics import DESCRIBE, JOINT_STATES, SERVICE_QOS, WARNING, WARNING_QOS
 from ..parameters.node_parameters import NodeParameters
 from ..parameters.settings import NodeSettings
@@ -27,12 +27,14 @@ from .health import Health
 from .input import Input
 from .introduction import introduce, tool_in_words
 from .outputs import ActiveTopics, Outputs
+from .recent_motion import RecentMotion
 from .reference import Reference
 from .reload import Reload
 from .robot_description import DescriptionPublisher
 from .stamp_grid import StampGrid
 from .steady_time import Throttle, steady_timer
 from .targets import Targets
+from .wrench import WrenchBias
 
 NODE_NAME = 'kinematics'
 
@@ -98,6 +100,7 @@ class KinematicsNode(Node):
         settings = self._settings = self._own.settings
         self._estimator = Estimator(settings.robot, settings.estimator)
         self._latest: EstimatorOutput | None = None
+        self._recent = RecentMotion()
         self._resets = 0  # the estimator's resets that are handled here
         self._grid = StampGrid()
         self._throttle = Throttle(5.0)
@@ -110,10 +113,11 @@ class KinematicsNode(Node):
             self,
             self._estimator,
             self._input.subscription,
-            self._reference.status_text,
+            self._statuses,
             lambda: self._latest.velocity_source if self._latest else 'none',
             lambda: self.silent,
         )
+        self._wrench = WrenchBias(self, self._estimator, lambda: self._outputs.active().of_effort)
         self._own.listen(self._take_settings)
         self._reload = Reload(self, self._own, self._take_settings)
         if self._own.description is not None:
@@ -194,6 +198,8 @@ class KinematicsNode(Node):
         try:
             active = self._outputs.active()
             outcome = self._estimator.take(sample, active.depth)
+            if active.of_effort and isinstance(outcome, EstimatorOutput):
+                self._estimator.hear_efforts(sample.names, sample.efforts)
             self._follow(outcome, sample.arrival, active, False)
         except Exception as error:  # no message of a robot may stop the node
             self._internal_error(error)
@@ -209,6 +215,8 @@ class KinematicsNode(Node):
             )
             if outcome is None:
                 return False
+            if active.of_effort and isinstance(outcome, EstimatorOutput):
+                self._estimator.hear_efforts(form.names, doubles_of(data[form.efforts]))
             self._follow(outcome, arrival, active, True)
         except Exception as error:  # no message of a robot may stop the node
             self._internal_error(error)
@@ -236,9 +244,13 @@ class KinematicsNode(Node):
             if outcome.sentence and self._throttle.passes(outcome.reason):
                 self.get_logger().warning(f'joint state rejected: {outcome.sentence}')
             return
+        for complete in active.completed:
+            outcome = complete(self._estimator, outcome)
         self._latest = outcome
         if self._reference.is_there:
             self._reference.note(outcome)
+        if self._health.is_heard:
+            self._recent.note(outcome)
         # Publishing wakes subscribers, who take this core: other work is cheaper before it. A
         # warning comes after the pose it is about.
         warned = None
@@ -261,6 +273,7 @@ class KinematicsNode(Node):
         self._resets = self._estimator.counts.get(RESETS, 0)
         self._grid.forget()
         self._reference.forget()
+        self._recent.forget()
         if self._throttle.passes(RESETS):
             self.get_logger().info(
                 'stamps stepped back by more than joint_state_timeout: the state starts again'
@@ -317,7 +330,22 @@ class KinematicsNode(Node):
             self._resets = self._estimator.counts.get(RESETS, 0)
             self._grid.forget()
             self._reference.forget()
+            self._recent.forget()
             self.get_logger().info('the ROS clock jumped back: the state starts again')
+
+    # Diagnostics
+
+    def _statuses(self) -> dict[str, StatusText]:
+        # Those beside the state of the input.
+        found, frames = dict[str, StatusText](), self._reference.status_text()
+        if frames is not None:
+            found['frames'] = frames
+        velocities = self._recent.status(self._settings)
+        if velocities is not None:
+            found['velocities'] = velocities
+        if self._outputs.active().of_effort and self._latest is not None:
+            found['wrench'] = self._wrench.status(StateReport(self._latest, self._settings))
+        return found
 
     # Parameters
 
@@ -333,6 +361,7 @@ class KinematicsNode(Node):
         self._targets.configure(settings)
         if not moves_alike:
             self._reference.forget()
+            self._recent.forget()
             self._latest = self._latest and self._estimator.anew(self._latest)
             self._watchdog.reset()  # what is stale may be other joints now
             if settings.robot.description.tool.motion != before.description.tool.motion:

@@ -11,7 +11,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 
 from ... import kernel
-from ...estimation.estimator import EstimatorOutput
+from ...estimation.estimator import Estimator, EstimatorOutput
 from ...kernel import OutgoingMessages, OutgoingTable
 from ...kinematics.singularity import measured
 from ..messages.message_layout import MessageLayout
@@ -69,6 +69,8 @@ class Channel(NamedTuple):
         if self.numbers is None or self.layout is None or at_rest:
             return
         numbers = self.numbers.of(report)
+        if numbers is None:
+            return
         if self.as_bytes:
             self.publish_bytes(self.layout.bytes_of(stamp, numbers))
         else:
@@ -89,6 +91,10 @@ class ActiveTopics(NamedTuple):
         The messages that the kernel fills; None for none.
     filled
         For each channel its message among them, or None.
+    completed
+        What adds to every answer that is needed besides.
+    of_effort
+        Whether the efforts of the joint states are needed.
     sends
         If all channels have one: pairs of a function that publishes and one that returns the
         bytes, for unknown velocities and for known ones.
@@ -98,6 +104,8 @@ class ActiveTopics(NamedTuple):
     depth: int
     messages: OutgoingMessages | None
     filled: tuple[memoryview | None, ...]
+    completed: tuple[Callable[[Estimator, EstimatorOutput], EstimatorOutput], ...]
+    of_effort: bool
     sends: tuple[Sends, Sends] | None
 
 
@@ -190,6 +198,9 @@ class Outputs:
     def _subscribed(self, channels: tuple[Channel, ...]) -> ActiveTopics:
         depth = max((channel.topic.depth for channel in channels), default=kernel.JACOBIAN)
         messages, filled = filled_by_the_kernel(channels, self._settings, depth)
+        completed = dict.fromkeys(
+            channel.topic.completed for channel in channels if channel.topic.completed
+        )
         sends = None
         if not self._settings.publish_tf and None not in filled:
             at_rest, moving = (
@@ -201,7 +212,8 @@ class Outputs:
                 for moves in (False, True)
             )
             sends = at_rest, moving
-        return ActiveTopics(channels, depth, messages, filled, sends)
+        of_effort = any(channel.topic.of_effort for channel in channels)
+        return ActiveTopics(channels, depth, messages, filled, tuple(completed), of_effort, sends)
 
     def publish(self, answer: EstimatorOutput, active: ActiveTopics, is_filled: bool) -> None:
         """

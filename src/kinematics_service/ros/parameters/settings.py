@@ -13,6 +13,7 @@ from ...kinematics.inverse.servo import ServoSettings
 from ...kinematics.inverse.target import TOOL_AXES
 from ...robot.file.parts.quantities import LARGEST
 from ...robot.measures import Thresholds, thresholds_for
+from ...robot.points import TOOL
 from ...robot.robot import Robot, with_singularity, with_tool
 from ...robot.task import ROW_NAMES
 from .table import PARAMETERS, Parameter
@@ -73,6 +74,8 @@ class NodeSettings:
         How far poses of a second source may be off.
     points
         For each point with topics of its own the settings whose tool frame it is.
+    of
+        The point they are of; `tool` for the tool.
     """
 
     robot: Robot
@@ -93,6 +96,7 @@ class NodeSettings:
     servo: ServoSettings
     reference: ReferenceLimits
     points: Mapping[str, 'NodeSettings']
+    of: str = TOOL
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -174,6 +178,7 @@ def settings_from(
             joint_prefix=_checked_name('joint_prefix', values['joint_prefix'], 'part of a name'),
             velocity_source=values['velocity_source'],
             timeout=round(values['joint_state_timeout'] * 1e9),
+            acceleration_window=round(values['acceleration_window'] * 1e9),
         ),
         base_frame=prefix + base,
         tool_frame=prefix + tool,
@@ -208,7 +213,7 @@ def _points(names: Any, robot: Robot, settings: NodeSettings) -> dict[str, NodeS
         frame = settings.frame_prefix + name
         if frame in (settings.base_frame, settings.tool_frame):
             raise _refuse('points', name, f'{frame} is the frame of the base or the tool')
-        found[name] = replace(settings, tool_frame=frame)
+        found[name] = replace(settings, tool_frame=frame, of=name)
     return found
 
 

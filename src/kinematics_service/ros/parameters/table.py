@@ -65,8 +65,8 @@ TRANSPORT = Parameter(
 POINTS = Parameter(
     'points',
     [],
-    'Points of the robot file that have topics of their own, `~/NAME/pose`, `~/NAME/jacobian` and '
-    '`~/NAME/twist`: a list of names; set at start.',
+    'Points of the robot file that have topics of their own, such as `~/NAME/pose` and '
+    '`~/NAME/jacobian`: a list of names; set at start.',
     read_only=True,
     dynamic_typing=True,  # to rclpy an empty list is one of bytes
 )
@@ -101,6 +101,13 @@ PARAMETERS = (
         'Source of joint velocities: the message, differences of positions, or auto: the message '
         'if it has velocities, else differences.',
         VELOCITY_SOURCES,
+    ),
+    Parameter(
+        'acceleration_window',
+        0.05,
+        'Joint accelerations are slopes of the velocities of the last so many seconds, which is '
+        'the acceleration half of it ago; 0: of the last two.',
+        range=(0.0, 10.0),
     ),
     Parameter(
         'publish_rate',

@@ -1,0 +1,151 @@
+"""Self-motion: joint motions that leave the task's rows of the tool at rest."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import kernel
+from ..errors import JointVectorError
+from ..kernel import Floats
+from ..robot.points import TOOL
+from ..robot.robot import AnyRobot, as_robot
+from ..robot.task import Task
+from .arguments import finite_rows, not_together
+from .forward import state_of
+from .singularity import singularity_of
+from .task_jacobian import task_jacobian, task_of
+from .tool_state import ToolState, evaluate
+
+
+def null_space(
+    robot: AnyRobot,
+    q: npt.ArrayLike,
+    rows: Sequence[str] | None = None,
+    *,
+    of: str | int = TOOL,
+    near: npt.ArrayLike | None = None,
+) -> Floats:
+    """
+    Return an orthonormal basis of the joint motions that leave J_t at rest, shape (..., n, k).
+
+    k is n less the rank of J_t at most poses: 1 for an arm of seven joints, 0 for one of six. At a
+    singular pose more motions leave the tool at rest; k of them are returned.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    q : shape (..., n), rad or m
+        Joint positions.
+    rows
+        Which of x y z rx ry rz, in the axes of the table's frame 0; without them those of the
+        arm's task.
+    of
+        The frame that stays, as `jacobian` takes it.
+    near : shape (..., n, k)
+        A basis of a pose before: the one that is nearest to it is returned, so that signs and
+        directions are continuous along a motion.
+
+    Raises
+    ------
+    JointVectorError
+        The last dimension of `q` is not n, or a number is not finite; `near` is no such basis.
+    PointError
+        The arm has no such point, row or rows.
+    KinematicsError
+        No joint moves the rows.
+
+    Examples
+    --------
+    Both links turn against each other while the end of a planar arm stays at its height:
+
+    >>> import kinematics_service as ks
+    >>> ks.null_space('planar_2r', [0, 0], ['y']).round(4).tolist()
+    [[-0.4472], [0.8944]]
+    """
+    robot = as_robot(robot)
+    task = task_of(robot, rows, of)
+    J = state_of(robot, of, q).jacobian
+    if near is None:
+        return basis_of(task, J)
+    expected = robot.dof, robot.dof - task.generic_rank
+    before = finite_rows(JointVectorError, 'near', near, expected[1])
+    try:
+        np.broadcast_shapes(before.shape, (*J.shape[:-2], *expected))
+    except ValueError:
+        shapes = (*J.shape[:-2], robot.dof), before.shape
+        raise not_together(JointVectorError, ('q', 'near'), shapes, expected) from None
+    return basis_of(task, J, before)
+
+
+def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
+    """
+    Return what `null_space` returns, of the Jacobian (..., 6, n) in base axes.
+
+    Parameters
+    ----------
+    task
+        The rows.
+    J : shape (..., 6, n)
+        The Jacobian.
+    before : shape (..., n, k)
+        The basis of a pose before, or None.
+    """
+    rank, matrix = task.generic_rank, task.row_scales[:, None] * task_jacobian(task, J)
+    if before is not None:
+        # Of motions that leave the tool at rest alike, those of the basis before come first: the
+        # others count as if they moved the tool by round-off.
+        least = kernel.RANK_TOLERANCE * np.linalg.norm(matrix, axis=(-2, -1), keepdims=True)
+        others = least * (np.eye(J.shape[-1]) - before @ np.swapaxes(before, -1, -2))
+        leading = others.shape[:-2]
+        matrix = np.concatenate(
+            [np.broadcast_to(matrix, (*leading, *matrix.shape[-2:])), others], axis=-2
+        )
+    basis = np.swapaxes(np.linalg.svd(matrix)[2][..., rank:, :], -1, -2)
+    if before is None:
+        # The largest number of each column is positive.
+        largest = np.argmax(np.abs(basis), axis=-2)[..., None, :]
+        return np.asarray(basis * np.sign(np.take_along_axis(basis, largest, axis=-2)))
+    # The basis of these motions that is nearest to the one before.
+    U, _, Wt = np.linalg.svd(np.swapaxes(basis, -1, -2) @ before)
+    return np.asarray(basis @ (U @ Wt))
+
+
+def self_motion(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
+    """
+    Return the joint motion that raises `distance` fastest while the task's rows rest, (..., n).
+
+    It is the part of the gradient of `distance` in the null space: joint velocities of s times it
+    raise the distance by s times the square of its length a second. Zero where no singular pose
+    was found within 1 rad, at one, and for an arm without self-motion.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    q : shape (..., n), rad or m
+        Joint positions.
+
+    Raises
+    ------
+    JointVectorError
+        The last dimension of `q` is not n, or a number is not finite.
+    """
+    robot = as_robot(robot)
+    state = evaluate(robot, q, measured=True)
+    return self_motion_of(state, basis_of(robot.task, state.jacobian))
+
+
+def self_motion_of(state: ToolState, basis: Floats) -> Floats:
+    """Return what `self_motion` returns, of an evaluated state and a basis of its null space."""
+    found = singularity_of(state)
+    if found.nearest_singular is None:
+        return np.zeros(state.q.shape)
+    scales = state.robot.task.column_scales
+    away = (state.q - found.nearest_singular) / scales
+    length = np.linalg.norm(away, axis=-1, keepdims=True)
+    gradient = np.zeros(away.shape)
+    np.divide(away, length * scales, out=gradient, where=length > 0.0)
+    along = np.swapaxes(basis, -1, -2) @ gradient[..., None]
+    return np.asarray((basis @ along)[..., 0])

@@ -1,0 +1,168 @@
+"""
+The pseudo-inverse of the task's Jacobian, plain and damped.
+
+Each singular value below a bound has a damping of its own, so that directions which are not about
+to be lost stay exact (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988), as in
+`joint_velocity`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import kernel
+from ..errors import ServoSettingsError
+from ..kernel import Floats
+from ..robot.chain import FrozenArrays
+from ..robot.points import TOOL
+from ..robot.robot import AnyRobot, as_robot
+from .forward import state_of
+from .task_jacobian import task_jacobian, task_of
+
+# Singular values below this share of the length are damped, where damping is asked for.
+DAMPED_BELOW = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class PseudoInverse(FrozenArrays):
+    """
+    A pseudo-inverse of J_t, and how far it is one.
+
+    Lengths and angles are weighed by the characteristic length: of the joint motions that make a
+    twist best it is the smallest one.
+
+    Attributes
+    ----------
+    rows
+        Names of the rows of J_t, some of x y z rx ry rz in that order, in the axes of frame 0.
+    matrix : shape (..., n, m)
+        Joint velocities (rad/s or m/s) for each row (m/s or rad/s).
+    singular_values : shape (..., min(m, n)), m
+        Of the scaled J_t, in descending order.
+    rank : shape (...)
+        Number of them that are above 1e-10 of the largest; the others have no inverse.
+    damping : shape (...)
+        The largest damping in use, as a share of the length: 0 where the pseudo-inverse is exact.
+    """
+
+    READ_ONLY = ('matrix', 'singular_values', 'rank', 'damping')
+
+    rows: tuple[str, ...]
+    matrix: Floats
+    singular_values: Floats
+    rank: npt.NDArray[np.int64]
+    damping: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Inverted(FrozenArrays):
+    """
+    Singular values inverted: `gains` (..., k) of them, `rank` (...), and the `damping` (..., k) of
+    each, as a share of the length.
+    """
+
+    READ_ONLY = ('gains', 'rank', 'damping')
+
+    gains: Floats
+    rank: npt.NDArray[np.int64]
+    damping: Floats
+
+
+def inverted(sigma: Floats, length: float, damping: float, damped_below: float) -> Inverted:
+    """
+    Return s / (s^2 + d^2) of singular values (..., k), d^2 = damping^2 (1 - (s / below)^2).
+
+    Parameters
+    ----------
+    sigma : shape (..., k), m
+        Singular values, the largest first.
+    length
+        The characteristic length, m.
+    damping, damped_below
+        The damping of a singular value of 0, and where it begins, as shares of the length.
+
+    Raises
+    ------
+    ServoSettingsError
+        `damping` is negative, `damped_below` not positive, or one of them not finite.
+    """
+    for name, value, fits in (
+        ('damping', damping, damping >= 0.0),
+        ('damped_below', damped_below, damped_below > 0.0),
+    ):
+        if not (fits and np.isfinite(value)):
+            least = 'not negative' if name == 'damping' else 'positive'
+            raise ServoSettingsError(f'{name} must be finite and {least}, not {value}', name)
+    kept = sigma > kernel.RANK_TOLERANCE * np.maximum(sigma[..., :1], np.finfo(float).tiny)
+    share = np.minimum(sigma / (damped_below * length), 1.0)
+    of_each = damping * np.sqrt(1.0 - share * share)
+    safe = np.where(kept, sigma, 1.0)
+    return Inverted(
+        gains=np.where(kept, 1.0 / (safe + (of_each * length) ** 2 / safe), 0.0),
+        rank=np.asarray(np.sum(kept, axis=-1), dtype=np.int64),
+        damping=of_each,
+    )
+
+
+def pseudo_inverse(
+    robot: AnyRobot,
+    q: npt.ArrayLike,
+    rows: Sequence[str] | None = None,
+    *,
+    of: str | int = TOOL,
+    damping: float = 0.0,
+    damped_below: float = DAMPED_BELOW,
+) -> PseudoInverse:
+    """
+    Return the pseudo-inverse of J_t, whose damping at this pose it tells.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    q : shape (..., n), rad or m
+        Joint positions.
+    rows
+        Which of x y z rx ry rz, in the axes of the table's frame 0; without them those of the
+        arm's task.
+    of
+        The frame that moves, as `jacobian` takes it.
+    damping, damped_below
+        As `ServoSettings` has them, shares of the characteristic length; 0: not damped.
+
+    Raises
+    ------
+    JointVectorError
+        The last dimension of `q` is not n, or a number is not finite.
+    PointError
+        The arm has no such point, row or rows.
+    ServoSettingsError
+        `damping` or `damped_below` is negative or not finite.
+    KinematicsError
+        No joint moves the rows.
+
+    Examples
+    --------
+    An elbow of 90 degrees: the tool is moved along x by the first joint alone.
+
+    >>> import kinematics_service as ks
+    >>> found = ks.pseudo_inverse('planar_2r', [0, 1.5707963267948966])
+    >>> (found.matrix @ [1.0, 0.0]).round(9).tolist(), float(found.damping)
+    ([-1.0, 0.0], 0.0)
+    """
+    robot = as_robot(robot)
+    task = task_of(robot, rows, of)
+    J_t = task_jacobian(task, state_of(robot, of, q).jacobian)
+    scaled = task.row_scales[:, None] * J_t * task.column_scales
+    U, sigma, Vt = np.linalg.svd(scaled, full_matrices=False)
+    found = inverted(sigma, task.length, damping, damped_below)
+    matrix = np.swapaxes(Vt, -1, -2) @ (found.gains[..., None] * np.swapaxes(U, -1, -2))
+    return PseudoInverse(
+        rows=task.rows,
+        matrix=task.column_scales[:, None] * matrix * task.row_scales,
+        singular_values=sigma,
+        rank=found.rank,
+        damping=np.max(found.damping, axis=-1, initial=0.0),
+    )

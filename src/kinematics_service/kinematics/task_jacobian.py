@@ -1,0 +1,58 @@
+"""Rows of the Jacobian by their names, comparable by the characteristic length."""
+
+import functools
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..errors import PointError
+from ..kernel import Floats
+from ..robot.points import TOOL
+from ..robot.robot import Robot
+from ..robot.task import ROW_NAMES, Task, find_task
+
+
+def task_of(robot: Robot, rows: Sequence[str] | None, of: str | int = TOOL) -> Task:
+    """
+    Return the task of rows of a point of the arm; None: of the rows of the arm's own task.
+
+    Raises
+    ------
+    PointError
+        There are no such rows.
+    KinematicsError
+        No joint moves them.
+    """
+    if rows is None and type(of) is str and of == TOOL:
+        return robot.task
+    names = robot.task.rows if rows is None else tuple(rows)
+    if not names or set(names) - set(ROW_NAMES):
+        raise PointError(
+            f'rows must be some of {" ".join(ROW_NAMES)}, not {" ".join(names)!r}',
+            'rows',
+            ROW_NAMES,
+            names,
+        )
+    return _found(robot, tuple(name for name in ROW_NAMES if name in names), of)
+
+
+@functools.lru_cache(maxsize=128)
+def _found(robot: Robot, rows: tuple[str, ...], of: str | int) -> Task:
+    chain, length = robot.point(of).chain, robot.task.length
+    return find_task(chain, robot.joint_names, robot.limits, robot.prismatic, rows, length)
+
+
+def task_jacobian(task: Task, J: Floats) -> Floats:
+    """
+    Return J_t, unscaled, in the axes of frame 0, shape (..., m, n).
+
+    Parameters
+    ----------
+    task
+        The rows.
+    J : shape (..., 6, n)
+        The Jacobian, in base axes.
+    """
+    halves = J.reshape(*J.shape[:-2], 2, 3, J.shape[-1])
+    turned = np.asarray(task.rotation.T @ halves).reshape(J.shape)
+    return np.asarray(turned[..., task.axes, :])

@@ -1,0 +1,166 @@
+"""Self-motion: what leaves the tool at rest, turned as little as can be, and where it leads."""
+
+import numpy as np
+import pytest
+from arms import DISTINCT, LOOPED, calm_poses, robot_of, seeded
+from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
+
+import kinematics_service as ks
+
+SOME_ARMS = (*DISTINCT, *LOOPED)
+some_arms = pytest.mark.parametrize('name', SOME_ARMS)
+REDUNDANT = ('panda', 'kuka_iiwa14', 'standard-7-0', 'standard-9-0', 'modified-12-0')
+redundant = pytest.mark.parametrize('name', REDUNDANT)
+
+# A basis that is held to another by a share of 1e-10 of the Jacobian.
+AT_REST = 1e-9
+# The nearest of motions that rest alike: they differ by 1e-10 of J, of which round-off is 1e-6.
+NEAREST = 1e-6
+# A minimum that was found to 1e-5 of it, over steps of 1e-3 rad.
+GRADIENT = 1e-4
+
+
+@some_arms
+def test_the_null_space_leaves_the_rows_of_the_task_at_rest(name):
+    robot = robot_of(name)
+    q = calm_poses(robot, 8)
+    basis = ks.null_space(robot, q)
+    k = robot.dof - robot.task.generic_rank
+    assert basis.shape == (len(q), robot.dof, k)
+    np.testing.assert_allclose(
+        np.swapaxes(basis, -1, -2) @ basis,
+        np.broadcast_to(np.eye(k), (len(q), k, k)),
+        atol=ROUND_OFF,
+    )
+    for one, at in zip(basis, q):
+        J = ks.jacobian(robot, at)
+        halves = [robot.task.rotation.T @ J[:3], robot.task.rotation.T @ J[3:]]
+        moved = np.concatenate(halves)[robot.task.axes] @ one
+        np.testing.assert_allclose(moved, 0.0, atol=ROUND_OFF * max(1.0, np.max(np.abs(J))))
+
+
+@redundant
+def test_the_tool_stays_where_it_is_to_second_order(name):
+    robot = robot_of(name)
+    for q in calm_poses(robot, 4):
+        T = ks.forward_kinematics(robot, q)
+        for direction in ks.null_space(robot, q).T:
+            ahead, behind = (
+                ks.forward_kinematics(robot, q + sign * DIFFERENCE_STEP * direction)
+                for sign in (1, -1)
+            )
+            change = (ahead - behind) / (2 * DIFFERENCE_STEP)
+            np.testing.assert_allclose(change, 0.0, atol=DIFFERENCE)
+            np.testing.assert_allclose(ahead, T, rtol=0, atol=1e-10)
+
+
+@redundant
+@pytest.mark.parametrize('rows', [None, ('x', 'y', 'z'), ('rz', 'x')])
+def test_the_basis_turns_little_from_pose_to_pose(name, rows):
+    robot = robot_of(name)
+    start, other = seeded(robot, 2)
+    way = start + 0.5 * (other - start)
+    basis, step = ks.null_space(robot, start, rows), 0.0
+    for s in np.linspace(0.0, 1.0, 1001):
+        new = ks.null_space(robot, start + s * (way - start), rows, near=basis)
+        step = max(step, float(np.linalg.norm(new - basis, 2)))
+        basis = new
+    assert step < 0.1
+    k = basis.shape[1]
+    np.testing.assert_allclose(basis.T @ basis, np.eye(k), atol=ROUND_OFF)
+    at_end = ks.null_space(robot, way, rows)
+    np.testing.assert_allclose(basis @ basis.T, at_end @ at_end.T, atol=AT_REST)
+
+
+def test_the_basis_goes_straight_through_a_pose_that_leaves_more_at_rest():
+    robot = ks.load_robot('planar_2r')
+    before = ks.null_space(robot, [0.3, -1e-3], ['x', 'rz'])
+    assert before.shape == (2, 0)
+    robot = ks.load_robot('panda')
+    q = np.array([0.2, 0.4, 0.1, -1.5, 0.0, 0.0, 0.5])
+    basis, turned = ks.null_space(robot, q - 0.1), 0.0
+    for s in np.linspace(-0.1, 0.1, 801):
+        new = ks.null_space(robot, q + s, near=basis)
+        turned, basis = max(turned, float(np.linalg.norm(new - basis))), new
+    assert turned < 0.2
+    # Stretched, the elbow of an arm on a line of shoulders leaves two motions at rest.
+    straight = ks.load_robot('kuka_iiwa14')
+    zero = np.zeros(7)
+    wanted = ks.null_space(straight, zero + 1e-4)
+    chosen = ks.null_space(straight, zero, near=wanted)
+    J = ks.jacobian(straight, zero)
+    np.testing.assert_allclose(J @ chosen, 0.0, atol=AT_REST)
+    idle = np.linalg.svd(J)[2][np.linalg.matrix_rank(J, 1e-9) :].T
+    assert idle.shape[1] > 1
+    along = idle @ (idle.T @ wanted)
+    np.testing.assert_allclose(chosen, along / np.linalg.norm(along), rtol=0, atol=NEAREST)
+
+
+def test_a_batch_is_its_poses():
+    robot = ks.load_robot('panda')
+    q = seeded(robot, 6).reshape(2, 3, 7)
+    whole = ks.null_space(robot, q)
+    assert whole.shape == (2, 3, 7, 1)
+    near = -whole
+    np.testing.assert_array_equal(whole[1, 2], ks.null_space(robot, q[1, 2]))
+    np.testing.assert_allclose(ks.null_space(robot, q, near=near), near, rtol=0, atol=AT_REST)
+    assert np.all(np.max(whole, axis=-2) > -np.min(whole, axis=-2))
+
+
+def test_a_point_has_a_null_space_of_its_own():
+    robot = ks.load_robot('panda')
+    q = calm_poses(robot, 1)[0]
+    basis = ks.null_space(robot, q, ['x', 'y', 'z'], of=4)
+    np.testing.assert_allclose(ks.jacobian(robot, q, of=4)[:3] @ basis, 0.0, atol=ROUND_OFF)
+    assert basis.shape == (7, 7 - np.linalg.matrix_rank(ks.jacobian(robot, q, of=4)[:3], 1e-9))
+
+
+@pytest.mark.parametrize(
+    ('choice', 'error', 'said'),
+    [
+        ({'rows': ['vx']}, ks.PointError, 'rows must be some of x y z rx ry rz, not '),
+        ({'rows': []}, ks.PointError, 'rows must be some of'),
+        ({'near': np.zeros((7, 2))}, ks.JointVectorError, 'near must be finite numbers of shape'),
+        ({'near': np.zeros((6, 1))}, ks.JointVectorError, 'q and near have shapes'),
+        ({'near': np.full((7, 1), np.nan)}, ks.JointVectorError, 'near must be finite'),
+    ],
+)
+def test_what_is_no_choice_is_refused(choice, error, said):
+    with pytest.raises(error, match=said):
+        ks.null_space('panda', np.zeros(7), **choice)
+
+
+@pytest.mark.parametrize('name', ['panda', 'kuka_iiwa14', 'standard-7-0'])
+def test_the_self_motion_raises_the_distance_by_the_square_of_its_length(name):
+    robot = robot_of(name)
+    random, tried = np.random.default_rng(8), 0
+    for q in random.uniform(-0.9, 0.9, (400, robot.dof)):
+        here = ks.singularity(robot, q)
+        motion = ks.self_motion(robot, q)
+        if here.nearest_singular is None or not 0.02 < here.distance < 0.3:
+            continue
+        square = motion @ motion
+        if square < 1e-4:
+            continue
+        step = 1e-3 / np.sqrt(square)
+        ahead, behind = (ks.singularity(robot, q + sign * step * motion) for sign in (1, -1))
+        if any(
+            one.nearest_singular is None
+            or np.linalg.norm(one.nearest_singular - here.nearest_singular) > 0.01
+            for one in (ahead, behind)
+        ):
+            continue  # another singular pose is the nearest there
+        change = (ahead.distance - behind.distance) / (2 * step)
+        assert change == pytest.approx(square, rel=0.02, abs=GRADIENT)
+        np.testing.assert_allclose(ks.jacobian(robot, q) @ motion, 0.0, atol=1e-11)
+        tried += 1
+        if tried == 5:
+            return
+    assert tried
+
+
+def test_no_self_motion_is_zero():
+    np.testing.assert_array_equal(ks.self_motion('puma560', np.full(6, 0.3)), np.zeros(6))
+    many = ks.self_motion('panda', np.random.default_rng(2).uniform(-1, 1, (3, 2, 7)))
+    assert many.shape == (3, 2, 7)
+    assert np.isfinite(many).all()
