@@ -15,12 +15,18 @@ import math
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
 import kinematics_service as ks
 from kinematics_service.robot.conventions import table_rows
 from kinematics_service.robot.task import ROW_NAMES
+
+sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
+
+from arms import random_poses
+from general_arms import apart
 
 PROVED = 1e-10
 SAME = 1e-5  # of originating positions: near singular poses the last digits of a pose decide
@@ -64,27 +70,9 @@ json.dump({'times': times, 'found': found}, sys.stdout)
 """
 
 
-def inside_limits(robot, count, seed=1):
-    low, high = np.array(robot.limits.T)
-    for j, kind in enumerate(robot.joint_types):
-        span = 1.0 if kind == 'prismatic' else 2 * math.pi
-        if np.isinf(low[j]) and np.isinf(high[j]):
-            low[j] = -span / 2
-        if np.isinf(high[j]):
-            high[j] = low[j] + span
-    return np.random.default_rng(seed).uniform(low, high, (count, robot.dof))
-
-
-def away(robot, a, b):
-    difference = np.asarray(a) - np.asarray(b)
-    turning = np.array([kind == 'revolute' for kind in robot.joint_types])
-    difference[..., turning] -= 2 * math.pi * np.round(difference[..., turning] / (2 * math.pi))
-    return float(np.max(np.abs(difference)))
-
-
 def round_trip(name, poses):
     robot = ks.load_robot(name)
-    q = inside_limits(robot, poses)
+    q = random_poses(robot, poses, 1)
     targets = ks.forward_kinematics(robot, q)
     rows = rows_of(robot)
     ks.inverse_kinematics(robot, targets[0], rows=rows)
@@ -93,7 +81,7 @@ def round_trip(name, poses):
         start = time.perf_counter()
         result = ks.inverse_kinematics(robot, target, rows=rows)
         times.append(time.perf_counter() - start)
-        hits += any(away(robot, s.q, one) < SAME for s in result) or any(
+        hits += any(apart(robot, s.q, one) < SAME for s in result) or any(
             family.distance(one) < SAME for family in result.families
         )
         worst = max([worst, *(s.residual for s in (*result, *result.families))])
@@ -204,7 +192,7 @@ def miss(robot, q, target):
 
 def compare(name, count, python):
     robot = ks.load_robot(name)
-    targets = ks.forward_kinematics(robot, inside_limits(robot, count, 2))
+    targets = ks.forward_kinematics(robot, random_poses(robot, count, 2))
     ours(robot, targets[:2], True), ours(robot, targets[:2], False)
     rows = {
         'one': (ours(robot, targets, False), PROVED),

@@ -3,8 +3,8 @@ The compiled calls beside other libraries, all in one run: what counts are the r
 
     python bench/kernel.py [--robot ur5e] [--most 1000000]
 
-Pinocchio's two calls are `computeJointJacobians` and `getFrameJacobian`, of the same arm; KDL's
-are `JntToCart` and `JntToJac`; roboticstoolbox's are `fkine` and `jacob0`.
+Pinocchio's two calls are `computeJointJacobians` and `getFrameJacobian`, of the same arm;
+roboticstoolbox's are `fkine` and `jacob0`.
 """
 
 import argparse

@@ -2,8 +2,6 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
 from kinematics_service.rigid_motion import screw_z
 from kinematics_service.robot.conventions import table_rows
 
@@ -49,35 +47,7 @@ def pinocchio_peer(robot, q):
     return Peer(call, call, False)
 
 
-def kdl_peer(robot, q):
-    import PyKDL as kdl
-
-    def frame(T):
-        return kdl.Frame(kdl.Rotation(*T[:3, :3].ravel().tolist()), kdl.Vector(*T[:3, 3].tolist()))
-
-    placements, tool = links_of(robot)
-    chain = kdl.Chain()
-    ends = [*placements[1:], tool]
-    chain.addSegment(kdl.Segment(kdl.Joint(), frame(placements[0])))
-    for end in ends:
-        chain.addSegment(kdl.Segment(kdl.Joint(kdl.Joint.RotZ), frame(end)))
-    poses, jacobians = kdl.ChainFkSolverPos_recursive(chain), kdl.ChainJntToJacSolver(chain)
-    positions, pose, J = kdl.JntArray(len(q)), kdl.Frame(), kdl.Jacobian(len(q))
-    for j, value in enumerate(q.tolist()):
-        positions[j] = value
-
-    def call():
-        poses.JntToCart(positions, pose)
-        jacobians.JntToJac(positions, J)
-
-    def jacobian():
-        call()
-        return np.array([[J[i, j] for j in range(len(q))] for i in range(6)])
-
-    return Peer(call, jacobian, False)
-
-
-def toolbox_peers(robot, q):
+def toolbox_peer(robot, q):
     import roboticstoolbox as rtb
     from spatialmath import SE3
 
@@ -90,41 +60,14 @@ def toolbox_peers(robot, q):
         elements.fkine(q)
         return elements.jacob0(q)
 
-    yield 'roboticstoolbox, ETS', Peer(call, lambda: elements.jacob0(q), True)
-
-    rows = robot.description.links
-    if robot.convention != 'standard' or len(rows) != robot.dof:
-        return
-    links = []
-    for row in table_rows(robot.description):
-        # before is the identity and after Tx(a) Rx(alpha) in the standard convention.
-        alpha = np.arctan2(row.after[2, 1], row.after[1, 1])
-        link = rtb.RevoluteDH(
-            d=row.d.constant, a=row.after[0, 3], alpha=alpha, offset=row.theta.constant
-        )
-        links.append(link)
-    arm = rtb.DHRobot(
-        links,
-        base=SE3(robot.description.base.motion.matrix, check=False),
-        tool=SE3(robot.description.tool.motion.matrix, check=False),
-    )
-
-    def table_call():
-        arm.fkine(q)
-        return arm.jacob0(q)
-
-    yield 'roboticstoolbox, DHRobot', Peer(table_call, lambda: arm.jacob0(q), True)
+    return Peer(call, lambda: elements.jacob0(q), True)
 
 
 def peers_of(robot, q):
-    """Return the peers by name; Pinocchio is needed, the others where they can be imported."""
+    """Return the peers by name; Pinocchio is needed, the other where it can be imported."""
     peers = {'Pinocchio': pinocchio_peer(robot, q)}
     try:
-        peers['PyKDL: pose and J, two calls'] = kdl_peer(robot, q)
-    except ImportError:
-        print('PyKDL (python3-pykdl) is not installed: left out')
-    try:
-        peers |= dict(toolbox_peers(robot, q))
+        peers['roboticstoolbox, ETS'] = toolbox_peer(robot, q)
     except ImportError:
         print('roboticstoolbox is not installed: left out')
     return peers

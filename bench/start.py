@@ -15,7 +15,6 @@ import os
 import signal
 import statistics
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -113,23 +112,6 @@ def cases_of(robot, folder):
         yield 'kinematics, read-only', [*READ_ONLY, *node('--robot', robot)], usual
 
 
-def imports():
-    """Return the milliseconds that the node's imports take, by package."""
-    code = 'import kinematics_service.ros.process.runner'
-    lines = subprocess.run(
-        [sys.executable, '-X', 'importtime', '-c', code],
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stderr.splitlines()
-    packages = {}
-    for line in lines[1:]:
-        own, _, name = line.removeprefix('import time:').split('|')
-        top = name.strip().partition('.')[0]
-        packages[top] = packages.get(top, 0.0) + int(own) * 1e-3
-    return packages
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('--robot', default='ur5e')
@@ -161,10 +143,6 @@ def main():
             f'{statistics.median(idle):8.2%}{statistics.median(woken):10.1f}',
             flush=True,
         )
-    packages = imports()
-    print(f'imports of the node: {sum(packages.values()):.0f} ms, by package:')
-    for name, own in sorted(packages.items(), key=lambda item: -item[1])[:14]:
-        print(f'{name:24}{own:8.0f}')
 
 
 if __name__ == '__main__':

@@ -2,7 +2,6 @@
 What the transport costs: the node beside a plain rclpy node without mathematics, in one run.
 
     python bench/transport.py [--only cpu,rate,latency,arms] [--rounds 3] [--seconds 6]
-        [--node-args='...'] [--also='plain path=--ros-args -p transport:=plain']
 
 cpu      CPU a message at 1 kHz, six joints, four topics heard, one, and none
 rate     the highest rate with nothing lost, one arm, the pose heard
@@ -15,9 +14,8 @@ round, and the median counts. What lasts is the ratios: all in one run, on one m
 """
 
 import argparse
+import contextlib
 import os
-import shlex
-import shutil
 import signal
 import statistics
 import subprocess
@@ -27,7 +25,7 @@ import time
 
 import numpy as np
 
-from processes import PATIENCE, ROBOT, JointStates, age_of, node, paced, plain  # isort: skip
+from processes import PATIENCE, ROBOT, JointStates, age_of, node, paced, plain, running  # isort: skip
 from node_process import processor_seconds
 
 FOUR = ('pose', 'twist', 'jacobian', 'singularity/manipulability')
@@ -35,9 +33,11 @@ ONE = ('pose',)
 # A rate is passed if nothing is lost in one of so many tries: others use this machine, too.
 TRIES = 2
 BISECTIONS = 4
+# So many arms, at this rate (Hz) each.
+ARMS, ARM_RATE = (1, 2, 4, 8), 250
 
 # The processes share one file of int64: slots, then a ring of latencies in ns.
-SENT, RATE, STOP, FED, LISTENING, HEARD, ANSWERED = range(7)
+SENT, RATE, FED, LISTENING, HEARD, ANSWERED = range(6)
 SLOTS, RING = 16, 1 << 17
 
 
@@ -49,9 +49,7 @@ def shared(path):
 
 
 def feed(path, namespaces):
-    """
-    Publish JointStates at the shared rate until told to stop; they differ in stamp and positions.
-    """
+    """Publish JointStates at the shared rate; they differ in stamp and positions."""
     import rclpy
     from sensor_msgs.msg import JointState
 
@@ -66,7 +64,7 @@ def feed(path, namespaces):
         time.sleep(0.02)
     slots = shared(path)
     slots[FED] = 1
-    while not slots[STOP]:
+    while True:
         rate = int(slots[RATE])
         if rate == 0:
             time.sleep(0.005)
@@ -110,7 +108,7 @@ def listen(path, namespaces, topics):
     slots[LISTENING] = 1
     executor = EventsExecutor()
     executor.add_node(peer)
-    while not slots[STOP]:
+    while True:
         executor.spin_once(timeout_sec=0.05)
 
 
@@ -121,59 +119,42 @@ class CaseError(Exception):
     pass
 
 
-class Running:
-    """Processes that answer, a feeder and a listener: started, matched, and ended together."""
-
-    def __init__(self, commands, topics, namespaces=('',)):
-        self.commands, self.topics, self.namespaces = commands, topics, namespaces
-
-    def __enter__(self):
-        descriptor, self.path = tempfile.mkstemp(prefix='transport_')
-        os.close(descriptor)
-        np.zeros(SLOTS + RING, np.int64).tofile(self.path)
-        self.slots = shared(self.path)
-        self.errors = tempfile.TemporaryFile()
-        self.nodes = [self._start(command) for command in self.commands]
-        peer = [sys.executable, __file__, '--path', self.path, '--arms', *self.namespaces]
-        self.peers = [self._start([*peer, '--peer', 'feed'])]
-        if self.topics:
-            self.peers.append(self._start([*peer, '--peer', 'listen', '--topics', *self.topics]))
+@contextlib.contextmanager
+def answering(commands, topics, namespaces):
+    """Run what answers, a feeder and a listener; yield their `Case` once they are matched."""
+    with contextlib.ExitStack() as stack:
+        path = stack.enter_context(tempfile.NamedTemporaryFile(prefix='transport_')).name
+        errors = stack.enter_context(tempfile.TemporaryFile())
+        np.zeros(SLOTS + RING, np.int64).tofile(path)
+        slots = shared(path)
+        peer = [sys.executable, __file__, '--path', path, '--arms', *namespaces, '--peer']
+        peers = [[*peer, 'feed'], [*peer, 'listen', '--topics', *topics]][: 2 if topics else 1]
+        started = [
+            stack.enter_context(running(one, stdout=subprocess.DEVNULL, stderr=errors))
+            for one in (*commands, *peers)
+        ]
+        case = Case(slots, started, started[: len(commands)], errors, bool(topics))
         deadline = time.monotonic() + PATIENCE
-        ready = (FED, LISTENING) if self.topics else (FED,)
-        try:
-            while not all(self.slots[slot] for slot in ready):
-                if time.monotonic() > deadline or any(
-                    process.poll() is not None for process in (*self.nodes, *self.peers)
-                ):
-                    raise CaseError(self._last_words())
-                time.sleep(0.02)
-        except BaseException:
-            self.__exit__()
-            raise
+        while not (slots[FED] and (slots[LISTENING] or not topics)):
+            case.check(time.monotonic() < deadline)
+            time.sleep(0.02)
         time.sleep(1.0)
-        return self
+        yield case
 
-    def _start(self, command):
-        return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=self.errors)
 
-    def _last_words(self):
-        self.errors.seek(0)
-        lines = self.errors.read().decode(errors='replace').strip().splitlines()
-        return lines[-1] if lines else 'not matched in time'
+class Case:
+    """Processes that answer, with a feeder and a listener."""
 
-    def __exit__(self, *exception):
-        self.slots[RATE], self.slots[STOP] = 0, 1
-        for process in self.nodes:
-            if process.poll() is None:
-                process.send_signal(signal.SIGTERM)
-        for process in (*self.nodes, *self.peers):
-            try:
-                process.wait(timeout=10)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
-        self.errors.close()
-        os.unlink(self.path)
+    def __init__(self, slots, started, nodes, errors, is_heard):
+        self.slots, self.started, self.nodes = slots, started, nodes
+        self.errors, self.is_heard = errors, is_heard
+
+    def check(self, fine=True):
+        """Raise the last words of a process that has ended, or of one that is late."""
+        if not fine or any(process.poll() is not None for process in self.started):
+            self.errors.seek(0)
+            lines = self.errors.read().decode(errors='replace').strip().splitlines()
+            raise CaseError(lines[-1] if lines else 'not matched in time')
 
     def cpu_a_message(self, rate, seconds):
         """Return the CPU time a message of all nodes together, us, and the share unanswered."""
@@ -183,24 +164,22 @@ class Running:
         time.sleep(seconds)
         used, sent, heard = self._used() - before
         self._rest()
-        if any(process.poll() is not None for process in self.nodes):
-            raise CaseError(self._last_words())
-        return used / sent * 1e6, 1.0 - heard / sent if self.topics else 0.0
+        return used / sent * 1e6, 1.0 - heard / sent if self.is_heard else 0.0
 
     def _used(self):
+        self.check()
         used = sum(processor_seconds(process.pid) for process in self.nodes)
         return np.array([used, self.slots[SENT], self.slots[HEARD]])
 
     def lost(self, rate, seconds):
         """Return how many messages were not answered, and the rate that was really fed."""
-        sent, heard = int(self.slots[SENT]), int(self.slots[HEARD])
-        begin = time.perf_counter()
+        before, begin = self.slots[:SLOTS].copy(), time.perf_counter()
         self.slots[RATE] = rate
         time.sleep(seconds)
         self.slots[RATE] = 0
         elapsed = time.perf_counter() - begin
         self._rest()
-        sent, heard = int(self.slots[SENT]) - sent, int(self.slots[HEARD]) - heard
+        sent, heard = (self.slots[:SLOTS] - before)[[SENT, HEARD]].tolist()
         return sent - heard, sent / elapsed
 
     def latencies(self, rate, seconds):
@@ -222,25 +201,32 @@ class Running:
             time.sleep(0.5)
 
 
-def one_arm(options):
-    return node('--robot', ROBOT, *shlex.split(options.node_args))
+def one_arm(command, topics):
+    """Return a case of one process without a namespace."""
+    return [command], topics, ('',)
 
 
-def others(options):
-    # Our node once more, with other arguments: name=arguments.
-    for text in options.also:
-        name, _, arguments = text.partition('=')
-        yield name, node('--robot', ROBOT, *shlex.split(arguments))
+OURS = node('--robot', ROBOT)
+PLAIN = {
+    'plain node, 4 topics': one_arm(plain(), FOUR),
+    'plain node, 1 topic': one_arm(plain('--topics', 'pose'), ONE),
+    'relay': one_arm(plain('--relay'), ONE),
+}
+# Of `rate` and `latency` only the pose is counted.
+HEARD_OF_OURS = {
+    'kinematics, 1 topic heard': one_arm(OURS, ONE),
+    'kinematics, 4 topics heard': one_arm(OURS, FOUR),
+}
 
 
 def measured(cases, rounds, measure):
     """Return name -> results of all rounds; the cases take turns. A case that fails says why."""
     results = {name: [] for name in cases}
     for _ in range(rounds):
-        for name, (commands, topics, namespaces) in cases.items():
+        for name, parts in cases.items():
             try:
-                with Running(commands, topics, namespaces) as running:
-                    results[name].append(measure(running))
+                with answering(*parts) as case:
+                    results[name].append(measure(case))
             except CaseError as error:
                 print(f'  {name}: {error}', file=sys.stderr)
     return {name: values for name, values in results.items() if values}
@@ -254,64 +240,44 @@ def with_profiles(command):
     return ['env', f'{VARIABLES[version]}={profiles(version)}', *command]
 
 
-def on_one_core(name, command):
-    """
-    Yield the node's cases once more, all its threads on the last core.
-
-    From the middleware's thread to the executor's then is no way to another core.
-    """
-    if shutil.which('taskset'):
-        last = str(max(os.sched_getaffinity(0)))
-        for topics, words in ((FOUR, '4 topics heard'), (ONE, '1 topic heard')):
-            yield f'{name}, {words}, taskset', ([['taskset', '-c', last, *command]], topics, ('',))
-
-
 def cpu(options):
-    alone = ('',)
-    cases = {
-        'plain node, 4 topics': ([plain()], FOUR, alone),
-        'plain node, 1 topic': ([plain('--topics', 'pose')], ONE, alone),
-        'relay, 1 topic': ([plain('--relay')], ONE, alone),
-        'constant bytes, 4 topics': ([plain('--bytes')], FOUR, alone),
-        'constant bytes, 1 topic': ([plain('--bytes', '--topics', 'pose')], ONE, alone),
-        'the same with our profiles, 4': ([with_profiles(plain('--bytes'))], FOUR, alone),
-        'the same with our profiles, 1': (
-            [with_profiles(plain('--bytes', '--topics', 'pose'))],
-            ONE,
-            alone,
-        ),
+    constant = plain('--bytes'), plain('--bytes', '--topics', 'pose')
+    # All threads on the last core: no way to another one from the middleware's to the executor's.
+    on_one_core = ['taskset', '-c', str(max(os.sched_getaffinity(0))), *OURS]
+    cases = PLAIN | {
+        'constant bytes, 4 topics': one_arm(constant[0], FOUR),
+        'constant bytes, 1 topic': one_arm(constant[1], ONE),
+        'the same with our profiles, 4': one_arm(with_profiles(constant[0]), FOUR),
+        'the same with our profiles, 1': one_arm(with_profiles(constant[1]), ONE),
+        **HEARD_OF_OURS,
+        'kinematics, nothing heard': one_arm(OURS, ()),
+        'kinematics, 4 heard, taskset': one_arm(on_one_core, FOUR),
+        'kinematics, 1 heard, taskset': one_arm(on_one_core, ONE),
     }
-    for name, command in (('kinematics', one_arm(options)), *others(options)):
-        cases[f'{name}, 4 topics heard'] = ([command], FOUR, alone)
-        cases[f'{name}, 1 topic heard'] = ([command], ONE, alone)
-        cases[f'{name}, nothing heard'] = ([command], (), alone)
-        for case, one_core in on_one_core(name, command):
-            cases[case] = one_core
     results = measured(
-        cases, options.rounds, lambda running: running.cpu_a_message(1000, options.seconds)
+        cases, options.rounds, lambda case: case.cpu_a_message(1000, options.seconds)
     )
-    unanswered = {
-        name: max(0.0, *(share for _, share in values)) for name, values in results.items()
-    }
-    results = {name: [us for us, _ in values] for name, values in results.items()}
-    references = [np.median(results.get(name, [np.nan])) for name in list(cases)[:2]]
+    references = [
+        np.median([us for us, _ in results.get(name, [(np.nan, 0.0)])]) for name in [*PLAIN][:2]
+    ]
     print(f'\nCPU a message, 1 kHz, {ROBOT}: median of {options.rounds} (least to most), us')
     print(f'{"":34}{"us":>7}{"":16}{"to plain, 4":>12}{"to plain, 1":>12}{"unanswered":>12}')
     for name, values in results.items():
-        median = statistics.median(values)
-        span = f'({min(values):.0f} to {max(values):.0f})'
+        used, unanswered = zip(*values)
+        median = statistics.median(used)
+        span = f'({min(used):.0f} to {max(used):.0f})'
         ratios = ''.join(f'{median / reference:12.2f}' for reference in references)
-        print(f'{name:34}{median:7.0f}{span:>16}{ratios}{unanswered[name]:12.1%}')
+        print(f'{name:34}{median:7.0f}{span:>16}{ratios}{max(0.0, *unanswered):12.1%}')
 
 
-def highest_rate(running, seconds):
+def highest_rate(case, seconds):
     """
     Return the highest rate, Hz, with every message answered, and whether the feeder was the limit.
     """
 
     def passes(rate):
         for _ in range(TRIES):
-            lost, fed = running.lost(rate, seconds)
+            lost, fed = case.lost(rate, seconds)
             if fed < 0.9 * rate:
                 return None
             if lost == 0:
@@ -333,14 +299,8 @@ def highest_rate(running, seconds):
 
 
 def rate(options):
-    alone = ('',)
-    cases = {'plain node, 4 topics': ([plain()], ONE, alone)}
-    cases['plain node, 1 topic'] = ([plain('--topics', 'pose')], ONE, alone)
-    cases['relay, 1 topic'] = ([plain('--relay')], ONE, alone)
-    for name, command in (('kinematics', one_arm(options)), *others(options)):
-        cases[f'{name}, 1 topic heard'] = ([command], ONE, alone)
-        cases[f'{name}, 4 topics heard'] = ([command], FOUR, alone)
-    results = measured(cases, 1, lambda running: highest_rate(running, 2.0))
+    cases = PLAIN | {'plain node, 4 topics': one_arm(plain(), ONE)} | HEARD_OF_OURS
+    results = measured(cases, 1, lambda case: highest_rate(case, 2.0))
     reference = results.get('plain node, 1 topic', [(np.nan, False)])[0][0]
     print('\nHighest rate with nothing lost, one arm, Hz (2 s, best of two tries)')
     print(f'{"":34}{"Hz":>7}{"to plain, 1":>14}')
@@ -350,18 +310,9 @@ def rate(options):
 
 
 def latency(options):
-    alone = ('',)
-    cases = {
-        'relay': ([plain('--relay')], ONE, alone),
-        'relay, events executor': ([plain('--relay', '--executor', 'events')], ONE, alone),
-        'plain node, 1 topic': ([plain('--topics', 'pose')], ONE, alone),
-    }
-    for name, command in (('kinematics', one_arm(options)), *others(options)):
-        cases[f'{name}, 1 topic heard'] = ([command], ONE, alone)
-        cases[f'{name}, 4 topics heard'] = ([command], FOUR, alone)
-    results = measured(
-        cases, options.rounds, lambda running: running.latencies(1000, options.seconds)
-    )
+    events = one_arm(plain('--relay', '--executor', 'events'), ONE)
+    cases = PLAIN | {'relay, events executor': events} | HEARD_OF_OURS
+    results = measured(cases, options.rounds, lambda case: case.latencies(1000, options.seconds))
     print(f'\nAge of the pose at the listener, 1 kHz: medians of {options.rounds} rounds, ms')
     print(f'{"":34}{"p50":>8}{"p99":>8}{"longest":>9}')
     for name, values in results.items():
@@ -371,30 +322,25 @@ def latency(options):
 
 def arms(options):
     cases = {}
-    for count in map(int, options.arm_counts.split(',')):
+    for count in ARMS:
         names = [f'arm_{k}' for k in range(count)]
         spaces = tuple(f'/{name}' for name in names)
-        extra = shlex.split(options.node_args)
         together = [part for name in names for part in ('--robot', f'{name}={ROBOT}')]
-        apart = [
-            node('--robot', ROBOT, *extra, '--ros-args', '-r', f'__ns:={space}')
-            for space in spaces
-        ]
-        cases[f'{count} in one process'] = ([node(*together, *extra)], ONE, spaces)
+        apart = [node('--robot', ROBOT, '--ros-args', '-r', f'__ns:={name}') for name in spaces]
+        cases[f'{count} in one process'] = ([node(*together)], ONE, spaces)
         cases[f'{count} in {count} processes'] = (apart, ONE, spaces)
-    hertz = options.arm_rate
 
-    def measure(running):
-        us, _ = running.cpu_a_message(hertz, options.seconds)
-        return us, running.lost(hertz, 2.0)[0]
+    def measure(case):
+        us, _ = case.cpu_a_message(ARM_RATE, options.seconds)
+        return us, case.lost(ARM_RATE, 2.0)[0]
 
     results = measured(cases, options.rounds, measure)
-    print(f'\nArms, {hertz} Hz each, the pose of each heard: median of {options.rounds}')
+    print(f'\nArms, {ARM_RATE} Hz each, the pose of each heard: median of {options.rounds}')
     print(f'{"":34}{"us a message":>14}{"% of a core":>13}{"lost":>7}')
     for name, values in results.items():
         us = statistics.median(us for us, _ in values)
         lost = statistics.median(lost for _, lost in values)
-        share = us * 1e-4 * hertz * int(name.split()[0])
+        share = us * 1e-4 * ARM_RATE * int(name.split()[0])
         print(f'{name:34}{us:14.0f}{share:13.1f}{lost:7.0f}')
 
 
@@ -406,10 +352,6 @@ def main():
     parser.add_argument('--only', default=','.join(PARTS), help='of ' + ', '.join(PARTS))
     parser.add_argument('--rounds', type=int, default=3)
     parser.add_argument('--seconds', type=float, default=6.0, help='of each measurement')
-    parser.add_argument('--arm-rate', type=int, default=250, help='Hz of each of several arms')
-    parser.add_argument('--arm-counts', default='1,2,4,8')
-    parser.add_argument('--node-args', default='', help='added to the command of the node')
-    parser.add_argument('--also', action='append', default=[], metavar='NAME=ARGS')
     for hidden in ('--path', '--peer'):
         parser.add_argument(hidden, help=argparse.SUPPRESS)
     for hidden in ('--arms', '--topics'):

@@ -14,6 +14,10 @@ from typing import Any
 
 import pytest
 
+# Before numpy is imported. A process of tests has a core of its own: more threads of OpenBLAS wait
+# for their next small matrix at full speed, a fifth of the processor's time.
+os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+
 ROS_SETTINGS = (
     'AMENT_PREFIX_PATH',
     'ROS_DOMAIN_ID',
@@ -31,8 +35,10 @@ ROS_TESTS = Path(__file__).parent / 'ros'
 # Started for the tests of a file, which takes seconds: a cluster, a program that serves a page, a
 # browser. Whatever asks for them is slow.
 STARTED = {'cluster', 'view', 'open_view', 'page'}
-# Folders of the files that take longest.
-LONGEST = ('ros', 'symbolic')
+# The folder of the files that take longest.
+LONGEST = 'symbolic'
+# After which share of the slow files none of the node is left: several of them are long.
+END_OF_WAITING = 0.8
 # Without one of these the tests of the node are skipped.
 OF_THE_NODE = {'rclpy': 'rclpy', 'domain_coordinator': 'ros-domain-coordinator'}
 
@@ -75,8 +81,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """
     Mark what needs ROS, the tests in its folder and those that ask for a domain; and what is slow.
 
-    Files with such tests, or slow ones, come first, and of them those in the longest folders: a
-    long file that came last would be waited for.
+    Files with slow tests come first: a long one that came last would be waited for. Those of the
+    node, which wait for messages and processes, come between those that compute, so that no core
+    is idle.
     """
     for item in items:
         fixtures = getattr(item, 'fixturenames', ())
@@ -84,8 +91,21 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.ros)
         if STARTED & set(fixtures):
             item.add_marker(pytest.mark.slow)
-    long = {item.path for item in items if {'ros', 'slow'} & {m.name for m in item.iter_markers()}}
-    items.sort(key=lambda item: (item.path not in long, item.path.parent.name not in LONGEST))
+    files = list(dict.fromkeys(item.path for item in items))
+    slow = {item.path for item in items if item.get_closest_marker('slow')}
+    waiting = [file for file in files if ROS_TESTS in file.parents]
+    computing = [file for file in files if file in slow and file not in waiting]
+    computing.sort(key=lambda file: file.parent.name != LONGEST)
+    order = dict.fromkeys([*evenly_mixed(waiting, computing), *files])
+    places = {file: k for k, file in enumerate(order)}
+    items.sort(key=lambda item: places[item.path])
+
+
+def evenly_mixed(waiting: list[Path], computing: list[Path]) -> list[Path]:
+    """Return files in their order, those that wait ending before those that compute."""
+    places = [(END_OF_WAITING * (k + 0.5) / len(waiting), file) for k, file in enumerate(waiting)]
+    places += [(k / len(computing), file) for k, file in enumerate(computing)]
+    return [file for _, file in sorted(places)]
 
 
 @pytest.hookimpl(optionalhook=True)
