@@ -248,6 +248,18 @@ def shows_acceleration_window(one):
     assert [message.accel.angular.z for message in heard] == pytest.approx([10.0, 0.0])
 
 
+def shows_integration(one):
+    poses = one.poses
+    one.answer((0.1, 0.2, 0.3), (0.5, 0.0, 0.0))
+    one.send((), (0.5, 0.0, 0.0))
+    one.spin_until(lambda: len(poses) == 2, 'pose')
+    expected = ks.forward_kinematics('craig_3r', (0.1 + 0.5 * STEP * 1e-9, 0.2, 0.3))[:3, 3]
+    p = poses[-1].pose.position
+    np.testing.assert_allclose((p.x, p.y, p.z), expected, atol=1e-12)
+    told = one.diagnose().message
+    assert told.startswith('positions are counted on from velocities for 0.0 s; off by: how far')
+
+
 TAKES_EFFECT = {
     'publish_robot_description': (True, shows_robot_description),
     'joint_prefix': ('left_', shows_joint_prefix),
@@ -260,6 +272,7 @@ TAKES_EFFECT = {
     'twist_frame': ('tool', shows_twist_frame),
     'row_order': ('angular_first', shows_row_order),
     'velocity_source': ('difference', shows_velocity_source),
+    'integrate_velocities': (True, shows_integration),
     'acceleration_window': (0.0, shows_acceleration_window),
     'publish_rate': (10.0, shows_publish_rate),
     'joint_state_timeout': (0.2, shows_joint_state_timeout),

@@ -21,6 +21,7 @@ from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it, evaluate
 from ..robot.measures import Level
 from ..robot.robot import Robot
 from .alarm import Alarm
+from .integration import Integration
 from .joint_accelerations import JointAccelerations
 from .joint_efforts import JointEfforts
 from .joint_memory import MessageJoints, NamedJoints, joint_names
@@ -46,12 +47,15 @@ class EstimatorSettings:
         time.
     acceleration_window : ns
         Time over which velocities are fitted by a line, whose slope is the acceleration.
+    integrate_velocities
+        Whether messages without positions are counted on from the last ones.
     """
 
     joint_prefix: str = ''
     velocity_source: str = 'auto'
     timeout: int = 1_000_000_000
     acceleration_window: int = 50_000_000
+    integrate_velocities: bool = False
 
 
 class EstimatorOutput(NamedTuple):
@@ -178,6 +182,8 @@ class Estimator:
         Number of messages by what became of them.
     efforts
         Of the joints, as far as they have been asked for.
+    integration
+        What has been counted on from velocities alone.
     """
 
     def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:
@@ -203,6 +209,7 @@ class Estimator:
         if same_names and former.fits(robot):
             former.configure(robot, self._source, settings.timeout)
             self._accelerations.configure(settings.acceleration_window, settings.timeout)
+            self._forms.clear()
         else:
             self._joints = self._new_joints()
             self._joints.remember(former)
@@ -234,6 +241,7 @@ class Estimator:
         # Forms as the kernel takes them; None for a form whose messages make no state of this arm.
         self._forms: dict[JointStateForm, IncomingForm | None] = {}
         self.efforts = JointEfforts(self.robot.dof)
+        self.integration = Integration(self.robot)
         self._accelerations = JointAccelerations(
             self.robot.dof, settings.acceleration_window, settings.timeout
         )
@@ -258,6 +266,7 @@ class Estimator:
         """Forget every joint: the clock or the recording started again."""
         self.counts[RESETS] += 1
         kernel.forget(self._joints)
+        self.integration.forget()
         self._joints.is_new_tool = True
 
     def clock_stepped_back(self, now: int, back: int) -> bool:
@@ -409,7 +418,7 @@ class Estimator:
         ours, duplicates = self._joints.joints_in(form.names)
         one_each = form.counts[0] == len(form.names)
         incoming = None
-        if ours.count and not duplicates and one_each:
+        if ours.count and not duplicates and one_each and not self.settings.integrate_velocities:
             incoming = form.for_joints(ours)
         if len(self._forms) >= FORMS:
             self._forms.clear()
@@ -468,6 +477,8 @@ class Estimator:
     def _observe(self, sample: JointSample, row: Floats) -> int | RefusedMessage:
         # One of the first three outcomes of `kernel.observe`, or a refusal; counted.
         named = self._joints.joints_in(sample.names)
+        if self.settings.integrate_velocities and named.ours.count:
+            sample = self._counted_on(sample, named.ours)
         refusal = self._shape_refusal(sample, named)
         if refusal is None:
             positions, velocities = _doubles(sample.positions), _doubles(sample.velocities)
@@ -496,6 +507,14 @@ class Estimator:
             refusal = self._bad_position(named.ours, positions)
         self.counts[refusal.reason] += 1
         return refusal
+
+    def _counted_on(self, sample: JointSample, ours: OurJoints) -> JointSample:
+        if len(sample.positions):
+            self.integration.forget(ours.table[0])
+            return sample
+        velocities = _doubles(sample.velocities)
+        found = self.integration.positions(sample, velocities, self._joints, ours)
+        return sample if found is None else sample._replace(positions=found)
 
     def _refused(self, outcome: int) -> RefusedMessage:
         if outcome == kernel.NOT_COMPUTABLE:

@@ -76,6 +76,9 @@ class InputState:
         Processing times.
     silent
         Why nothing is answered; empty where messages are.
+    integrated, deviation
+        Seconds for which positions have been counted on from velocities, and the standard
+        deviation (rad or m) that came of it, None where it is not known.
     """
 
     counts: Mapping[str, int]
@@ -94,6 +97,8 @@ class InputState:
     lost_of_late: int = 0
     work: Work = field(default_factory=Work)
     silent: str = ''
+    integrated: float = 0.0
+    deviation: float | None = None
 
 
 def input_status(state: InputState) -> StatusText:
@@ -170,6 +175,12 @@ def _warnings(state: InputState) -> Iterator[str]:
         yield f'messages rejected: {", ".join(rejected)}'
     if state.lost_of_late:
         yield f'{state.lost_of_late} messages lost within {RECENT:g} s'
+    if state.integrated:
+        off = 'how far is not known: the robot file has no velocity_noise'
+        if state.deviation is not None:
+            off = f'{state.deviation:.2g} rad or m (one standard deviation), and more by offsets'
+        since = f'positions are counted on from velocities for {state.integrated:.1f} s'
+        yield f'{since}; off by: {off}'
     left_out = state.news.get(LEFT_OUT, 0)
     if left_out:
         yield f'messages come faster than they can be answered: {left_out} left out'

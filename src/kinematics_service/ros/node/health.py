@@ -146,6 +146,8 @@ class Health:
             robot=estimator.robot.name,
             work=work,
             silent=self._silent(),
+            integrated=estimator.integration.seconds,
+            deviation=estimator.integration.deviation,
         )
         message = DiagnosticArray()
         message.header.stamp = node.get_clock().now().to_msg()

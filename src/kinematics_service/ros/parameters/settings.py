@@ -179,6 +179,7 @@ def settings_from(
             velocity_source=values['velocity_source'],
             timeout=round(values['joint_state_timeout'] * 1e9),
             acceleration_window=round(values['acceleration_window'] * 1e9),
+            integrate_velocities=values['integrate_velocities'],
         ),
         base_frame=prefix + base,
         tool_frame=prefix + tool,

@@ -103,6 +103,12 @@ PARAMETERS = (
         VELOCITY_SOURCES,
     ),
     Parameter(
+        'integrate_velocities',
+        False,
+        'Count positions on from the last reported ones where messages have velocities alone; how '
+        'long, and how far they may be off, is told in /diagnostics.',
+    ),
+    Parameter(
         'acceleration_window',
         0.05,
         'Joint accelerations are slopes of the velocities of the last so many seconds, which is '
