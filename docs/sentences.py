@@ -72,6 +72,7 @@ ROBOT_FILE = {
             'points': 'other points of the arm, by name: `{elbow: {row: 2}}`',
             'loops': 'closed loops, whose passive joints follow the others',
             'singularity': 'what is called singular, and when to warn',
+            'speed_limits': 'largest speeds of the tool and of points, for `ks.scale`',
             'uncertainty': 'how far joints and table may be off',
             'known_poses': 'poses known from elsewhere, which `check` compares',
             'tolerance': 'how far the numbers of the table may be off, for `calibrate`',
@@ -91,6 +92,7 @@ ROBOT_FILE = {
             'type': '`revolute` stands in `theta`, `prismatic` in `d`, `helical` in both',
             'limits': 'range of the joint, `[lower, upper]`',
             'velocity': 'largest speed, a second',
+            'acceleration': 'how fast the joint can be stopped, a second squared',
             'unused': 'the joint stands in no row of the table, on purpose',
         },
     ),
@@ -189,6 +191,16 @@ ROBOT_FILE = {
             'expression': 'a function of the joints whose zeros are singular poses',
             'approximate': '`true` if it is that of a table without corrections: it names what is '
             'near and is not counted on for distances',
+        },
+    ),
+    'SpeedLimitEntry': (
+        'speed_limits',
+        'A mapping of `tool` and names of points to their largest speeds, a second: '
+        '`ks.scale` keeps to them.',
+        {
+            'linear': 'of the origin of the tool or point',
+            'angular': 'of its frame',
+            'reduced': 'of its origin, where the arm has been told to move at reduced speed',
         },
     ),
     'UncertaintyEntry': (

@@ -262,3 +262,21 @@ def test_closed_loops_and_robot_files_with_ends_are_told(tmp_path):
     (tmp_path / 'one.yaml').write_text(HELICAL)
     with pytest.raises(RobotFileError, match='has one arm, a:b are ends of URDFs and of cells'):
         ks.load_robot(f'{tmp_path / "one.yaml"}:a:b')
+
+
+LIMITED = HELICAL + 'speed_limits: {tool: {linear: 500}, elbow: {linear: 200, reduced: 100}}\n'
+
+
+def test_speed_limits_are_those_of_what_moves(tmp_path):
+    (tmp_path / 'screw.yaml').write_text(LIMITED)
+    file = cell_file(tmp_path, 'screw.yaml', 'craig_3r')
+
+    def limits(ends):
+        found = ks.load_robot(f'{file}:{ends}').description.speed_limits
+        return {limit.of: limit.linear for limit in found}
+
+    assert limits('cell:left') == {'tool': 0.5, 'elbow': 0.2}
+    # Of a point as the end the point's own, and none of what lies behind it.
+    assert limits('cell:left/elbow') == {'tool': 0.2}
+    # They are against the floor, and say nothing of the motion of one arm against another.
+    assert limits('right:left') == {}

@@ -392,6 +392,7 @@ def relative_motion(
         singularity=SingularityDescription(None, None, 'distance', None, None, ()),
         uncertainty=None,
         known_poses=(),
+        speed_limits=(),
         warnings=(*first.warnings, *second.warnings),
         remarks=(),
     )

@@ -218,6 +218,12 @@ def ending_at(
     links = description.links[: point.row]
     moving = moving_variables(description, links)
     of_tool = point.name == TOOL
+    points = tuple(
+        other
+        for other in description.points
+        if other.row <= point.row and other.name != point.name
+    )
+    limited = {other.name: other.name for other in points} | {point.name: TOOL}
     frame = description.tool.frame if of_tool else point.name.replace(' ', '_')
     return replace(
         description,
@@ -227,10 +233,11 @@ def ending_at(
         ),
         links=links,
         tool=Placement(frame, point.motion),
-        points=tuple(
-            other
-            for other in description.points
-            if other.row <= point.row and other.name != point.name
+        points=points,
+        speed_limits=tuple(
+            replace(limit, of=limited[limit.of])
+            for limit in description.speed_limits
+            if limit.of in limited
         ),
         singularity=SingularityDescription(None, None, 'distance', None, None, ()),
         uncertainty=_up_to(description, links, of_tool),

@@ -44,7 +44,7 @@ class Robot(FrozenArrays):
         `revolute`, `prismatic` or `helical`, n of them.
     limits : shape (n, 2), rad or m
         Lower and upper, infinite where there is none; read-only.
-    velocity_limits : shape (n,), rad/s or m/s
+    velocity_limits, acceleration_limits : shape (n,), rad or m and s
         Infinite where there is none; read-only.
     base_frame, tool_frame
         Names of the frames poses are given in and of.
@@ -57,7 +57,7 @@ class Robot(FrozenArrays):
         The robot file itself, in SI units.
     """
 
-    READ_ONLY = ('limits', 'velocity_limits')
+    READ_ONLY = ('limits', 'velocity_limits', 'acceleration_limits')
 
     name: str
     source: str
@@ -67,6 +67,7 @@ class Robot(FrozenArrays):
     joint_types: tuple[str, ...]
     limits: Floats
     velocity_limits: Floats
+    acceleration_limits: Floats
     base_frame: str
     tool_frame: str
     rows: int
@@ -255,6 +256,7 @@ def build_robot(description: RobotDescription) -> Robot:
         joint_types=tuple(joint.type for joint in joints),
         limits=limits,
         velocity_limits=velocity_limits,
+        acceleration_limits=np.array([joint.acceleration for joint in joints]),
         base_frame=description.base.frame,
         tool_frame=description.tool.frame,
         rows=len(description.links),

@@ -35,6 +35,7 @@ from .parts.points import read_points
 from .parts.quantities import Quantities, Units
 from .parts.schema import JointEntry, RobotEntry, UnitsEntry
 from .parts.singularity import read_singularity
+from .parts.speed_limits import read_speed_limits
 from .parts.tolerances import read_tolerances
 from .parts.uncertainty import read_uncertainty
 from .text.entries import checked
@@ -190,6 +191,7 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     )
     if uncertainty and loops:
         report.fault(('uncertainty',), 'is not carried through closed loops: leave it out')
+    speed_limits = read_speed_limits(entry.speed_limits, points, quantities)
     known_poses = read_known_poses(entry.known_poses, joint_types, joints, quantities)
     tolerances = read_tolerances(entry.tolerance, convention, rows, len(joint_types), quantities)
 
@@ -219,6 +221,7 @@ def parse_robot(text: str, file: str) -> RobotDescription:
         file=file,
         tolerances=tolerances,
         loops=loops,
+        speed_limits=speed_limits,
     )
 
 

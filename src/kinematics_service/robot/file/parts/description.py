@@ -49,6 +49,8 @@ class JointDescription:
         The largest speed; inf where none is given.
     unused
         It stands in no row of the table, and the file says so: it moves nothing.
+    acceleration : rad/s^2 or m/s^2
+        How fast it can be stopped; inf where none is given.
     """
 
     name: str
@@ -58,6 +60,7 @@ class JointDescription:
     upper: float
     velocity: float
     unused: bool = False
+    acceleration: float = math.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -379,6 +382,27 @@ class Tolerances:
 
 
 @dataclass(frozen=True)
+class SpeedLimit:
+    """
+    The largest speed of the tool, or of a point; infinite where none is given.
+
+    Parameters
+    ----------
+    of
+        `tool`, or the name of the point.
+    linear, angular : m/s, rad/s
+        Of its origin, and of its frame.
+    reduced : m/s
+        Of its origin, where the arm has been told to move at reduced speed.
+    """
+
+    of: str
+    linear: float
+    angular: float
+    reduced: float
+
+
+@dataclass(frozen=True)
 class RobotDescription:
     """
     A robot file that has been read and found right.
@@ -407,6 +431,8 @@ class RobotDescription:
         In the order of the file: each may move with the passive joints of those before it.
     parts
         Other files that it was read from: those of the arms of a cell.
+    speed_limits
+        In the order of the file.
     """
 
     name: str
@@ -430,3 +456,4 @@ class RobotDescription:
     sha256: str = field(default='', compare=False)
     loops: tuple[LoopDescription, ...] = ()
     parts: tuple[str, ...] = field(default=(), compare=False)
+    speed_limits: tuple[SpeedLimit, ...] = ()

@@ -71,10 +71,13 @@ def read_joint(
         return None
     lower, upper = _limits(entry, joint_type, (*path, 'limits'), quantities)
     velocity = _velocity(entry, joint_type, (*path, 'velocity'), quantities)
+    kind, at = KIND_OF[joint_type], (*path, 'acceleration')
+    acceleration = quantities.above_zero(entry.acceleration, kind, at)
     if entry.name is None or variable is None or report.fault_count > before:
         return None
     return JointDescription(
-        entry.name, variable, joint_type, lower, upper, velocity, bool(entry.unused)
+        *(entry.name, variable, joint_type, lower, upper, velocity, bool(entry.unused)),
+        math.inf if acceleration is None else acceleration,
     )
 
 

@@ -71,6 +71,7 @@ class RobotEntry(Entry):
     points: Any = None
     loops: Any = None
     singularity: Any = None
+    speed_limits: Any = None
     uncertainty: Any = None
     known_poses: Any = None
     tolerance: Any = None
@@ -109,6 +110,7 @@ class JointEntry(Entry):
         type='kind joint_type',
         limits='lower upper min max range qlim q_min q_max lower_limit upper_limit',
         velocity='speed vel max_speed max_velocity',
+        acceleration='acc accel max_acceleration',
     )
 
     name: Word = None
@@ -118,6 +120,7 @@ class JointEntry(Entry):
     )
     limits: Pair = None
     velocity: Number = None
+    acceleration: Number = None
     unused: Truth = None
 
 
@@ -324,6 +327,17 @@ class FloorEntry(Entry):
 
     xyz: Number = None
     rpy: Number = None
+
+
+class SpeedLimitEntry(Entry):
+    """The largest speed of the tool or of a point."""
+
+    noun = 'a speed limit'
+    also = called(linear='speed velocity translation', angular='turning rotation')
+
+    linear: Number = None
+    angular: Number = None
+    reduced: Number = None
 
 
 class TableToleranceEntry(Entry):

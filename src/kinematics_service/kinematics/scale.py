@@ -1,0 +1,276 @@
+"""
+How much of a joint motion may be kept: 1 for all of it, 0 for a stop.
+
+Every cause allows a speed v at a margin m, the way that is left to it: v T + v^2 / (2 a) = m, the
+way of a reaction time T and of a stop at the deceleration a. So an arm that moves at a share of
+its command stops at the margin, and never brakes harder than a. All joints are slowed alike, which
+keeps the path: the one that brakes slowest says how long a stop takes.
+
+It is no safety function: it knows positions and speeds as they are reported.
+"""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ServoSettingsError
+from ..kernel import Floats
+from ..robot.chain import FrozenArrays
+from ..robot.file.parts.description import SpeedLimit
+from ..robot.measures import MEASURES
+from ..robot.robot import AnyRobot, Robot, as_robot
+from .forward import twist
+from .singularity import singularity
+from .singularity_rates import AT_REST
+from .tool_state import ToolState, evaluate
+
+SINGULARITY, POSITION, VELOCITY = 'singularity', 'position limit', 'velocity limit'
+SPEED, TURNING = 'speed limit', 'turning limit'
+
+
+class Constraint(NamedTuple):
+    """
+    What may slow a motion.
+
+    Attributes
+    ----------
+    cause
+        `singularity`, `position limit` or `velocity limit` of a joint, `speed limit` or `turning
+        limit` of the tool or a point.
+    of
+        The joint, `tool` or the point; empty for the singularity.
+    unit
+        Of its margin.
+    """
+
+    cause: str
+    of: str
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class Scale(FrozenArrays):
+    """
+    How much of a joint motion may be kept, and why not all of it; no safety function.
+
+    Numbers and texts for one motion, arrays for a batch. The least of `values` is the scale, and
+    the first of its constraints is the cause.
+
+    Attributes
+    ----------
+    value
+        The share of the joint velocities, 0 to 1.
+    cause, of
+        As in `Constraint`; empty where the value is 1.
+    margin
+        What is left to the cause: joint motion to the distance `stop`, rad; way to the limit of
+        position, rad or m; speed below its limit, negative above it. Where the value is 1, that of
+        the constraint which comes first in time.
+    time_left
+        Seconds until it is used up at the full motion; infinite where it never is.
+    constraints
+        What has been looked at, K of them.
+    values, margins, times : shape (..., K)
+        The share, the margin and the time of each.
+    """
+
+    READ_ONLY = ('values', 'margins', 'times')
+
+    value: Any
+    cause: Any
+    of: Any
+    margin: Any
+    time_left: Any
+    constraints: tuple[Constraint, ...]
+    values: Floats
+    margins: Floats
+    times: Floats
+
+
+class _Column(NamedTuple):
+    constraint: Constraint
+    values: Floats
+    margins: Floats
+    times: Floats
+
+
+class _Braking(NamedTuple):
+    """Reaction time, s, and seconds (...) that a stop of the full motion takes."""
+
+    horizon: float
+    stopping: Floats
+
+
+def scale(
+    robot: AnyRobot,
+    q: npt.ArrayLike,
+    qdot: npt.ArrayLike,
+    *,
+    horizon: float = 0.1,
+    reduced: bool = False,
+) -> Scale:
+    """
+    Return how much of the joint velocities may be kept, and what asks for less.
+
+    The causes are the singularity ahead (`distance`, down to the threshold `stop`), limits of
+    joint positions with the way that a stop takes by `acceleration` of the robot file, limits of
+    joint velocities, and `speed_limits` of the tool and of points. Motion that leads away from a
+    singular pose or a limit is not slowed. It is no safety function.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    q, qdot : shape (..., n), rad or m, rad/s or m/s
+        Joint positions, and the velocities that are wanted.
+    horizon
+        Reaction time in s: not less than the time until the next step.
+    reduced
+        Whether the `reduced` speeds of the robot file hold.
+
+    Raises
+    ------
+    JointVectorError
+        The last dimension of `q` or `qdot` is not n, or a number is not finite.
+    ServoSettingsError
+        `horizon` is not above 0; `reduced` where the robot file gives no reduced speed.
+
+    Examples
+    --------
+    An arm that unbends by 1 rad/s is slowed before it is stretched, and not on its way back:
+
+    >>> import kinematics_service as ks
+    >>> found = ks.scale('planar_2r', [0, 0.06], [0, -1.0])
+    >>> found.cause, round(found.value, 3), round(found.margin, 3)
+    ('singularity', 0.3, 0.03)
+    >>> ks.scale('planar_2r', [0, 0.06], [0, 1.0]).value
+    1.0
+    """
+    robot = as_robot(robot)
+    if not (np.isfinite(horizon) and horizon > 0.0):
+        raise ServoSettingsError(f'horizon must be above 0 and finite, not {horizon}', 'horizon')
+    limits = robot.description.speed_limits
+    if reduced and not any(np.isfinite(limit.reduced) for limit in limits):
+        raise ServoSettingsError(
+            f'{robot.name} has no reduced speed: give speed_limits with reduced', 'reduced'
+        )
+    state = evaluate(robot, q, qdot)
+    rates = state.qdot
+    assert rates is not None  # they have been given
+    with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
+        stopping = np.max(np.abs(rates) / robot.acceleration_limits, axis=-1)
+        braking = _Braking(horizon, stopping)
+        columns = [
+            _singularity(robot, state, rates, braking),
+            *_joints(robot, state.q, rates, braking),
+            *(one for limit in limits for one in _speeds(robot, state, rates, limit, reduced)),
+        ]
+    return _scale(columns)
+
+
+def _scale(columns: list[_Column]) -> Scale:
+    constraints = tuple(column.constraint for column in columns)
+    values, margins, times = (
+        np.stack([getattr(column, name) for column in columns], axis=-1)
+        for name in ('values', 'margins', 'times')
+    )
+    value = np.min(values, axis=-1)
+    k = np.where(value < 1.0, np.argmin(values, axis=-1), np.argmin(times, axis=-1))
+    texts = np.array([(one.cause, one.of) for one in constraints])[k]
+    texts = np.where((value < 1.0)[..., None], texts, '')
+    margin, time_left = (
+        np.take_along_axis(one, k[..., None], -1)[..., 0] for one in (margins, times)
+    )
+    shown = (value, texts[..., 0], texts[..., 1], margin, time_left)
+    if not value.ndim:
+        shown = tuple(one.item() for one in shown)
+    return Scale(*shown, constraints=constraints, values=values, margins=margins, times=times)
+
+
+def _braked(constraint: Constraint, margins: Floats, speeds: Floats, braking: _Braking) -> _Column:
+    # Of margins that are used up at these speeds by the full motion; not used up below 0.
+    used = (speeds > AT_REST) & np.isfinite(margins)
+    left, speed = np.maximum(margins, 0.0), np.where(used, speeds, 1.0)
+    T, stopping = braking
+    # v T + v^2 / (2 a) = m with a = speed / stopping, solved for v without cancellation.
+    allowed = 2.0 * left / (T + np.sqrt(T * T + 2.0 * left * stopping / speed))
+    values = np.where(used, np.minimum(allowed / speed, 1.0), 1.0)
+    return _Column(constraint, values, margins, np.where(used, left / speed, np.inf))
+
+
+def _bounded(constraint: Constraint, limits: Floats | float, speeds: Floats) -> _Column:
+    # Of speeds that have a limit themselves.
+    values = np.minimum(limits / np.maximum(speeds, np.finfo(float).tiny), 1.0)
+    times = np.where(speeds > limits, 0.0, np.inf)
+    return _Column(constraint, values, limits - speeds, times)
+
+
+def _joints(robot: Robot, q: Floats, qdot: Floats, braking: _Braking) -> list[_Column]:
+    columns = []
+    for j, (name, unit) in enumerate(zip(robot.joint_names, robot.units)):
+        lower, upper = robot.limits[j]
+        x, speeds = q[..., j], np.abs(qdot[..., j])
+        margins = np.where(qdot[..., j] > 0.0, upper - x, x - lower)
+        columns += [
+            _braked(Constraint(POSITION, name, unit), margins, speeds, braking),
+            _bounded(Constraint(VELOCITY, name, f'{unit}/s'), robot.velocity_limits[j], speeds),
+        ]
+    return columns
+
+
+def _speeds(
+    robot: Robot, state: ToolState, qdot: Floats, limit: SpeedLimit, reduced: bool
+) -> list[_Column]:
+    V = twist(robot, state.q, qdot, of=limit.of)
+    linear = min(limit.linear, limit.reduced) if reduced else limit.linear
+    return [
+        _bounded(constraint, largest, np.linalg.norm(half, axis=-1))
+        for constraint, largest, half in (
+            (Constraint(SPEED, limit.of, 'm/s'), linear, V[..., :3]),
+            (Constraint(TURNING, limit.of, 'rad/s'), limit.angular, V[..., 3:]),
+        )
+    ]
+
+
+def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Column:
+    scales, constraint = robot.task.column_scales, Constraint(SINGULARITY, '', 'rad')
+    speed = np.linalg.norm(qdot / scales, axis=-1)
+    columns = [_towards(robot, state.q, qdot, state.q, speed, braking)]
+    if not robot.chain.loops:  # they need not close there
+        # The singular pose that is the nearest where a stop would end: here it may not be.
+        way = np.minimum(braking.horizon + 0.5 * braking.stopping, 1.0 / speed)
+        ahead = state.q + np.where(speed > AT_REST, way, 0.0)[..., None] * qdot
+        columns.append(_towards(robot, state.q, qdot, ahead, speed, braking))
+    values = np.stack([column.values for column in columns])
+    times = np.stack([column.times for column in columns])
+    first = np.lexsort((times, values), axis=0)[:1]
+    margins = np.stack([column.margins for column in columns])
+    return _Column(
+        constraint, *(np.take_along_axis(one, first, 0)[0] for one in (values, margins, times))
+    )
+
+
+def _towards(
+    robot: Robot, q: Floats, qdot: Floats, seen_from: Floats, speed: Floats, braking: _Braking
+) -> _Column:
+    # Of the motion at q towards the singular poses around the one that is nearest to another pose:
+    # they are at right angles to the way to it, so what counts is the motion along that way.
+    thresholds, scales = robot.thresholds, robot.task.column_scales
+    stop = MEASURES['distance'].stop if thresholds.measure != 'distance' else thresholds.stop
+    assert stop is not None  # the distance has thresholds of its own
+    found = singularity(robot, seen_from)
+    poses = found.nearest_singular
+    if poses is None:
+        poses = np.full(q.shape, np.nan)
+    way = (seen_from - poses) / scales
+    normal = way / np.linalg.norm(way, axis=-1, keepdims=True)
+    across = np.sum((q - poses) / scales * normal, axis=-1)
+    towards = -np.sign(across) * np.sum(qdot / scales * normal, axis=-1)
+    known = np.isfinite(across)
+    # Of none that was found: one that may be there is at most so near, and no nearer faster.
+    doubtful = np.isnan(poses[..., 0]) & ~np.asarray(found.decided)
+    distance = np.where(known, np.abs(across), np.asarray(found.distance, dtype=float))
+    towards = np.where(known, towards, np.where(doubtful, speed, 0.0))
+    return _braked(Constraint(SINGULARITY, '', 'rad'), distance - stop, towards, braking)

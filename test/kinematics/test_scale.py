@@ -1,0 +1,262 @@
+"""How much of a motion may be kept: the causes one by one, and arms that are slowed by it."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from arms import DISTINCT, LOOPED, calm_poses, robot_of, seeded
+
+import kinematics_service as ks
+from kinematics_service.robot.robot import build_robot
+
+ARMS = (*DISTINCT, *LOOPED)
+# Steps of a controller at 500 Hz, s.
+STEP = 0.002
+# Of a distance that a search found, rad.
+FOUND = 1e-3
+# An arm that is slowed by its way may brake this much harder than it was asked: the way to the
+# nearest singular pose curves.
+CURVED = 1.1
+# Steps over which that is the mean: singular poses are found to some 1e-3 rad, one by one.
+AVERAGED = 10
+
+
+def limited(robot, acceleration=6.0, velocity=2.0, bound=2.0):
+    """Return an arm whose joints all have limits of position, velocity and acceleration."""
+    joints = tuple(
+        dataclasses.replace(
+            joint, lower=-bound, upper=bound, velocity=velocity, acceleration=acceleration
+        )
+        for joint in robot.description.joints
+    )
+    return build_robot(dataclasses.replace(robot.description, joints=joints))
+
+
+def value_of(found, cause, of):
+    (k,) = (k for k, one in enumerate(found.constraints) if (one.cause, one.of) == (cause, of))
+    return found.values[..., k], found.margins[..., k], found.times[..., k]
+
+
+# The causes
+
+
+def test_far_from_everything_all_is_kept():
+    found = ks.scale(limited(robot_of('planar_2r')), [0.1, 1.2], [0.3, 0.2])
+    assert (found.value, found.cause, found.of) == (1.0, '', '')
+    # The limit of the second joint comes first: 0.8 rad at 0.2 rad/s.
+    assert found.time_left == pytest.approx(4.0)
+    assert found.margin == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize('bend', [0.031, 0.05, 0.09, 0.2, -0.05])
+@pytest.mark.parametrize('speed', [0.1, 1.0, 5.0])
+def test_the_stretched_elbow_is_approached_by_the_formula(bend, speed):
+    robot = limited(robot_of('planar_2r'), acceleration=4.0, velocity=math.inf)
+    towards = -math.copysign(speed, bend)
+    found = ks.scale(robot, [0.3, bend], [0.0, towards], horizon=0.05)
+    margin = abs(bend) - 0.03
+    # v T + v^2 / (2 a) = m
+    v = -4.0 * 0.05 + math.sqrt((4.0 * 0.05) ** 2 + 2.0 * 4.0 * margin)
+    value, left, time = value_of(found, 'singularity', '')
+    assert value == pytest.approx(min(v / speed, 1.0), rel=1e-4)
+    assert left == pytest.approx(margin, rel=1e-4)
+    assert time == pytest.approx(margin / speed, rel=1e-4)
+    away = ks.scale(robot, [0.3, bend], [0.0, -towards], horizon=0.05)
+    assert value_of(away, 'singularity', '')[0] == 1.0
+    aside = ks.scale(robot, [0.3, bend], [speed, 0.0], horizon=0.05)
+    assert value_of(aside, 'singularity', '')[0] == 1.0
+
+
+@pytest.mark.parametrize('acceleration', [math.inf, 50.0, 2.0])
+def test_a_limit_of_position_is_approached_by_its_stopping_distance(acceleration):
+    robot = limited(robot_of('scara_hsr065'), acceleration, math.inf)
+    T, margin, speed = 0.02, 0.1, 1.7
+    q, qdot = np.array([0.2, 0.9, 2.0 - margin, 0.0]), np.array([0.0, 0.0, speed, 0.0])
+    found = ks.scale(robot, q, qdot, horizon=T)
+    v = margin / T
+    if math.isfinite(acceleration):
+        a = acceleration
+        v = -a * T + math.sqrt((a * T) ** 2 + 2.0 * a * margin)
+    name = robot.joint_names[2]
+    value, left, time = value_of(found, 'position limit', name)
+    assert value == pytest.approx(min(v / speed, 1.0))
+    assert (left, time) == (pytest.approx(margin), pytest.approx(margin / speed))
+    assert value_of(ks.scale(robot, q, -qdot, horizon=T), 'position limit', name)[0] == 1.0
+    q[2] = 2.1  # beyond it nothing goes on, and everything back
+    assert ks.scale(robot, q, qdot, horizon=T).value == 0.0
+    assert ks.scale(robot, q, qdot, horizon=T).of == name
+    assert ks.scale(robot, q, -qdot, horizon=T).value == 1.0
+
+
+def test_the_joint_that_brakes_slowest_says_how_long_a_stop_takes():
+    robot = robot_of('planar_2r')
+    first, second = robot.description.joints
+    joints = (
+        dataclasses.replace(first, upper=1.0, acceleration=100.0),
+        dataclasses.replace(second, acceleration=2.0),
+    )
+    robot = build_robot(dataclasses.replace(robot.description, joints=joints))
+    # Both stop together: the second in 0.5 s, so that the first needs 0.25 m of its way, too.
+    found = ks.scale(robot, [0.9, 1.2], [1.0, 1.0], horizon=1e-9)
+    value, _, _ = value_of(found, 'position limit', 'q1')
+    assert value == pytest.approx(math.sqrt(2.0 * 2.0 * 0.1), rel=1e-6)
+
+
+def test_the_fastest_joint_shortens_all():
+    robot = limited(robot_of('puma560'), velocity=2.0)
+    found = ks.scale(robot, calm_poses(robot, 1)[0] * 0.1 + 0.3, [0.1, -5.0, 4.0, 0, 0, 0])
+    value, margin, time = value_of(found, 'velocity limit', robot.joint_names[1])
+    assert (value, margin, time) == (pytest.approx(0.4), pytest.approx(-3.0), 0.0)
+
+
+SPEEDS = """\
+robot: fast
+convention: standard
+joints: [{name: q1, type: revolute, acceleration: 8}, {name: q2, type: revolute}]
+links: [{a: 1, alpha: 0, d: 0, theta: q1}, {a: 1, alpha: 0, d: 0, theta: q2}]
+points: {elbow: {row: 1}}
+speed_limits:
+  tool: {linear: 2.5, angular: 2.0, reduced: 0.25}
+  elbow: {linear: 0.5}
+"""
+
+
+def test_speeds_of_the_tool_and_of_points_have_limits():
+    robot = ks.robot_from_text(SPEEDS)
+    np.testing.assert_array_equal(robot.acceleration_limits, [8.0, math.inf])
+    q, qdot = [0.2, 1.5], np.array([1.0, 2.0])
+    V = ks.twist(robot, q, qdot)
+    found = ks.scale(robot, q, qdot)
+    speed = np.linalg.norm(V[:3])
+    assert value_of(found, 'speed limit', 'tool')[0] == pytest.approx(2.5 / speed)
+    assert value_of(found, 'turning limit', 'tool')[0] == pytest.approx(2.0 / 3.0)
+    assert value_of(found, 'speed limit', 'elbow')[0] == pytest.approx(0.5)
+    assert (found.cause, found.of) == ('speed limit', 'elbow')
+    assert found.value == pytest.approx(0.5)
+    slow = ks.scale(robot, q, qdot, reduced=True)
+    assert slow.value == pytest.approx(0.25 / speed)
+    assert (slow.cause, slow.of) == ('speed limit', 'tool')
+
+
+BAD = {
+    'elbo: {linear: 1}': "speed_limits.elbo: there is no point 'elbo' (accepted: tool, elbow)",
+    'tool: {}': 'speed_limits.tool: says no limit: give linear, angular or reduced, a second',
+    'tool: {linear: 0}': 'speed_limits.tool.linear: must be above 0, not 0',
+    'tool: {linear: -1}': 'speed_limits.tool.linear: must be above 0, not -1',
+    'tool: {speed: 1}': "speed_limits.tool.speed: unknown key, did you mean 'linear'?",
+}
+
+
+@pytest.mark.parametrize('line', BAD)
+def test_speed_limits_that_are_none_are_refused_with_their_line(line):
+    text = SPEEDS.split('  tool:')[0] + f'  {line}\n'
+    with pytest.raises(ks.RobotFileError) as refusal:
+        ks.robot_from_text(text)
+    assert str(refusal.value).startswith(f'<text>:7: {BAD[line]}')
+
+
+def test_units_of_a_file_are_those_of_its_speeds():
+    text = SPEEDS.replace('convention', 'units: {angle: deg, length: mm}\nconvention')
+    text = text.replace('linear: 2.5, angular: 2.0', 'linear: 2500, angular: 90')
+    robot = ks.robot_from_text(text)
+    assert robot.description.speed_limits[0].linear == pytest.approx(2.5)
+    assert robot.description.speed_limits[0].angular == pytest.approx(math.pi / 2)
+    assert robot.acceleration_limits[0] == pytest.approx(math.radians(8))
+
+
+@pytest.mark.parametrize(
+    ('choice', 'said'),
+    [
+        ({'horizon': 0.0}, 'horizon must be above 0 and finite, not 0.0'),
+        ({'horizon': math.nan}, 'horizon must be above 0'),
+        ({'reduced': True}, 'puma560 has no reduced speed: give speed_limits with reduced'),
+    ],
+)
+def test_what_is_no_choice_is_refused(choice, said):
+    with pytest.raises(ks.ServoSettingsError, match=said):
+        ks.scale('puma560', np.zeros(6), np.zeros(6), **choice)
+
+
+@pytest.mark.parametrize('name', ARMS)
+def test_a_batch_is_its_motions_and_all_are_between_0_and_1(name):
+    robot = limited(robot_of(name)) if name not in LOOPED else robot_of(name)
+    q = calm_poses(robot, 6)[:6]
+    qdot = np.random.default_rng(2).normal(size=q.shape)
+    whole = ks.scale(robot, q, qdot)
+    assert np.all((whole.values >= 0.0) & (whole.values <= 1.0))
+    for k, (at, rates) in enumerate(zip(q, qdot)):
+        alone = ks.scale(robot, at, rates)
+        assert alone.value == pytest.approx(whole.value[k], abs=1e-6)
+        if alone.value < 1.0 - 1e-9:
+            assert (alone.cause, alone.of) == (whole.cause[k], whole.of[k])
+        assert ks.scale(robot, at, 0.0 * rates).value == 1.0
+
+
+@pytest.mark.parametrize('size', [1e-300, 1e-12, 1e12, 1e200])
+def test_any_speed_has_a_scale(size):
+    robot = limited(robot_of('puma560'))
+    found = ks.scale(robot, np.full(6, 0.3), np.full(6, size))
+    assert 0.0 <= found.value <= 1.0
+    assert found.value * size <= 2.0 * (1.0 + 1e-12)
+
+
+# In a closed loop
+
+
+def driven(robot, q, command, seconds):
+    """
+    Integrate the scaled command at 500 Hz; return the ways (N, n) and the shares (N,).
+    """
+    ways, shares = [q], []
+    for _ in range(round(seconds / STEP)):
+        shares.append(ks.scale(robot, ways[-1], command, horizon=0.05).value)
+        ways.append(ways[-1] + STEP * shares[-1] * command)
+    return np.array(ways), np.array(shares)
+
+
+def kept(robot, ways, shares, command):
+    """Check that limits of position, acceleration and distance are kept on the way."""
+    assert np.all(np.abs(ways) <= 2.0 + 1e-9)
+    # The first step begins at the command: what an arm does before is not known.
+    slowed = (shares[:-AVERAGED] - shares[AVERAGED:]) / (AVERAGED * STEP)
+    assert np.max(slowed) * np.max(np.abs(command)) <= CURVED * 6.0
+    distances = ks.singularity(robot, ways).distance
+    least = min(float(distances[0]), robot.thresholds.stop)
+    assert np.min(distances) >= least - FOUND
+
+
+LOOPED_COMMANDS = ('planar_2r', 'craig_3r', 'scara_hsr065', 'puma560', 'panda', 'elementary-6-0')
+
+
+@pytest.mark.parametrize('name', LOOPED_COMMANDS)
+def test_an_arm_in_a_closed_loop_stops_at_limits_and_before_singular_poses(name):
+    robot, random = limited(robot_of(name)), np.random.default_rng(12)
+    for q in seeded(robot, 200):
+        command = random.normal(size=robot.dof)
+        found = ks.scale(robot, q, command, horizon=0.05)
+        if found.value == 1.0 and ks.singularity(robot, q).distance > 0.25:
+            break
+    else:
+        pytest.fail('no pose to begin at')
+    target = ks.singularity(robot, q).nearest_singular
+    commands = [command / np.max(np.abs(command)) * 1.9]
+    if target is not None:
+        towards = target - q
+        commands.append(towards / np.max(np.abs(towards)) * 1.9)
+    for one in commands:
+        ways, shares = driven(robot, q, one, 0.8)
+        kept(robot, ways, shares, one)
+    if target is not None:
+        # It does not stop before it has to: 1.9 rad/s bring it to what it must keep.
+        assert ks.singularity(robot, ways[-1]).distance < robot.thresholds.stop + 0.15
+
+
+def test_it_stops_no_earlier_than_it_must():
+    robot = limited(robot_of('planar_2r'))
+    ways, shares = driven(robot, np.array([0.0, 1.5]), np.array([0.0, -1.5]), 3.0)
+    assert 0.03 - FOUND <= ways[-1, 1] <= 0.03 * 1.1
+    # All of the speed is kept until a stop at 6 rad/s^2, and the reaction before it, begin.
+    (slowed,) = np.nonzero(shares < 1.0)
+    must = 0.03 + 1.5 * 0.05 + 1.5**2 / (2 * 6.0)
+    assert ways[slowed[0], 1] == pytest.approx(must, abs=2 * 1.5 * STEP)
