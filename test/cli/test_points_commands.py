@@ -109,6 +109,8 @@ def test_view_of_a_point_needs_its_robot(capsys):
             "--of: 'elbo' is no point of craig_3r: it has tool, elbow, camera, plate, and the "
             'frames of the rows 0 to 4',
         ),
+        # More digits than Python makes a number of.
+        (['fk', '--of', '1' * 5000], "1' is no point of craig_3r"),
         (['fk', '--of', 'plate'], "--of: no joint moves 'plate' of craig_3r"),
         (
             ['jacobian', '--at', '1,2'],

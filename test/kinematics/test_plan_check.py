@@ -282,17 +282,20 @@ def test_extremes_of_polynomials_are_those_of_their_roots():
             assert there == pytest.approx(found.value, rel=1e-12, abs=1e-12)
 
 
-def test_limits_are_those_of_the_motion_between_the_points():
+@pytest.mark.parametrize(('side', 'extreme'), [(0, 'least'), (1, 'greatest')])
+def test_limits_are_those_of_the_motion_between_the_points(side, extreme):
     robot = robot_of('ur5e')
+    limit, outwards = robot.limits[2, side], 2 * side - 1
     q = np.tile([0.0, -1.2, 1.4, -1.6, 0.8, 0.0], (2, 1))
-    q[:, 2] = robot.limits[2, 1] - 0.01
+    q[:, 2] = limit - 0.01 * outwards
     qdot = np.zeros((2, 6))
-    qdot[:, 2] = 0.1, -0.1  # a cubic that is 0.025 farther in the middle
+    qdot[:, 2] = 0.1 * outwards, -0.1 * outwards  # a cubic that is 0.025 farther in the middle
     elbow = ks.check_plan(robot, [0.0, 1.0], q, qdot).joints[2]
     assert (elbow.limits, elbow.speed) == ('refuted', 'proved')
-    assert elbow.greatest.value == pytest.approx(robot.limits[2, 1] + 0.015, abs=1e-12)
-    assert elbow.greatest.moment.time == pytest.approx(0.5, abs=1e-6)
-    assert elbow.fastest.value == pytest.approx(0.1)
+    farthest = getattr(elbow, extreme)
+    assert farthest.value == pytest.approx(limit + 0.015 * outwards, abs=1e-12)
+    assert farthest.moment.time == pytest.approx(0.5, abs=1e-6)
+    assert abs(elbow.fastest.value) == pytest.approx(0.1)
     straight = ks.check_plan(robot, [0.0, 1.0], q).joints[2]
     assert straight.limits == 'proved'
 

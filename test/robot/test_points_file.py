@@ -7,6 +7,7 @@ import pytest
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.robot.robot import with_tool
 
 # Of millimetres and metres.
 ROUND_OFF = 1e-12
@@ -52,6 +53,12 @@ def test_points_are_read_in_the_units_of_the_file():
 def test_the_tool_is_a_point_of_every_arm():
     assert ks.robot_from_text(ARM).points == ('tool', 'elbow', 'camera', 'plate')
     assert ks.load_robot('puma560').points == ('tool',)
+
+
+def test_known_poses_are_of_the_tool_of_the_file():
+    robot = ks.load_robot('puma560')
+    assert robot.description.known_poses
+    assert with_tool(robot, (0.0, 0.0, 0.1)).description.known_poses == ()
 
 
 REFUSED = {

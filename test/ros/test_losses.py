@@ -33,6 +33,11 @@ def test_a_publisher_that_begins_anew_is_no_loss(publishers):
     assert heard(losses(publishers), [500, 501, 1, 2, 3]) == 0
 
 
+def test_one_that_has_begun_anew_loses_from_there():
+    # Not from the number it had before.
+    assert heard(losses(), [500, 1, 2, 900]) == 897
+
+
 def test_a_publisher_that_joins_with_higher_numbers_is_no_loss():
     there = [1]
     one = Losses(lambda: there[0])

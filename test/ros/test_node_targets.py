@@ -208,6 +208,15 @@ def test_a_twist_that_stops_coming_is_ended_once(targets):
     assert len(one.velocities) == 2
 
 
+def test_nothing_is_watched_where_nothing_moves(targets):
+    one = targets(ros_args=['-p', 'ik.target_timeout:=100.0'])
+    watch = one.arm.node._targets._timer
+    one.ask(twist_target([0.05, 0, 0, 0, 0, 0]))
+    assert not watch.is_canceled()
+    one.ask(twist_target([0.0] * 6))
+    assert watch.is_canceled()
+
+
 def test_a_refused_twist_ends_a_motion_once(targets):
     one = targets(ros_args=['-p', 'ik.target_timeout:=100.0'])
     one.ask(twist_target([0.05, 0, 0, 0, 0, 0]))

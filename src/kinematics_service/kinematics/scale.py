@@ -28,6 +28,8 @@ from .tool_state import ToolState, evaluate
 
 SINGULARITY, POSITION, VELOCITY = 'singularity', 'position limit', 'velocity limit'
 SPEED, TURNING = 'speed limit', 'turning limit'
+# Poses on the way of a stop from which singular poses are looked for, its ends among them.
+SEEN_FROM = 4
 
 
 class Constraint(NamedTuple):
@@ -235,42 +237,34 @@ def _speeds(
 
 
 def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Column:
-    scales, constraint = robot.task.column_scales, Constraint(SINGULARITY, '', 'rad')
-    speed = np.linalg.norm(qdot / scales, axis=-1)
-    columns = [_towards(robot, state.q, qdot, state.q, speed, braking)]
-    if not robot.chain.loops:  # they need not close there
-        # The singular pose that is the nearest where a stop would end: here it may not be.
-        way = np.minimum(braking.horizon + 0.5 * braking.stopping, 1.0 / speed)
-        ahead = state.q + np.where(speed > AT_REST, way, 0.0)[..., None] * qdot
-        columns.append(_towards(robot, state.q, qdot, ahead, speed, braking))
-    values = np.stack([column.values for column in columns])
-    times = np.stack([column.times for column in columns])
-    first = np.lexsort((times, values), axis=0)[:1]
-    margins = np.stack([column.margins for column in columns])
-    return _Column(
-        constraint, *(np.take_along_axis(one, first, 0)[0] for one in (values, margins, times))
-    )
-
-
-def _towards(
-    robot: Robot, q: Floats, qdot: Floats, seen_from: Floats, speed: Floats, braking: _Braking
-) -> _Column:
-    # Of the motion at q towards the singular poses around the one that is nearest to another pose:
-    # they are at right angles to the way to it, so what counts is the motion along that way.
+    # Singular poses are at right angles to the way to the nearest of them. Seen from here and from
+    # the way of a stop, along which others may come to be the nearest, what counts is the motion
+    # along these ways; none of them is nearer than the nearest one from here.
     thresholds, scales = robot.thresholds, robot.task.column_scales
     stop = MEASURES['distance'].stop if thresholds.measure != 'distance' else thresholds.stop
     assert stop is not None  # the distance has thresholds of its own
+    speed = np.linalg.norm(qdot / scales, axis=-1)
+    ahead = np.zeros((1, *speed.shape, 1))
+    if not robot.chain.loops:  # they need not close there
+        way = np.minimum(braking.horizon + 0.5 * braking.stopping, 1.0 / speed)
+        way = np.where(speed > AT_REST, way, 0.0)
+        ahead = np.multiply.outer(np.linspace(0.0, 1.0, SEEN_FROM), way)[..., None]
+    seen_from = state.q + ahead * qdot
     found = singularity(robot, seen_from)
     poses = found.nearest_singular
-    if poses is None:
-        poses = np.full(q.shape, np.nan)
-    way = (seen_from - poses) / scales
-    normal = way / np.linalg.norm(way, axis=-1, keepdims=True)
-    across = np.sum((q - poses) / scales * normal, axis=-1)
+    away = (seen_from - poses) / scales
+    normal = away / np.linalg.norm(away, axis=-1, keepdims=True)
+    across = np.sum((state.q - poses) / scales * normal, axis=-1)
     towards = -np.sign(across) * np.sum(qdot / scales * normal, axis=-1)
-    known = np.isfinite(across)
     # Of none that was found: one that may be there is at most so near, and no nearer faster.
-    doubtful = np.isnan(poses[..., 0]) & ~np.asarray(found.decided)
-    distance = np.where(known, np.abs(across), np.asarray(found.distance, dtype=float))
-    towards = np.where(known, towards, np.where(doubtful, speed, 0.0))
-    return _braked(Constraint(SINGULARITY, '', 'rad'), distance - stop, towards, braking)
+    doubtful = np.isnan(poses[..., 0]) & ~found.decided
+    towards = np.where(doubtful, speed, towards)
+    margins = np.fmax(np.abs(across), found.distance[0]) - stop
+    of_each = _braked(Constraint(SINGULARITY, '', 'rad'), margins, towards, braking)
+    first = np.lexsort((of_each.times, of_each.values), axis=0)[:1]
+    return of_each._replace(
+        **{
+            name: np.take_along_axis(getattr(of_each, name), first, 0)[0]
+            for name in ('values', 'margins', 'times')
+        }
+    )
