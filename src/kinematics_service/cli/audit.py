@@ -12,6 +12,7 @@ import typer
 
 from ..diagnosis.audit.report.audit_runs import Outcome, Run, outcomes
 from ..diagnosis.audit.report.summary import print_summary
+from ..diagnosis.audit.slowing import SlowingSettings
 from ..errors import KinematicsError
 from ..estimation.estimator import EstimatorSettings
 from ..formats.recordings.source import Selection
@@ -19,7 +20,7 @@ from ..output_file import say_written, write_file
 from ..robot.measures import thresholds_for
 from ..robot.robot import Robot, with_singularity
 from .frame_options import FormatOption, GapOption, given_format, given_frames
-from .options import OfOption, RobotOption, WrongUsage, ending_at, given_robot, option
+from .options import OfOption, RobotOption, WrongUsage, ending_at, flag, given_robot, option
 from .plan_options import given_plans
 from .recording_options import ColumnsOption, PrefixOption, TopicOption
 
@@ -49,6 +50,8 @@ def audit(
     speed_of: Optional[str] = option(
         'Of plans: other points whose speed counts: frames by number, or joints.', 'POINT,...'
     ),
+    scale: bool = flag('--scale', 'Say where ks.scale would have slowed it, and why.'),
+    reduced: bool = flag('--reduced', 'The same with the reduced speeds of the robot file.'),
     joint_prefix: PrefixOption = '',
     velocity_source: VelocitySource = option(
         'Source of joint velocities, as for the node.', default=VelocitySource.auto
@@ -81,6 +84,7 @@ def audit(
       kinematics_service audit run.mcap --robot ur5e --html run.html
       kinematics_service audit plan.yaml --robot arm.yaml --speed-limit 0.25
       kinematics_service audit bag/ --robot ur5e --pose-topic /tcp_pose --json -
+      kinematics_service audit run.mcap --robot arm.yaml --scale --html run.html
       kinematics_service audit run.bag --robot panda --out run_kinematics.mcap
       kinematics_service audit shift/*.mcap --robot ur5e --jobs 4 --html pages/
 
@@ -146,6 +150,7 @@ def audit(
             settings,
             frames,
             plans,
+            SlowingSettings(reduced) if scale or reduced else None,
             failures,
             html is not None,
             json is not None,

@@ -30,6 +30,7 @@ from .ingest import Ingest, RefusedExample
 from .intervals import Interval, badness, intervals_of, watched_values
 from .joints import JointReport, Jump, joint_reports, jumps_of
 from .planned import PlanSettings, checks_of
+from .slowing import Slowing, SlowingSettings, slowing_of
 from .stream import Stream, StreamWatch
 from .timeline import Timeline, TimelineBatch
 
@@ -65,6 +66,8 @@ class Audit:
         can be checked between their points too.
     asked
         What is asked of plans.
+    slowing
+        Where `ks.scale` would have slowed it; None where nobody asks.
     """
 
     robot: Robot
@@ -86,6 +89,7 @@ class Audit:
     trajectories: int = 0
     plans: Mapping[int, PlanCheck] = field(default_factory=dict)
     asked: PlanSettings = PlanSettings()
+    slowing: Slowing | None = None
 
     @property
     def refused(self) -> dict[str, int]:
@@ -117,6 +121,7 @@ def audit(
     listener: AuditProgress | None = None,
     frame_settings: FrameSettings | None = None,
     plan_settings: PlanSettings | None = None,
+    slowing_settings: SlowingSettings | None = None,
 ) -> Audit:
     """
     Return the audit of an open recording or planned trajectory.
@@ -178,6 +183,7 @@ def audit(
         trajectories=len(source.plans),
         plans=plans,
         asked=asked,
+        slowing=slowing_settings and slowing_of(robot, timeline, slowing_settings),
     )
 
 

@@ -37,6 +37,7 @@ def verdict_of(audit: Audit) -> AuditVerdict:
         _singular(audit),
         *_limits(audit),
         *_frames(audit),
+        *_slowing(audit),
     ]
     if not audit.planned:
         sentences += [*_messages(audit), *_stream(audit), *_velocities(audit)]
@@ -173,6 +174,27 @@ def _frames(audit: Audit) -> Iterator[Finding]:
         # What was compared says little of a recording if most poses have nothing beside them.
         few = 2 * report.matched < report.considered
         yield Finding(Level.WARN if few else Level.OK, f'{name}: {report.unmatched}.')
+
+
+def _slowing(audit: Audit) -> Iterator[Finding]:
+    slowing = audit.slowing
+    if slowing is None:
+        return
+    judged = judged_in_words(audit)
+    if slowing.unknown:
+        judged += f', {slowing.unknown:,} of them without velocities'
+    if not slowing.stretches:
+        yield Finding(Level.OK, f'ks.scale would have slowed it nowhere ({judged}).')
+        return
+    least = min(slowing.stretches, key=lambda one: one.value)
+    at = seconds(float(audit.timeline.t[least.worst]))
+    shares = ', '.join(f'{cause} {seconds(time)}' for cause, time in slowing.by_cause.items())
+    total = seconds(sum(slowing.by_cause.values()))
+    yield Finding(
+        Level.OK,
+        f'ks.scale would have slowed it for {total}, most to {least.value:.2g} at {at} '
+        f'({least.cause}): {shares} ({judged}).',
+    )
 
 
 def _messages(audit: Audit) -> Iterator[Finding]:

@@ -27,6 +27,7 @@ from ..auditing import Audit, AuditProgress, audit
 from ..frames import FrameSettings
 from ..plan_findings import joints_refuted
 from ..planned import PlanSettings
+from ..slowing import SlowingSettings
 from .bag_writer import open_writer
 from .document import document_of
 from .page import page_of
@@ -57,6 +58,8 @@ class Run:
         How a second source of poses is matched and judged.
     plans
         What is asked of plans.
+    slowing
+        How motions are slowed; None where nobody asks.
     failures
         Findings that fail it; None for those that are usual for its kind.
     html, json
@@ -72,6 +75,7 @@ class Run:
     settings: EstimatorSettings
     frames: FrameSettings
     plans: PlanSettings
+    slowing: SlowingSettings | None
     failures: tuple[str, ...] | None
     html: bool
     json: bool
@@ -115,7 +119,16 @@ def _audited(run: Run, bar: Bar) -> Audit:
             part = stack.enter_context(writer).write
         progress = stack.enter_context(bar(source.total))
         listener, file = AuditProgress(progress, part), str(run.file)
-        return audit(source, reading.robot, file, run.settings, listener, run.frames, run.plans)
+        return audit(
+            source,
+            reading.robot,
+            file,
+            run.settings,
+            listener,
+            run.frames,
+            run.plans,
+            run.slowing,
+        )
 
 
 def _failed(finished: Audit, wanted: tuple[str, ...] | None) -> bool:

@@ -118,8 +118,25 @@ def document_of(audit: Audit) -> dict[str, Any]:
             for warning in audit.timeline.warnings
         ],
         'frames': _frames(audit),
+        'slowing': _slowing(audit),
         'plans': [_plan(number, check) for number, check in audit.plans.items()],
         'series': _series(audit, rows),
+    }
+
+
+def _slowing(audit: Audit) -> dict[str, Any] | None:
+    if audit.slowing is None:
+        return None
+    return {
+        'unknown': audit.slowing.unknown,
+        'seconds': dict(audit.slowing.by_cause),
+        'stretches': [
+            {
+                **attributes(one, 'begin', 'end', 'cause', 'value'),
+                't': float(audit.timeline.t[one.worst]),
+            }
+            for one in audit.slowing.stretches
+        ],
     }
 
 
@@ -255,4 +272,5 @@ def _series(audit: Audit, rows: Times) -> dict[str, Any]:
         'factor_names': audit.robot.factors.names,
         'factor_motions': factors,
         'level': [Level(int(level)).name for level in timeline.levels[rows]],
+        **({} if audit.slowing is None else {'scale': audit.slowing.values[rows]}),
     }

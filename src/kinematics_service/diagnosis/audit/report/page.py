@@ -20,7 +20,7 @@ from ..intervals import Interval
 from ..joints import JointReport
 from ..reported_velocities import VelocityCheck
 from ..verdict import AuditVerdict, judged_in_words, verdict_of
-from .page_charts import interval_chart, joint_charts, measure_charts, tool_charts
+from .page_charts import interval_chart, joint_charts, measure_charts, slowing_chart, tool_charts
 from .page_frames import frame_section
 from .page_header import Provenance, header
 from .page_plans import plan_section
@@ -182,6 +182,27 @@ def _lag_and_scale(check: VelocityCheck | None) -> str:
     return f'{lag} {factor}'.strip()
 
 
+def _slowing(audit: Audit) -> str:
+    slowing = audit.slowing
+    if slowing is None:
+        return ''
+    text = f'<h2>Where it would have been slowed</h2>\n{slowing_chart(audit, slowing.values)}'
+    columns = (
+        TableColumn('begins', lambda one: f'{one.begin:.3f} s', True),
+        TableColumn('lasts', lambda one: seconds(one.seconds), True),
+        TableColumn('cause', lambda one: escape(one.cause)),
+        TableColumn('least scale', lambda one: f'{one.value:.3g}', True),
+        TableColumn('at', lambda one: _at(audit, one.worst), True),
+        TableColumn('joints there', lambda one: _pose(audit, one.worst)),
+    )
+    if slowing.stretches:
+        text += table_of(columns, slowing.stretches[:MOST]) + more_of(len(slowing.stretches))
+    return text + (
+        '<p class="soft">The share of the velocities that ks.scale keeps. It is no safety '
+        'function.</p>\n'
+    )
+
+
 def _tool(audit: Audit) -> str:
     return '<h2>Tool</h2>\n' + tool_charts(audit)
 
@@ -238,6 +259,7 @@ SECTIONS: tuple[Callable[[Audit], str], ...] = (
     _singularities,
     _moments,
     _joints,
+    _slowing,
     _tool,
     frame_section,
     _stream,

@@ -125,6 +125,12 @@ def measure_charts(audit: Audit) -> str:
     return text
 
 
+def slowing_chart(audit: Audit, values: Column) -> str:
+    """Return the share of the velocities that would have been kept."""
+    curve = _curve(audit, 'scale', 'c0', _scaled(values, 1.0))
+    return _chart(audit, 'scale', '', [curve], height=110).html()
+
+
 def _chart(
     audit: Audit,
     title: str,

@@ -1,0 +1,132 @@
+"""Where a motion would have been slowed by `ks.scale`, and why."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import RecordingError, ServoSettingsError
+from ...formats.recordings.columns import Column
+from ...kernel import Floats
+from ...kinematics.scale import scale
+from ...robot.robot import Robot
+from .timeline import Timeline
+
+# States whose constraints are held at once.
+AT_ONCE = 2**14
+
+
+class SlowedStretch(NamedTuple):
+    """
+    States in a row that would have been slowed by the same cause.
+
+    Attributes
+    ----------
+    begin, end : s
+        From the first of them to the one after the last, or to the last there is.
+    cause
+        In words: `singularity`, `position limit of elbow`.
+    value
+        The least share of the velocities that would have been kept.
+    worst
+        Its row of the timeline.
+    """
+
+    begin: float
+    end: float
+    cause: str
+    value: float
+    worst: int
+
+    @property
+    def seconds(self) -> float:
+        """Return how long it lasts, s."""
+        return self.end - self.begin
+
+
+@dataclass(frozen=True, eq=False)
+class Slowing:
+    """
+    What `ks.scale` says of every state.
+
+    Attributes
+    ----------
+    values : shape (N,)
+        The share of the velocities; NaN where these are not known.
+    stretches
+        In their order.
+    unknown
+        Number of states without velocities.
+    """
+
+    values: Column
+    stretches: tuple[SlowedStretch, ...]
+    unknown: int
+
+    @property
+    def by_cause(self) -> dict[str, float]:
+        """Return the seconds of each cause, the longest first."""
+        seconds: dict[str, float] = {}
+        for one in self.stretches:
+            seconds[one.cause] = seconds.get(one.cause, 0.0) + one.seconds
+        return dict(sorted(seconds.items(), key=lambda pair: -pair[1]))
+
+
+class SlowingSettings(NamedTuple):
+    """Whether the `reduced` speeds of the robot file hold."""
+
+    reduced: bool = False
+
+
+def slowing_of(robot: Robot, timeline: Timeline, settings: SlowingSettings) -> Slowing:
+    """
+    Return what `ks.scale` says of every state of a timeline.
+
+    Raises
+    ------
+    RecordingError
+        Reduced speeds are asked for, and the robot file has none.
+    """
+    values, causes = Column(np.float64), Column(np.int16)
+    words: list[str] = []
+    for begin in range(0, len(timeline), AT_ONCE):
+        rows = slice(begin, min(begin + AT_ONCE, len(timeline)))
+        q, qdot = timeline.q[rows], timeline.qdot[rows]
+        moving = ~np.any(np.isnan(qdot), axis=1)
+        try:
+            found = scale(robot, q, np.where(moving[:, None], qdot, 0.0), reduced=settings.reduced)
+        except ServoSettingsError as error:
+            raise RecordingError(str(error)) from None
+        words = [_in_words(cause, of) for cause, of, _ in found.constraints]
+        values.append(np.where(moving, found.value, np.nan))
+        slowed = moving & (found.value < 1.0)
+        causes.append(np.where(slowed, np.argmin(found.values, axis=-1), -1))
+    shares = np.asarray(values)
+    stretches = tuple(_stretches(timeline, shares, np.asarray(causes), words))
+    return Slowing(values, stretches, int(np.sum(np.isnan(shares))))
+
+
+def _in_words(cause: str, of: str) -> str:
+    return f'{cause} of {of}' if of else cause
+
+
+def _stretches(
+    timeline: Timeline, shares: Floats, causes: Floats, words: list[str]
+) -> Iterator[SlowedStretch]:
+    changes = np.diff(causes, prepend=-1, append=-1) != 0
+    changes[:-1] |= timeline.silent[:]
+    edges = np.flatnonzero(changes).tolist()
+    for first, after in zip(edges, edges[1:]):
+        if causes[first] < 0:
+            continue
+        # The state after holds until then, unless nothing was heard in between.
+        until = after if after < len(shares) and not timeline.silent[after] else after - 1
+        worst = first + int(np.argmin(shares[first:after]))
+        yield SlowedStretch(
+            begin=float(timeline.t[first]),
+            end=float(timeline.t[until]),
+            cause=words[causes[first]],
+            value=float(shares[worst]),
+            worst=worst,
+        )
