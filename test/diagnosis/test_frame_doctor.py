@@ -26,7 +26,6 @@ SPATIAL = (
     'puma560',
     'ur5e',
     'panda',
-    'kinova_gen3',
     'offset_stanford_dh',
 )
 # A decent measuring system: standard deviation of each coordinate.

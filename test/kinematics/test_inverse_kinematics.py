@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from arms import BUNDLED, CONVENTIONS, RANDOM, robot_of
+from arms import BUNDLED, CONVENTIONS, DISTINCT_BUNDLED, RANDOM, robot_of
 
 import kinematics_service as ks
 from kinematics_service.kinematics.inverse.plan import plan_for
@@ -220,8 +220,9 @@ def test_random_arms_find_the_originating_positions(name):
         assert contains(robot, result, q, 1e-5)
 
 
+# One of each way to solve an arm, and of each kind of joint.
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', [*DISTINCT_BUNDLED, 'ur5e', 'offset_stanford_printed'])
 def test_hard_targets_get_an_honest_answer(name):
     robot = robot_of(name)
     within = np.where(np.isfinite(robot.limits), robot.limits, [-2.0, 2.0])
