@@ -172,6 +172,39 @@ def test_one_pose_and_one_twist_as_json(arm, once):
     assert twist['linear'] + twist['angular'] == pytest.approx(ks.twist(robot, Q, QDOT))
 
 
+EFFORTS = (1.0, -2.0, 0.5)
+
+
+def test_one_acceleration_and_one_wrench_as_json_and_as_lines(arm, once, monkeypatch):
+    one, robot = arm('craig_3r'), ks.load_robot('craig_3r')
+    send = one.publish
+
+    def with_efforts(message):
+        message.effort = list(EFFORTS)
+        send(message)
+
+    monkeypatch.setattr(one, 'publish', with_efforts)
+    code, output, _ = once(one, 'acceleration', '--json')
+    found = json.loads(output)
+    assert code == 0
+    assert found['frame'] == robot.base_frame
+    # The velocities stay as they are: what is left is dJ/dt qdot.
+    expected = ks.acceleration(robot, Q, QDOT, (0.0, 0.0, 0.0))
+    assert found['linear'] + found['angular'] == pytest.approx(expected, abs=1e-9)
+
+    code, output, _ = once(one, 'wrench', '--json')
+    found = json.loads(output)
+    assert code == 0
+    assert found['frame'] == robot.tool_frame
+    damping = one.node.settings.servo.damping
+    expected = ks.wrench_from_torques(robot, Q, EFFORTS, axes='tool', damping=damping).wrench
+    assert found['force'] + found['torque'] == pytest.approx(expected, abs=1e-9)
+
+    for what, words in (('acceleration', 'rad/s^2'), ('wrench', 'N m')):
+        code, output, _ = once(one, what)
+        assert (code, output.rstrip().endswith(words)) == (0, True)
+
+
 def test_a_late_echo_still_gets_the_last_warning(arm, told):
     # Long enough for an echo to start: silence would be the last thing said.
     one = arm('craig_3r', ['-p', 'joint_state_timeout:=60.0'])

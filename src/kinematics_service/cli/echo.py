@@ -18,6 +18,8 @@ class EchoedTopic(str, Enum):
     jacobian = 'jacobian'
     pose = 'pose'
     twist = 'twist'
+    acceleration = 'acceleration'
+    wrench = 'wrench'
     warning = 'warning'
 
 

@@ -44,6 +44,24 @@ class TwistReading(NamedTuple):
     angular: Floats
 
 
+class AccelerationReading(NamedTuple):
+    """An acceleration in the axes of a frame: linear (3,) in m/s^2, angular (3,) in rad/s^2."""
+
+    stamp: Stamp
+    frame: str
+    linear: Floats
+    angular: Floats
+
+
+class WrenchReading(NamedTuple):
+    """A wrench in the axes and at the origin of a frame: force (3,) in N, torque (3,) in N m."""
+
+    stamp: Stamp
+    frame: str
+    force: Floats
+    torque: Floats
+
+
 class WarningReading(NamedTuple):
     """A singularity warning: level, sentence, and keys with values."""
 
@@ -104,6 +122,22 @@ def velocity_of(message: Any) -> TwistReading:
     twist = message.twist
     return TwistReading(
         _stamp(message), message.header.frame_id, _xyz(twist.linear), _xyz(twist.angular)
+    )
+
+
+def acceleration_of(message: Any) -> AccelerationReading:
+    """Return the acceleration of an AccelStamped."""
+    accel = message.accel
+    return AccelerationReading(
+        _stamp(message), message.header.frame_id, _xyz(accel.linear), _xyz(accel.angular)
+    )
+
+
+def wrench_of(message: Any) -> WrenchReading:
+    """Return the wrench of a WrenchStamped."""
+    wrench = message.wrench
+    return WrenchReading(
+        _stamp(message), message.header.frame_id, _xyz(wrench.force), _xyz(wrench.torque)
     )
 
 

@@ -5,13 +5,28 @@ from dataclasses import dataclass
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, TwistStamped
+from geometry_msgs.msg import AccelStamped, PoseStamped, TwistStamped, WrenchStamped
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64MultiArray
 
-from ..messages.readings import Stamp, jacobian_of, pose_of, velocity_of, warned_of
+from ..messages.readings import (
+    Stamp,
+    acceleration_of,
+    jacobian_of,
+    pose_of,
+    velocity_of,
+    warned_of,
+    wrench_of,
+)
 from ..messages.topics import OUTPUT_QOS, WARNING, WARNING_QOS
-from .live_table import matrix_lines, pose_lines, velocity_lines, warned_lines
+from .live_table import (
+    acceleration_lines,
+    matrix_lines,
+    pose_lines,
+    velocity_lines,
+    warned_lines,
+    wrench_lines,
+)
 
 
 @dataclass(frozen=True)
@@ -59,6 +74,20 @@ ECHO_TOPICS = {
         OUTPUT_QOS,
         velocity_of,
         lambda twist, width: velocity_lines(twist),
+    ),
+    'acceleration': EchoTopic(
+        '~/acceleration',
+        AccelStamped,
+        OUTPUT_QOS,
+        acceleration_of,
+        lambda acceleration, width: acceleration_lines(acceleration),
+    ),
+    'wrench': EchoTopic(
+        '~/wrench',
+        WrenchStamped,
+        OUTPUT_QOS,
+        wrench_of,
+        lambda wrench, width: wrench_lines(wrench),
     ),
     'warning': EchoTopic(
         WARNING, DiagnosticStatus, WARNING_QOS, warned_of, warned_lines, rare=True

@@ -9,7 +9,14 @@ from rich.text import Text
 from ...kernel import Floats
 from ...printing import broken_name, plain
 from ...robot.measures import Level
-from ..messages.readings import JacobianReading, PoseReading, TwistReading, WarningReading
+from ..messages.readings import (
+    AccelerationReading,
+    JacobianReading,
+    PoseReading,
+    TwistReading,
+    WarningReading,
+    WrenchReading,
+)
 
 # Width of a number and a gap, and how wide a column may grow for its joint's name.
 CELL, WIDEST_CELL = 9, 14
@@ -86,6 +93,23 @@ def velocity_lines(velocity: TwistReading) -> list[str]:
     return [
         f'linear vx vy vz    {numbers(velocity.linear)}  m/s, axes of {plain(velocity.frame)}',
         f'angular wx wy wz   {numbers(velocity.angular)}  rad/s',
+    ]
+
+
+def acceleration_lines(acceleration: AccelerationReading) -> list[str]:
+    """Return an acceleration: linear and angular part."""
+    axes = plain(acceleration.frame)
+    return [
+        f'linear ax ay az    {numbers(acceleration.linear)}  m/s^2, axes of {axes}',
+        f'angular x y z      {numbers(acceleration.angular)}  rad/s^2',
+    ]
+
+
+def wrench_lines(wrench: WrenchReading) -> list[str]:
+    """Return a wrench: force and torque."""
+    return [
+        f'force x y z        {numbers(wrench.force)}  N, axes of {plain(wrench.frame)}',
+        f'torque x y z       {numbers(wrench.torque)}  N m',
     ]
 
 
