@@ -46,7 +46,7 @@ from .kinematics.plans.check import check_plan as check_plan
 from .kinematics.plans.verdicts import PlanCheck as PlanCheck
 from .kinematics.pseudo_inverse import PseudoInverse as PseudoInverse
 from .kinematics.pseudo_inverse import pseudo_inverse as pseudo_inverse
-from .kinematics.scale import Scale as Scale
+from .kinematics.scale import MotionScale as MotionScale
 from .kinematics.scale import scale as scale
 from .kinematics.singularity import Singularity as Singularity
 from .kinematics.singularity import singularity as singularity

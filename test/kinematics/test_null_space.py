@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from arms import DISTINCT, LOOPED, calm_poses, robot_of, seeded
+from arms import BUNDLED, DISTINCT, LOOPED, calm_poses, robot_of, seeded
 from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
@@ -16,6 +16,8 @@ redundant = pytest.mark.parametrize('name', REDUNDANT)
 AT_REST = 1e-9
 # The nearest of motions that rest alike: they differ by 1e-10 of J, of which round-off is 1e-6.
 NEAREST = 1e-6
+# Jacobians of arms of some m by two programs, multiplied.
+PINOCCHIO = 1e-10
 # A minimum that was found to 1e-5 of it, over steps of 1e-3 rad.
 GRADIENT = 1e-4
 
@@ -164,3 +166,41 @@ def test_no_self_motion_is_zero():
     many = ks.self_motion('panda', np.random.default_rng(2).uniform(-1, 1, (3, 2, 7)))
     assert many.shape == (3, 2, 7)
     assert np.isfinite(many).all()
+
+
+@pytest.mark.peers
+@pytest.mark.parametrize('name', [n for n in BUNDLED if not n.startswith('parallelogram')])
+def test_null_space_inverse_and_wrench_by_pinocchios_jacobian(name):
+    pinocchio = pytest.importorskip('pinocchio')
+    robot, random = robot_of(name), np.random.default_rng(4)
+    model = pinocchio.buildModelFromXML(ks.export_urdf(robot), True)
+    data, frame = model.createData(), model.getFrameId(robot.tool_frame)
+    joints = [model.joints[model.getJointId(joint)] for joint in robot.joint_names]
+    task = robot.task
+    for q in seeded(robot, 3):
+        whole = pinocchio.neutral(model)
+        for joint, x in zip(joints, q):
+            whole[joint.idx_q : joint.idx_q + joint.nq] = (
+                [np.cos(x), np.sin(x)] if joint.nq == 2 else x
+            )
+        J = pinocchio.computeFrameJacobian(
+            model, data, whole, frame, pinocchio.LOCAL_WORLD_ALIGNED
+        )[:, [joint.idx_v for joint in joints]]
+        size = np.max(np.abs(J))
+        turned = np.concatenate([task.rotation.T @ J[:3], task.rotation.T @ J[3:]])[task.axes]
+        np.testing.assert_allclose(
+            turned @ ks.null_space(robot, q), 0.0, rtol=0, atol=PINOCCHIO * size
+        )
+        scaled = task.row_scales[:, None] * turned * task.column_scales
+        expected = np.linalg.pinv(scaled, 1e-10)
+        expected = task.column_scales[:, None] * expected * task.row_scales
+        np.testing.assert_allclose(
+            ks.pseudo_inverse(robot, q).matrix,
+            expected,
+            rtol=0,
+            atol=PINOCCHIO * max(1.0, np.max(np.abs(expected)) ** 2),
+        )
+        torques = J.T @ random.normal(size=6)
+        wrench = ks.wrench_from_torques(robot, q, torques).wrench
+        largest = max(1.0, np.max(np.abs(wrench)))
+        np.testing.assert_allclose(J.T @ wrench, torques, rtol=0, atol=PINOCCHIO * largest)

@@ -511,7 +511,7 @@ def test_links_and_poses_are_judged_beside_broken_joints() -> None:
         "robot.yaml:3: convention: unknown 'khalil' "
         '(accepted: standard, modified, elementary, shape)',
         'robot.yaml:6: joints[0].offset: unknown key '
-        '(accepted: name, variable, type, limits, velocity, unused)',
+        '(accepted: name, variable, type, limits, velocity, acceleration, unused)',
         'robot.yaml:6: joints[0].limits: the lower limit must be below the upper one, '
         'not [pi, -pi]',
         "robot.yaml:7: joints[1].type: unknown 'ball' (accepted: revolute, prismatic, helical)",

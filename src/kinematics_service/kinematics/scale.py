@@ -53,7 +53,7 @@ class Constraint(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Scale(FrozenArrays):
+class MotionScale(FrozenArrays):
     """
     How much of a joint motion may be kept, and why not all of it; no safety function.
 
@@ -91,7 +91,7 @@ class Scale(FrozenArrays):
     times: Floats
 
 
-class _Column(NamedTuple):
+class _Share(NamedTuple):
     constraint: Constraint
     values: Floats
     margins: Floats
@@ -112,7 +112,7 @@ def scale(
     *,
     horizon: float = 0.1,
     reduced: bool = False,
-) -> Scale:
+) -> MotionScale:
     """
     Return how much of the joint velocities may be kept, and what asks for less.
 
@@ -172,7 +172,7 @@ def scale(
     return _scale(columns)
 
 
-def _scale(columns: list[_Column]) -> Scale:
+def _scale(columns: list[_Share]) -> MotionScale:
     constraints = tuple(column.constraint for column in columns)
     values, margins, times = (
         np.stack([getattr(column, name) for column in columns], axis=-1)
@@ -188,10 +188,12 @@ def _scale(columns: list[_Column]) -> Scale:
     shown = (value, texts[..., 0], texts[..., 1], margin, time_left)
     if not value.ndim:
         shown = tuple(one.item() for one in shown)
-    return Scale(*shown, constraints=constraints, values=values, margins=margins, times=times)
+    return MotionScale(
+        *shown, constraints=constraints, values=values, margins=margins, times=times
+    )
 
 
-def _braked(constraint: Constraint, margins: Floats, speeds: Floats, braking: _Braking) -> _Column:
+def _braked(constraint: Constraint, margins: Floats, speeds: Floats, braking: _Braking) -> _Share:
     # Of margins that are used up at these speeds by the full motion; not used up below 0.
     used = (speeds > AT_REST) & np.isfinite(margins)
     left, speed = np.maximum(margins, 0.0), np.where(used, speeds, 1.0)
@@ -199,17 +201,17 @@ def _braked(constraint: Constraint, margins: Floats, speeds: Floats, braking: _B
     # v T + v^2 / (2 a) = m with a = speed / stopping, solved for v without cancellation.
     allowed = 2.0 * left / (T + np.sqrt(T * T + 2.0 * left * stopping / speed))
     values = np.where(used, np.minimum(allowed / speed, 1.0), 1.0)
-    return _Column(constraint, values, margins, np.where(used, left / speed, np.inf))
+    return _Share(constraint, values, margins, np.where(used, left / speed, np.inf))
 
 
-def _bounded(constraint: Constraint, limits: Floats | float, speeds: Floats) -> _Column:
+def _bounded(constraint: Constraint, limits: Floats | float, speeds: Floats) -> _Share:
     # Of speeds that have a limit themselves.
     values = np.minimum(limits / np.maximum(speeds, np.finfo(float).tiny), 1.0)
     times = np.where(speeds > limits, 0.0, np.inf)
-    return _Column(constraint, values, limits - speeds, times)
+    return _Share(constraint, values, limits - speeds, times)
 
 
-def _joints(robot: Robot, q: Floats, qdot: Floats, braking: _Braking) -> list[_Column]:
+def _joints(robot: Robot, q: Floats, qdot: Floats, braking: _Braking) -> list[_Share]:
     columns = []
     for j, (name, unit) in enumerate(zip(robot.joint_names, robot.units)):
         lower, upper = robot.limits[j]
@@ -224,7 +226,7 @@ def _joints(robot: Robot, q: Floats, qdot: Floats, braking: _Braking) -> list[_C
 
 def _speeds(
     robot: Robot, state: ToolState, qdot: Floats, limit: SpeedLimit, reduced: bool
-) -> list[_Column]:
+) -> list[_Share]:
     V = twist(robot, state.q, qdot, of=limit.of)
     linear = min(limit.linear, limit.reduced) if reduced else limit.linear
     return [
@@ -236,7 +238,7 @@ def _speeds(
     ]
 
 
-def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Column:
+def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Share:
     # Singular poses are at right angles to the way to the nearest of them. Seen from here and from
     # the way of a stop, along which others may come to be the nearest, what counts is the motion
     # along these ways; none of them is nearer than the nearest one from here.
