@@ -303,6 +303,32 @@ def test_postures_tell_the_solutions_apart():
     assert str(result[0].posture).startswith('shoulder ')
 
 
+def side_of_the_elbow(frames):
+    """Return the height of a Puma's elbow above the line from its second axis to its wrist."""
+    z, o = frames[:, :3, 2], frames[:, :3, 3]
+    across = np.eye(3) - np.outer(z[1], z[1])
+    chord, upper = across @ (o[4] - o[1]), across @ (o[2] - o[1])
+    return (upper - (upper @ chord) / (chord @ chord) * chord) @ z[0]
+
+
+def test_postures_are_the_sides_that_the_frames_show():
+    # The frame of row i has the axis of joint i + 1; that of row 4 stands in the wrist.
+    robot = ks.load_robot('puma560')
+    seen = set()
+    for q in inside_limits(robot, 30, 6):
+        for one in ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q)):
+            frames = ks.link_frames(robot, one.q)
+            z, o = frames[:, :3, 2], frames[:, :3, 3]
+            posture = one.posture
+            seen.add((posture.shoulder, posture.elbow, posture.wrist))
+            right = np.cross(z[1], z[0]) @ (o[4] - o[0]) > 0.0
+            assert posture.shoulder == ('right' if right else 'left')
+            assert posture.elbow == ('up' if side_of_the_elbow(frames) > 0.0 else 'down')
+            unturned = np.cross(z[3], z[4]) @ z[5] > 0.0
+            assert posture.wrist == ('no_flip' if unturned else 'flip')
+    assert len(seen) == 8
+
+
 def test_rows_may_be_chosen():
     robot = ks.load_robot('scara_hsr065')
     q = np.array([0.3, 0.8, 0.1, -0.5])
