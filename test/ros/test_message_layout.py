@@ -30,7 +30,11 @@ def settings_of(n, text, order='linear_first', twist_frame='base', names=None):
         twist_frame=twist_frame,
         row_order=order,
         joint_names=['q' * ((k + text) % 9) for k in range(n)] if names is None else names,
-        robot=SimpleNamespace(dof=n, chain=SimpleNamespace(frames=n + 1)),
+        robot=SimpleNamespace(
+            dof=n,
+            chain=SimpleNamespace(frames=n + 1),
+            task=SimpleNamespace(generic_rank=min(n - 1, 6)),
+        ),
     )
 
 
