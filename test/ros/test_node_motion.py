@@ -1,5 +1,7 @@
 """Topics of the motion: what they say, and when they are silent."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -84,6 +86,15 @@ def test_the_acceleration_of_an_arm_with_a_closed_loop_is_the_librarys(arm):
     one.spin_until(lambda: len(heard) == 2, 'accelerations')
     expected = ks.acceleration(one.robot, [0.444], [2.4], [20.0])
     np.testing.assert_allclose(six(heard[-1].accel), expected, rtol=1e-9, atol=ROUND_OFF)
+
+
+def test_the_diagnostics_say_how_late_an_acceleration_is(arm):
+    one = arm('craig_3r')
+    heard = one.hear('acceleration', AccelStamped)
+    assert 'acceleration delay' not in one.counts()
+    sent(one, 8)
+    one.spin_until(lambda: len(heard) == 7, 'accelerations')
+    assert one.counts()['acceleration delay'] == '0.025 s'  # half of 50 ms
 
 
 def test_there_is_no_acceleration_of_differences_of_positions(arm):
@@ -362,3 +373,32 @@ def test_differences_of_positions_are_not_compared_with_themselves(arm):
     velocities_status(one)
     swung(one, np.ones(3), 100)
     assert velocities_status(one) is None
+
+
+# Closed loops
+
+
+def test_the_wrench_of_an_arm_with_a_closed_loop_is_that_of_its_motors(arm):
+    one = arm('crank_slider')
+    heard = one.hear('wrench', WrenchStamped)
+    pushed(one, [0.8], [0.7])
+    one.spin_until(lambda: bool(heard), 'wrench')
+    J = ks.jacobian(one.robot, [0.7], 'tool')
+    np.testing.assert_allclose(J.T @ force_torque(heard[0]), [0.8], rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize('name', ['excavator', 'flexpicker', 'five_bar'])
+def test_a_loop_that_is_driven_fully_offers_no_self_motion(arm, name):
+    one = arm(name)
+    assert '/kinematics/wrench' in one.node._outputs.names
+    assert ('/kinematics/null_space' in one.node._outputs.names) == (
+        one.robot.dof > one.robot.task.generic_rank
+    )
+
+
+def test_describe_says_what_the_numbers_of_the_motion_are(arm):
+    one = arm('craig_3r', ['-p', 'acceleration_window:=0.02'])
+    told = json.loads(one.call(Trigger, '/kinematics/describe', Trigger.Request()).message)
+    assert told['acceleration'] == {'axes': 'base', 'window': pytest.approx(0.02)}
+    assert told['wrench']['exerted by'] == 'the tool'
+    assert '/kinematics/acceleration' in told['publishes']

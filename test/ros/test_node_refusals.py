@@ -48,6 +48,7 @@ REFUSED = {
     'row_order': ['angular', '', 6],
     'velocity_source': ['none', '', 2],
     'publish_rate': [-1.0, math.nan, math.inf, 1e7, 10, '10', 9.9e-4, 3e-308, 5e-324],
+    'acceleration_window': [-0.1, math.nan, math.inf, 10.5, 1],
     'joint_state_timeout': [0.0, -1.0, math.nan, math.inf, 4000.0, 1],
     'publish_tf': [1, 'yes', 0.0],
     'publish_robot_description': [1, 'maybe', 0.0],

@@ -425,6 +425,11 @@ class Estimator:
         self._forms[form] = incoming
         return incoming
 
+    @property
+    def acceleration_delay(self) -> float:
+        """Return by how much the last joint accelerations were late, s."""
+        return self._accelerations.delay
+
     def with_accelerations(self, answer: EstimatorOutput) -> EstimatorOutput:
         """
         Return the answer to the last message with its joint accelerations, where they are known.

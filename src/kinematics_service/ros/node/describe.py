@@ -56,6 +56,11 @@ def description_of(
             'reference_point': 'origin of the tool frame',
         },
         'twist': {'axes': settings.twist_frame, 'rows': ROW_LABELS['linear_first'].split(',')},
+        'acceleration': {
+            'axes': settings.twist_frame,
+            'window': settings.estimator.acceleration_window * 1e-9,
+        },
+        'wrench': {'axes': 'tool', 'exerted by': 'the tool', 'at': 'origin of the tool frame'},
         'quaternion': 'x y z w',
         'singularity': {
             'task': list(robot.task.rows),

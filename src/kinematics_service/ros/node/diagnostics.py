@@ -72,6 +72,8 @@ class InputState:
     lost, lost_of_late
         Messages that were published and not received: since the first one was received, None if
         the middleware does not number them; and within the last `RECENT` seconds.
+    acceleration_delay
+        By how much the last joint accelerations were late, s; 0 where nobody asked for them.
     work
         Processing times.
     silent
@@ -95,6 +97,7 @@ class InputState:
     reliable: bool = True
     lost: int | None = None
     lost_of_late: int = 0
+    acceleration_delay: float = 0.0
     work: Work = field(default_factory=Work)
     silent: str = ''
     integrated: float = 0.0
@@ -119,6 +122,11 @@ def input_status(state: InputState) -> StatusText:
         ('joints beyond their limits', ', '.join(state.beyond)),
         ('joints that publishers disagree about', ', '.join(state.disputed)),
         ('velocity source', state.velocity_source),
+        *(
+            (('acceleration delay', f'{state.acceleration_delay:.3g} s'),)
+            if state.acceleration_delay
+            else ()
+        ),
         ('accepted', f'{state.counts.get(estimator.ACCEPTED, 0)}'),
         ('ignored: none of our joints', f'{state.counts.get(estimator.NOT_OURS, 0)}'),
         ('ignored: no position', f'{state.counts.get(estimator.NO_POSITION, 0)}'),

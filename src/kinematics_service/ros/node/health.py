@@ -143,6 +143,7 @@ class Health:
             reliable=subscription.is_reliable,
             lost=lost,
             lost_of_late=lost_of_late,
+            acceleration_delay=estimator.acceleration_delay,
             robot=estimator.robot.name,
             work=work,
             silent=self._silent(),
