@@ -102,12 +102,26 @@ def write_directions(n: int, task: TaskRows, row: Flat, W: Flat, sigma: Flat) ->
     """
     Fill the singular values of the scaled J_t, and its directions as `unit_rows` leaves them.
     """
+    _write_directions(n, task, arrays.after(row, places.JACOBIAN_AT), W, sigma, 1)
+
+
+def write_directions_of_rows(n: int, task: TaskRows, J: Flat, W: Flat, sigma: Flat) -> int:
+    """
+    Fill the same of LANES Jacobians (6, n) side by side; returns what `measure_rows` does.
+
+    What a pose has whose singular values count as zero is of no use.
+    """
+    return _write_directions(n, task, J, W, sigma, places.LANES)
+
+
+def _write_directions(n: int, task: TaskRows, J: Flat, W: Flat, sigma: Flat, lanes: int) -> int:
     m = task.count
     count, length = min(m, n), max(m, n)
-    _fill_task_rows(n, task, arrays.after(row, places.JACOBIAN_AT), W, m + n, 1)
-    _scale_task_rows(n, task, W, m + n, 1)
-    _decompose(W, sigma, count, length, m + n, 1)
-    singular_values.unit_rows(W, sigma, count, length, 1)
+    _fill_task_rows(n, task, J, W, m + n, lanes)
+    _scale_task_rows(n, task, W, m + n, lanes)
+    large = _decompose(W, sigma, count, length, m + n, lanes)
+    singular_values.unit_rows(W, sigma, count, length, lanes)
+    return large
 
 
 def _write_determinant(n: int, W: Flat, spare: Flat, measures: Flat, lanes: int) -> None:

@@ -152,6 +152,8 @@ class Atlas:
             Room.
         """
         first, second = self.sorting[3 * f], self.sorting[3 * f + 1]
+        # What is farther promises too little.
+        radius = min(radius, (1.0 + ROUND_OFF) / BENDS * promise)
         for k in range(most):
             scores[k] = promise
         for j in range(self.joints):

@@ -163,25 +163,30 @@ class SingularEquations:
             M[k] = self.M[k]
         for i in range(self.length):
             order[i] = i
+        pivot, row, column = 0.0, 0, 0
         for r in range(turns):
             rows[r] = r
+            for i in range(self.length):
+                if abs(M[r * size + i]) > pivot:
+                    pivot, row, column = abs(M[r * size + i]), r, i
         for step in range(self.rank - 1):
-            pivot, row, column = 0.0, step, step
-            for r in range(step, turns):
-                for i in range(step, self.length):
-                    if abs(M[rows[r] * size + order[i]]) > pivot:
-                        pivot, row, column = abs(M[rows[r] * size + order[i]]), r, i
             if not pivot > 0.0:
                 return False
             rows[step], rows[row] = rows[row], rows[step]
             order[step], order[column] = order[column], order[step]
-            inverse = 1.0 / M[rows[step] * size + order[step]]
+            chosen = arrays.after(M, rows[step] * size)
+            inverse = 1.0 / chosen[order[step]]
             self.sigma[step] = pivot
+            pivot, row, column = 0.0, step + 1, step + 1
             for r in range(step + 1, turns):
-                factor = M[rows[r] * size + order[step]] * inverse
-                M[rows[r] * size + order[step]] = factor
+                one = arrays.after(M, rows[r] * size)
+                factor = one[order[step]] * inverse
+                one[order[step]] = factor
                 for i in range(step + 1, self.length):
-                    M[rows[r] * size + order[i]] -= factor * M[rows[step] * size + order[i]]
+                    left = one[order[i]] - factor * chosen[order[i]]
+                    one[order[i]] = left
+                    if abs(left) > pivot:
+                        pivot, row, column = abs(left), r, i
         return True
 
     def _guess_lost(self, lost: Flat) -> None:
@@ -351,7 +356,8 @@ class SingularEquations:
                 self.turned[i * width + j] = self.A[i * n + j]
             for j in range(count):
                 self.turned[i * width + n + j] = 1.0 if i == j else 0.0
-        singular_values.orthogonalise(self.turned, count, n, width, 1)
+        if count > 1:
+            singular_values.orthogonalise(self.turned, count, n, width, 1)
         singular_values.sort_by_norm(self.turned, self.slopes, count, n, width, 1)
 
     def write_normals(self, normals: Flat) -> None:
