@@ -144,6 +144,12 @@ def test_ends_of_lines_and_blank_lines_mean_nothing(end):
     same(read(FORMS['csv'].replace('\n', end))[0])
 
 
+def test_a_comma_in_one_line_separates_nothing():
+    table = lines('a alpha d theta', lambda i, a, al, d: f'{a!r} {al} {d!r} q{i}')
+    (told,) = faults(table.replace('0.4318 0 ', '0,4318 0 ', 1))
+    assert told.startswith("dh.txt:3: row 2, column a: '0,4318': write it with a point")
+
+
 def test_a_matrix_is_read_with_columns():
     rows = [f'0 {d!r} {a!r} {al}' for a, al, d in PUMA]
     matlab = '; '.join(rows)
