@@ -260,3 +260,25 @@ def test_it_stops_no_earlier_than_it_must():
     (slowed,) = np.nonzero(shares < 1.0)
     must = 0.03 + 1.5 * 0.05 + 1.5**2 / (2 * 6.0)
     assert ways[slowed[0], 1] == pytest.approx(must, abs=2 * 1.5 * STEP)
+
+
+@pytest.mark.parametrize('name', LOOPED)
+def test_an_arm_with_closed_loops_stops_where_they_still_close(name):
+    description = robot_of(name).description
+    joints = tuple(dataclasses.replace(one, acceleration=6.0) for one in description.joints)
+    robot = build_robot(dataclasses.replace(description, joints=joints))
+    random, tried = np.random.default_rng(3), 0
+    for q in calm_poses(robot, 30)[:30]:
+        command = random.normal(size=robot.dof)
+        command /= np.max(np.abs(command))
+        if ks.scale(robot, q, command, horizon=0.05).value < 1.0:
+            continue
+        ways, _ = driven(robot, q, command, 0.6)
+        assert np.all(ways >= robot.limits[:, 0] - 1e-9)
+        assert np.all(ways <= robot.limits[:, 1] + 1e-9)
+        distances = ks.singularity(robot, ways).distance
+        assert np.min(distances) >= min(distances[0], robot.thresholds.stop) - FOUND
+        tried += 1
+        if tried == 4:
+            return
+    assert tried
