@@ -4,6 +4,7 @@ HEARD_TOPICS = {
     'joint_states': 'the joints of the arm, by name; every message that is accepted is answered',
     '~/target_pose': 'a pose to reach; answered on `~/ik/joint_states` and `~/ik/solutions`',
     '~/target_twist': 'a twist to follow; answered on `~/ik/joint_velocity`',
+    '~/command': 'joint velocities that are asked for, by name; each is answered on `~/scale`',
     '~/reference_pose': "the tool's pose from elsewhere, compared in the status `frames` on "
     '`/diagnostics`',
 }
@@ -45,6 +46,13 @@ TOPICS = {
     'every limit',
     '~/ik/status': 'one for each target: OK, WARN (a twist is followed in part), ERROR (refused, '
     'unreachable) and the reason',
+    '~/scale': 'for a command: the share of it that may be kept now, 0 to 1; it falls at once and '
+    'rises by `scale.rise`; 0 where the joint positions are not known; no safety function',
+    '~/scale_reason': 'when it changes: OK, WARN (slowed), ERROR (stopped) or STALE (refused), '
+    'and the cause with joint or point, margin and time left; a node that starts late gets the '
+    'last one',
+    '~/servo_status': 'the same as a code of MoveIt Servo: 0 nothing, 1 slowed and 2 stopped '
+    'before a singularity, 6 a limit of position, -1 refused',
     '/diagnostics': 'once a second: input rate, age, messages by what became of them, missing '
     'joints, publishers; beside it `frames`, `velocities` and `wrench`, where there '
     'is something to say of them',

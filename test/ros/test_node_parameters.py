@@ -311,8 +311,10 @@ def test_a_parameter_takes_effect_at_run_time(arm, name):
 
 def test_every_parameter_takes_effect_somewhere():
     names = {parameter.name for parameter in PARAMETERS}
-    # Those have tests of their own below.
-    assert set(TAKES_EFFECT) == names - {'publish_tf', 'ik.default_speed', 'ik.horizon'}
+    # Those have tests of their own, below and beside `~/scale`.
+    own = {'publish_tf', 'ik.default_speed', 'ik.horizon'}
+    own |= {'scale.horizon', 'scale.rise', 'scale.reduced'}
+    assert set(TAKES_EFFECT) == names - own
 
 
 def test_a_parameter_has_its_own_default_again_after_a_change_back(arm):

@@ -21,7 +21,7 @@ from geometry_msgs.msg import (
 from rclpy.parameter import Parameter
 from ros_harness import BEST_EFFORT, LATCHED, STEP, level_of, nanoseconds, values_of
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, Float64MultiArray
+from std_msgs.msg import Float64, Float64MultiArray, Int8
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
@@ -98,6 +98,9 @@ def test_topics_and_services_are_those_of_the_contract(arm):
     expected['/kinematics/ik/solutions'] = Float64MultiArray
     expected['/kinematics/ik/joint_velocity'] = JointState
     expected['/kinematics/ik/status'] = DiagnosticStatus
+    expected['/kinematics/scale'] = Float64
+    expected['/kinematics/scale_reason'] = DiagnosticStatus
+    expected['/kinematics/servo_status'] = Int8
     for name, kind in expected.items():
         package, _, _ = kind.__module__.partition('.')
         assert topics.pop(name) == [f'{package}/msg/{kind.__name__}']
@@ -106,6 +109,7 @@ def test_topics_and_services_are_those_of_the_contract(arm):
     assert listens['/joint_states'] == ['sensor_msgs/msg/JointState']
     assert listens['/kinematics/target_pose'] == ['geometry_msgs/msg/PoseStamped']
     assert listens['/kinematics/target_twist'] == ['geometry_msgs/msg/TwistStamped']
+    assert listens['/kinematics/command'] == ['sensor_msgs/msg/JointState']
     services = dict(one.node.get_service_names_and_types_by_node('kinematics', '/'))
     for name in ('describe', 'reload', 'wrench/zero'):
         assert services[f'/kinematics/{name}'] == ['std_srvs/srv/Trigger']

@@ -68,9 +68,10 @@ WARNING_QOS = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 DIAGNOSTICS_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-# Each pose is a request that gets its answer; only the newest twist is still valid.
+# Each pose is a request that gets its answer; only the newest twist, and command, is still valid.
 TARGET_POSE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 TARGET_TWIST_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+COMMAND_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 # As of a node's parameter services: a busy node keeps more requests than ROS's ten.
 SERVICE_QOS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 
@@ -93,6 +94,8 @@ WRENCH_ZERO = '~/wrench/zero'
 RELOAD = '~/reload'
 TARGET_POSE, TARGET_TWIST = '~/target_pose', '~/target_twist'
 REFERENCE_POSE = '~/reference_pose'
+COMMAND, SCALE = '~/command', '~/scale'
+SCALE_REASON, SERVO_STATUS = '~/scale_reason', '~/servo_status'
 ROBOT_DESCRIPTION = 'robot_description'
 IK_JOINT_STATES, IK_SOLUTIONS = '~/ik/joint_states', '~/ik/solutions'
 IK_JOINT_VELOCITY, IK_STATUS = '~/ik/joint_velocity', '~/ik/status'

@@ -31,6 +31,7 @@ from .recent_motion import RecentMotion
 from .reference import Reference
 from .reload import Reload
 from .robot_description import DescriptionPublisher
+from .scaling import Scaling
 from .stamp_grid import StampGrid
 from .steady_time import Throttle, steady_timer
 from .targets import Targets
@@ -136,6 +137,7 @@ class KinematicsNode(Node):
         self._description = DescriptionPublisher(self, self.settings)
         self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
         self._targets = Targets(self, self.settings, self._present)
+        self._scaling = Scaling(self, self.settings, self._present)
         self._input = Input(self, topic, transport, self._on_sample, self._on_bytes, self._refuse)
         self.create_service(Trigger, DESCRIBE, self._describe, qos_profile=SERVICE_QOS)
 
@@ -359,6 +361,7 @@ class KinematicsNode(Node):
         self._outputs.configure(settings)
         self._description.configure(settings)
         self._targets.configure(settings)
+        self._scaling.configure(settings)
         if not moves_alike:
             self._reference.forget()
             self._recent.forget()
@@ -371,6 +374,7 @@ class KinematicsNode(Node):
 
     def _describe(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         heard, told = self._targets.topics
+        command, scales = self._scaling.topics
         response.success = True
         response.message = json.dumps(
             description_of(
@@ -381,8 +385,9 @@ class KinematicsNode(Node):
                     self._warning.topic_name,
                     self._health.topic_name,
                     *told,
+                    *scales,
                 ],
-                heard,
+                [*heard, command],
             )
         )
         return response

@@ -72,6 +72,12 @@ class NodeSettings:
         How target twists become joint velocities.
     reference
         How far poses of a second source may be off.
+    scale_horizon : s
+        Reaction time of what is slowed.
+    scale_rise : 1/s
+        How fast the scale may rise.
+    scale_reduced
+        Whether reduced speeds hold.
     points
         For each point with topics of its own the settings whose tool frame it is.
     of
@@ -95,6 +101,9 @@ class NodeSettings:
     target_timeout: int
     servo: ServoSettings
     reference: ReferenceLimits
+    scale_horizon: float
+    scale_rise: float
+    scale_reduced: bool
     points: Mapping[str, 'NodeSettings']
     of: str = TOOL
 
@@ -196,6 +205,9 @@ def settings_from(
         target_timeout=round(values['ik.target_timeout'] * 1e9),
         servo=_servo(values, rows, judged),
         reference=_reference(values),
+        scale_horizon=values['scale.horizon'],
+        scale_rise=values['scale.rise'],
+        scale_reduced=_reduced(values, judged),
         points={},
     )
     return replace(settings, points=_points(points, robot, settings))
@@ -279,6 +291,13 @@ def _reference(values: Mapping[str, Any]) -> ReferenceLimits:
             name = f'reference.{what}_stop'
             raise _refuse(name, stop, f'at least reference.{what}_warn, {warn:g}')
     return limits
+
+
+def _reduced(values: Mapping[str, Any], robot: Robot) -> bool:
+    limits = robot.description.speed_limits
+    if values['scale.reduced'] and not any(math.isfinite(one.reduced) for one in limits):
+        raise _refuse('scale.reduced', True, f'{robot.name} has no speed_limits with reduced')
+    return bool(values['scale.reduced'])
 
 
 def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> ServoSettings:

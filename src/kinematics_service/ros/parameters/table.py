@@ -135,6 +135,15 @@ PARAMETERS = (
         'Publish a URDF made from the table on robot_description.',
     ),
     Parameter(
+        'scale.horizon',
+        0.1,
+        'Reaction time of what is slowed by `~/scale`, in s: not less than the time until the '
+        'next command.',
+        range=(1e-3, 10.0),
+    ),
+    Parameter('scale.rise', 2.0, 'How fast `~/scale` may rise, 1/s.', range=(1e-3, 1e6)),
+    Parameter('scale.reduced', False, "Whether the robot file's `reduced` speeds hold."),
+    Parameter(
         'singularity.measure', 'distance', ('Measure that the warning watches.'), tuple(MEASURES)
     ),
     Parameter(
