@@ -349,6 +349,23 @@ def test_nothing_is_called_decided_that_is_not():
     assert not np.any(many.clearance)
 
 
+@pytest.mark.parametrize(
+    'q', [[1.256, 0.049, -0.069], [0.942, 1.107, 0.217], [0.82, -0.55, -0.177]]
+)
+def test_where_a_closed_arm_has_none_found_no_number_is_given(q):
+    # The first order says 0.38, 0.42 and 0.78 rad; along 400 rays the nearest is 0.89 rad away.
+    robot = ks.load_robot('flexpicker')
+    in_order = singularity_of(
+        measured_in_order(ks.evaluate(robot, [q]), kernel.NearestSearch(robot.arm))
+    )
+    for found in (ks.singularity(robot, q), ks.singularity(robot, [q]), in_order):
+        assert found.distance == 1.0
+        assert found.distance_unknown
+        assert not found.distance_at_least
+        assert not found.decided
+    assert flat_loop(robot, ks.singularity(robot, q)) == ''
+
+
 def rays(n):
     """Directions of joint motion, evenly spread."""
     if n == 1:

@@ -12,6 +12,7 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat
 from ..loops import closed_pass, closing
 from ..measures import gradient, singularity
+from . import singular_equations
 from .arm import Arm
 
 # Beyond so many rad (a prismatic joint's divided by the length) nothing is looked for, and of what
@@ -120,13 +121,6 @@ def _start(arm: Arm, begin: Flat, d: Flat, row: Flat) -> None:
         d[j] = 0.0
 
 
-def _length(d: Flat, n: int) -> float:
-    squares = 0.0
-    for j in range(n):
-        squares += d[j] * d[j]
-    return math.sqrt(squares)
-
-
 def _write_step(
     n: int, value: float, slope: Flat, d: Flat, slides: bool, most: float, step: Flat
 ) -> float:
@@ -141,11 +135,11 @@ def _write_step(
         return places.INFINITY
     for j in range(n):
         step[j] = slope[j] * along / squares - d[j] if slides else 0.0
-    slide, onto = _length(step, n), abs(value) / math.sqrt(squares)
+    slide, onto = singular_equations.length_of(step, n), abs(value) / math.sqrt(squares)
     share = most * onto / slide if slide > most * onto else 1.0
     for j in range(n):
         step[j] = share * step[j] - slope[j] * value / squares
-    return _length(step, n)
+    return singular_equations.length_of(step, n)
 
 
 def _run_to_arm(arm: Arm, q: Flat, begin: Flat, best: float, d: Flat, work: Flat) -> float:
@@ -163,7 +157,7 @@ def _run_to_arm(arm: Arm, q: Flat, begin: Flat, best: float, d: Flat, work: Flat
     for turn in range(STEPS):
         value = _write_least(arm, row, slope, free)
         arrived = value <= SINGULAR * arm.reach
-        length = _length(d, n)
+        length = singular_equations.length_of(d, n)
         moved = _write_step(n, value, slope, d, turn < STEPS - LAST_STEPS, places.INFINITY, step)
         if turn == 0:
             d[n] = moved
@@ -192,15 +186,15 @@ def _run_to_flat(arm: Arm, q: Flat, begin: Flat, k: int, d: Flat, work: Flat) ->
     before, gone, reach = places.INFINITY, 0.0, 1.0
     for turn in range(STEPS):
         value = _write_half(arm, row, k, slope, free)
-        length = _length(d, n)
+        length = singular_equations.length_of(d, n)
         moved = _write_step(n, value, slope, d, turn < STEPS - LAST_STEPS, 1.0, step)
         if not moved < places.INFINITY or length > 1.5 * HORIZON:
             return places.INFINITY
-        onto = abs(value) / _length(slope, n)
+        onto = abs(value) / singular_equations.length_of(slope, n)
         if onto <= FLAT and (moved <= NEXT_STEP * length + 2.0 * onto or turn == STEPS - 1):
             for j in range(n):
                 d[j] += step[j]
-            return _length(d, n)
+            return singular_equations.length_of(d, n)
         if turn > 0:
             reach = 2.0 if before - onto < EVEN * gone else 1.0
         share = reach * (SHARE if reach * onto <= STRAIGHT else THIRD)

@@ -93,14 +93,10 @@ class NearestSearch:
     ----------
     budget
         Evaluations of the arm at most, of one pose.
-    horizon
-        Beyond this distance nothing is looked for, rad.
-    estimate
-        Of first order, the least of all, rad.
     distance
         To the pose that was found, rad; infinite where none was.
-    ran, complete
-        Whether a search was needed, and whether all its starts were tried.
+    complete
+        Whether all starts of the search were tried, or none was needed.
     evaluations
         How many there were.
     lasting
@@ -113,17 +109,13 @@ class NearestSearch:
     evaluations: int
     n: int
     count: int
-    horizon: Public[float]
-    estimate: float
     distance: float
     lasting: float
     free: float
-    ran: bool
     complete: bool
     by_product: float
     by_least: float
     by_quadric: float
-    smallest: float
     second: float
     slope: float
     missed: float
@@ -147,10 +139,9 @@ class NearestSearch:
         self.budget: Public[int] = THOROUGH * ENOUGH if thorough else ENOUGH
         self.n, self.count = arm.chain.dof, self.equations.count
         self.pencil: SingularPencil = SingularPencil(self.n, self.count)
-        self.horizon, self.estimate, self.distance = HORIZON, places.PI, places.INFINITY
-        self.ran, self.complete, self.evaluations = False, True, 0
+        self.distance, self.complete, self.evaluations = places.INFINITY, True, 0
         self.by_product, self.by_least, self.by_quadric = 0.0, 0.0, 0.0
-        self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
+        self.second, self.slope = 0.0, 0.0
         self.free, self.lasting = 0.0, -1.0
         self.standing, self.stands_for, self.missed = False, -1, places.INFINITY
         self.known: int = 0
@@ -205,8 +196,8 @@ class NearestSearch:
             The distance by the product of the singular values, or by the factors, rad.
         """
         n, k = self.n, self.arm.task.generic_rank
-        self.ran, self.complete, self.evaluations = False, True, 0
-        self.estimate, self.by_product, self.free = first_order, first_order, first_order
+        self.complete, self.evaluations = True, 0
+        self.by_product, self.free = first_order, first_order
         self.missed, self.settled = places.INFINITY, False
         if not (self.lasting >= 0.0 and self._moved_from(self.searched, q) <= KNOWN):
             self.known = 0
@@ -218,9 +209,8 @@ class NearestSearch:
         self.lasting = -1.0
         if measures[places.RANK] < k:
             self._stand_at(q)
-            self.distance = 0.0
+            self.distance, self.complete = 0.0, True
             return
-        self.ran = True
         if self.arm.factors_complete:
             self._look_at_factors()
             self.settled = True
@@ -230,7 +220,7 @@ class NearestSearch:
             self.here.take(row, W, sigma)
             self._estimate(sigma)
             self.settled = self._search()
-        self.lasting = FOLLOWED * min(self.distance, self.horizon)
+        self.lasting = FOLLOWED * min(self.distance, HORIZON)
 
     def forget(self) -> None:
         """Let the next search begin with nothing that the last one found."""
@@ -239,7 +229,7 @@ class NearestSearch:
     def hold(self, q: Flat, pose: Flat, away: float, is_decided: bool) -> None:
         """Hold what was found from q (n,) in another way, while the joints move little."""
         self.distance, self.complete = away, is_decided
-        self.lasting = HELD * min(away, self.horizon)
+        self.lasting = HELD * min(away, HORIZON)
         for j in range(self.n):
             self.searched[j], self.poses[j] = q[j], pose[j]
 
@@ -385,17 +375,17 @@ class NearestSearch:
         self.by_least = self.here.write_step_onto(self.first)
         if not self.here.are_fulfilled(self.first):
             self.by_least = places.INFINITY
-        self.smallest = sigma[k - 1]
+        smallest = sigma[k - 1]
         self.second = sigma[k - 2] if k > 1 else places.INFINITY
         self.quadric.stand_at(self.here)
         self.by_quadric = self.quadric.write_nearest(False, self.curved)
-        self.estimate = min(self.by_product, min(self.by_least, self.by_quadric))
+        estimate = min(self.by_product, min(self.by_least, self.by_quadric))
         # Nearer than this neither they nor the second order see a singular pose: the least
         # singular value falls by slope r + reach r^2 / 2 at most, or so.
-        self.slope = self.smallest / self.by_least if self.by_least > 0.0 else 0.0
+        self.slope = smallest / self.by_least if self.by_least > 0.0 else 0.0
         reach = self.arm.reach
-        falls = math.sqrt(self.slope * self.slope + 2.0 * reach * self.smallest) - self.slope
-        self.free = min(self.estimate, falls / reach)
+        falls = math.sqrt(self.slope * self.slope + 2.0 * reach * smallest) - self.slope
+        self.free = min(estimate, falls / reach)
 
     def _search(self) -> bool:
         # From one start after the other, until what is found agrees with the first order; returns
@@ -434,7 +424,7 @@ class NearestSearch:
     def _run_from_known_poses(self, most: int, spread: float, times: float) -> None:
         # From those poses of the atlas that promise to be nearest.
         n = self.n
-        near = min(self.distance, self.horizon)
+        near = min(self.distance, HORIZON)
         count: int = self._pick_charts(0, min(near + spread, times * near), most)
         for k in range(count):
             if self.scores[k] > self.wide * self.distance:
@@ -449,7 +439,7 @@ class NearestSearch:
         # Those of a set that promise nothing farther than what was found; returns their number.
         for j in range(self.n):
             self.wrapped[j] = self.origin[j] / self.arm.task.column_scale[j]
-        promise = self.wide * min(self.distance, self.horizon)
+        promise = self.wide * min(self.distance, HORIZON)
         return self.atlas.nearest(
             f, self.wrapped, radius, promise, most, self.picked, self.scores, self.away
         )
@@ -473,7 +463,7 @@ class NearestSearch:
                 self.d[j] = 0.0
             if self.atlas.dimension(f) > 0:
                 self._go_to_zero(f)
-            near = min(self.distance, self.horizon)
+            near = min(self.distance, HORIZON)
             count: int = self._pick_charts(f, near + ZEROS_APART, ZEROS)
             for k in range(count):
                 if self.scores[k] > WIDE * self.distance:
@@ -494,7 +484,7 @@ class NearestSearch:
 
     def _go_to_zero(self, f: int) -> None:
         # From d to the nearest zero of a factor; keeps it where it is nearer than what was found.
-        farthest = min(WIDE * self.distance, 1.2 * self.horizon)
+        farthest = min(WIDE * self.distance, 1.2 * HORIZON)
         if factor_zeros.go(
             self.arm.tape, f, self.arm.task, self.origin, self.d, farthest, self.onto, self.tape
         ):
@@ -510,7 +500,7 @@ class NearestSearch:
 
     def is_near(self) -> bool:
         """Return whether one was found that is not beyond the horizon."""
-        return self.distance <= self.horizon
+        return self.distance <= HORIZON
 
     def is_decided(self) -> bool:
         """
@@ -519,7 +509,7 @@ class NearestSearch:
         False where the budget ended, or where one that is nearer than what was found is not
         excluded.
         """
-        return not self.ran or self.complete and not self.not_excluded() < self.distance
+        return self.complete and not self.not_excluded() < self.distance
 
     def not_excluded(self) -> float:
         """
@@ -590,7 +580,7 @@ class NearestSearch:
                 for j in range(n):
                     self.reached[j] = self.d[j]
                 enough = NO_GAIN if steps == STEPS else NO_GAIN_FOLLOWED
-                if gain < enough * away or away > 2.0 * self.horizon:
+                if gain < enough * away or away > 2.0 * HORIZON:
                     break
             elif self._promise(left, away, nearest) > self.wide * self.distance:
                 break  # it is on its way to one that is farther than what was found
@@ -636,7 +626,7 @@ class NearestSearch:
 
     def _run_from_second_order(self, other: bool) -> None:
         # From the point of the quadric that is nearest, or from the one on its other side.
-        if not (self.by_quadric < 1.2 * self.distance and self.by_quadric < 2.0 * self.horizon):
+        if not (self.by_quadric < 1.2 * self.distance and self.by_quadric < 2.0 * HORIZON):
             return
         point = self.curved
         length = self.quadric.write_nearest(True, point) if other else self.by_quadric
@@ -650,7 +640,7 @@ class NearestSearch:
         if not self.arm.task.generic_rank > 1:
             return
         self.pencil.stand_at(self.here, self.along)
-        farthest = BETWEEN * min(self.distance, self.horizon)
+        farthest = BETWEEN * min(self.distance, HORIZON)
         for angle in range(self.pencil.angles):
             if self.pencil.is_shortest(angle) and self.pencil.lengths[angle] < farthest:
                 length = self.pencil.write_motion(angle, self.along)
