@@ -230,6 +230,23 @@ def test_damping_and_velocity_grow_smoothly_towards_a_singularity():
     assert np.max(jumps) < 0.01
 
 
+@pytest.mark.parametrize('angle', [0.005, 0.01, 0.03, 0.045])
+def test_near_a_singular_pose_it_is_least_squares_damped_by_direction(angle):
+    # Each singular value s below a bound b has the damping d^2 (1 - (s / b)^2).
+    robot = ks.load_robot('ur5e')
+    q = np.array([0.3, -1.0, 1.0, 0.2, angle, 1.0])
+    twist = 1e-3 * np.array([0.4, -0.3, 0.5, 0.2, -0.6, 0.3])
+    step = joint_velocity(robot, q, twist)
+    U, sigma, Vt = np.linalg.svd(task_rows(robot, ks.jacobian(robot, q)))
+    share = sigma / (DEFAULTS.damped_below * robot.task.length)
+    assert share[-1] < 1.0 < share[-2]
+    damping = np.sqrt(np.maximum(0.0, 1.0 - share**2))
+    squares = (DEFAULTS.damping * robot.task.length * damping) ** 2
+    expected = Vt.T @ (sigma / (sigma**2 + squares) * (U.T @ task_rows(robot, twist)))
+    np.testing.assert_allclose(step.qdot, expected, rtol=0, atol=EXACT)
+    assert step.damping == pytest.approx(damping[-1], abs=EXACT)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize('name', [*BUNDLED, *RANDOM[::5]])
 @pytest.mark.parametrize('rate', RATES)
@@ -248,14 +265,15 @@ def test_no_position_limit_is_ever_crossed(name, rate):
             assert np.all(np.abs(step.qdot) <= velocity_limits(robot) * (1 + ROUND_OFF))
 
 
-def test_joints_that_are_free_make_up_for_one_at_its_limit():
+@pytest.mark.parametrize('left', [0.0, 0.002])
+def test_joints_that_are_free_make_up_for_one_at_its_limit(left):
     robot = ks.load_robot('panda')
-    q = np.array([robot.limits[0, 1], 0.3, -0.4, -1.8, 0.3, 1.9, 0.5])
+    q = np.array([robot.limits[0, 1] - left, 0.3, -0.4, -1.8, 0.3, 1.9, 0.5])
     twist = np.array([0.05, -0.04, 0.06, 0.05, 0.1, 0.1])
     twist *= np.sign(least_squares(robot, q, twist)[0])
     held = joint_velocity(robot, q, twist)
     assert held.held == ('panda_joint1',)
-    assert held.qdot[0] == 0.0
+    assert held.qdot[0] == pytest.approx(left / DEFAULTS.horizon)
     assert held.limited_by == ('position',)
     np.testing.assert_allclose(held.twist, twist, atol=EXACT)
 
