@@ -12,7 +12,11 @@ from calibrated import UR5, calibrated_ur5, with_errors
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.status_text import singularity_status
-from kinematics_service.kinematics.singularity import measured_in_order, singularity_of
+from kinematics_service.kinematics.singularity import (
+    measured_before,
+    measured_in_order,
+    singularity_of,
+)
 
 # What a search that ended says is singular: the least singular value as a share of the largest.
 SINGULAR = 2e-7
@@ -424,6 +428,9 @@ def test_where_none_is_found_and_it_is_not_decided_no_number_is_given():
         # The first order says that one is nearer than the warning.
         assert found.level == ks.Level.WARN
     assert 'not decided' in repr(ks.singularity(robot, q))
+    # What an audit keeps of it says the same.
+    kept = found.distance, found.nearest_singular, found.decided
+    assert singularity_of(measured_before(ks.evaluate(robot, [q]), *kept)).distance_unknown
     text = singularity_status(robot, ks.singularity(robot, q), ks.Level.WARN, 'base').sentence
     assert text.startswith('it is not decided whether a singularity is near')
     assert 'farther' not in text

@@ -379,9 +379,14 @@ def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolSta
     return state._replace(measures=measure_rates.searched(state, first, search))
 
 
-def measured_before(state: ToolState, distance: Floats, nearest_singular: Floats) -> ToolState:
-    """Return poses with their measures there, what a search had found (N,), (N, n) kept of it."""
-    return state._replace(measures=measure_rates.recalled(state, distance, nearest_singular))
+def measured_before(
+    state: ToolState, distance: Floats, nearest_singular: Floats, decided: npt.NDArray[np.bool_]
+) -> ToolState:
+    """
+    Return poses with their measures there, what a search had found (N,), (N, n), (N,) kept of it.
+    """
+    measures = measure_rates.recalled(state, distance, nearest_singular, decided)
+    return state._replace(measures=measures)
 
 
 def _measure(state: ToolState) -> Floats:

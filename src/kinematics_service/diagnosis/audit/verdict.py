@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
+import numpy as np
+
 from ...estimation.estimator import DROPPED, RESETS
 from ...robot.measures import MEASURES, Level
 from .auditing import Audit
@@ -95,7 +97,7 @@ def _away(audit: Audit) -> str:
     if audit.planned and audit.refused:
         which = f'the {judged_in_words(audit)} that could be judged'
     if audit.robot.thresholds.measure == 'distance':
-        undecided = audit.timeline.undecided
+        undecided = int(np.sum(~audit.timeline.decided[:]))
     if not undecided and not audit.robot.loop_names:
         return f'keeps away from singular poses at {which}'
     # How loops bend the arm is not known; and the nearest singular pose is not always found.

@@ -251,7 +251,12 @@ def _series(audit: Audit, rows: Times) -> dict[str, Any]:
     q, qdot, factors = timeline.q[rows], timeline.qdot[rows], timeline.factors[rows]
     state = evaluate(audit.robot, q, np.nan_to_num(qdot, nan=0.0))
     singularity = singularity_of(
-        measured_before(state, timeline.distance[rows], timeline.nearest_singular[rows])
+        measured_before(
+            state,
+            timeline.distance[rows],
+            timeline.nearest_singular[rows],
+            timeline.decided[rows],
+        )
     )
     moving = ~np.any(np.isnan(qdot), axis=1)
     signs = np.where(timeline.turned[rows], -1.0, 1.0)
