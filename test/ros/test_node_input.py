@@ -31,6 +31,7 @@ from sensor_msgs.msg import JointState
 from target_harness import Targets, twist_target
 
 import kinematics_service as ks
+from kinematics_service.ros.node.health import JOINT_STATES, why_no_joint_states
 
 ROUND_OFF = 1e-12
 Q = (0.3, -0.4, 1.2)
