@@ -29,7 +29,7 @@ ENOUGH = 500
 class Measured:
     """A virtual arm that moves, and poses of the true arm at the stamps of its joint states."""
 
-    def __init__(self, arm, poses=True):
+    def __init__(self, arm, poses):
         self.arm, self.with_poses = arm, poses
         self.peer = Peer()
         self.poses = self.peer.peer.create_publisher(
@@ -97,9 +97,17 @@ def live(ros_domain):
         one.popen.communicate()
 
 
+@pytest.fixture
+def measured(request, ros_domain):
+    """Return a moving arm, with poses unless a test asks for none."""
+    one = Measured(measured_arm('ur5e', 1), getattr(request, 'param', True))
+    yield one
+    # What logs say is decided by the first context of a process that is open.
+    one.peer.close()
+
+
 @pytest.mark.slow
-def test_a_running_robot_is_calibrated_and_ctrl_c_ends_the_collecting(live, tmp_path):
-    measured = Measured(measured_arm('ur5e', 1))
+def test_a_running_robot_is_calibrated_and_ctrl_c_ends_the_collecting(live, measured, tmp_path):
     output, document = tmp_path / 'mine.yaml', tmp_path / 'found.json'
     one = live(
         *('--robot', 'ur5e', '--live', 600, '--output', output, '--json', document, '--fix', 'lag')
@@ -139,8 +147,8 @@ def test_a_running_robot_is_calibrated_and_ctrl_c_ends_the_collecting(live, tmp_
 
 
 @pytest.mark.slow
-def test_the_time_ends_the_collecting_and_too_few_poses_are_a_sentence(live):
-    measured = Measured(measured_arm('ur5e', 1), poses=False)
+@pytest.mark.parametrize('measured', [False], indirect=True, ids=['no poses'])
+def test_the_time_ends_the_collecting_and_too_few_poses_are_a_sentence(live, measured):
     one = live('--robot', 'ur5e', '--live', 6)
     measured.peer.spin_until(lambda: measured.virtual.heard, 'listener', DEADLINE)
     measured.virtual.start()

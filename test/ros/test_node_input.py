@@ -7,6 +7,8 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
+from types import SimpleNamespace
+
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.node import Node
@@ -29,6 +31,7 @@ from sensor_msgs.msg import JointState
 from target_harness import Targets, twist_target
 
 import kinematics_service as ks
+from kinematics_service.ros.node.health import JOINT_STATES, why_no_joint_states
 
 ROUND_OFF = 1e-12
 Q = (0.3, -0.4, 1.2)
@@ -677,3 +680,18 @@ def test_positions_as_large_as_doubles_can_be_are_rejected(arm):
     assert len(one.poses) == 2
     assert one.counts()['rejected: position too large'] == '3'
     assert isinstance(joint_state([], ()), JointState)
+
+
+def test_a_topic_whose_publishers_are_silent_is_not_named_as_another_one():
+    driver = SimpleNamespace(node_name='driver', node_namespace='/')
+    node = SimpleNamespace(
+        count_publishers=lambda topic: 1,
+        get_name=lambda: 'kinematics',
+        get_namespace=lambda: '/',
+        get_topic_names_and_types=lambda: [('/joint_states', [JOINT_STATES])],
+        get_publishers_info_by_topic=lambda topic: [driver],
+    )
+    assert why_no_joint_states(node, '/joint_states') == (
+        'no joint state has come on /joint_states: its publishers are silent; '
+        'no other topic here has a publisher of joint states'
+    )
