@@ -15,6 +15,9 @@ import kinematics_service as ks
 
 ROBOT = 'ur5e'
 PATIENCE = 120.0
+# A reader that missed a message keeps the later ones until its publisher tells again what there is,
+# which Fast DDS does every 3 s.
+QUIET = 4.0
 
 # What floods: as a driver sends it, with the joints of ten thousand others, with a name of 1 MB.
 # The stamp is at the front of the serialized message, after its encapsulation.
@@ -74,11 +77,11 @@ class Client:
         self.until(lambda: False, seconds)
 
     def drain(self):
-        """Listen until no pose has come for a second: those of a flood wait in this client."""
+        """Listen until no pose has come for a while: those of a flood wait in this client."""
         end, heard = time.monotonic() + PATIENCE, -1
         while heard < len(self.poses) and time.monotonic() < end:
             heard = len(self.poses)
-            self.rest(1.0)
+            self.rest(QUIET)
 
     def ask(self):
         """Call a service; return the future of its answer."""
@@ -104,7 +107,7 @@ class Client:
         """Return how many of the poses are those of the joint states sent, and how many others."""
         self.poses.clear()
         stamps = self.send(number, publisher)
-        self.until(lambda: len(self.poses) >= number, 2.0)
+        self.until(lambda: len(self.poses) >= number, QUIET)
         self.rest(0.5)
         right = len(set(stamps) & set(self.poses))
         return right, len(self.poses) - right
