@@ -15,8 +15,8 @@ import kinematics_service as ks
 
 ROBOT = 'ur5e'
 PATIENCE = 120.0
-# A reader that missed a message keeps the later ones until its publisher tells again what there is,
-# which Fast DDS does every 3 s.
+# A reader that missed a message keeps the later ones until its publisher tells again what there
+# is, which Fast DDS does every 3 s.
 QUIET = 4.0
 
 # What floods: as a driver sends it, with the joints of ten thousand others, with a name of 1 MB.
