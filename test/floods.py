@@ -31,9 +31,12 @@ names += dict(small=[], joints=[f'joint_{{k}}' for k in range(9_994)], name=['x'
 rclpy.init()
 publisher = rclpy.create_node('flood').create_publisher(JointState, 'joint_states', 100)
 data = bytearray(serialize_message(JointState(name=names, position=[0.1] * len(names))))
-while True:
+while rclpy.ok():
     struct.pack_into('<iI', data, 4, *divmod(time.time_ns(), 1_000_000_000))
-    publisher.publish(bytes(data))
+    try:
+        publisher.publish(bytes(data))
+    except Exception:
+        break  # it was told to end
 """
 
 
@@ -130,7 +133,10 @@ def flooded(client, kind, publishers, seconds, meanwhile=lambda: None):
             client.rest(0.3)
             meanwhile()
     finally:
+        # Not killed: one that dies inside the middleware's shared memory can stop those that share
+        # it.
         for flood in floods:
-            flood.kill()
+            flood.terminate()
+        for flood in floods:
             flood.wait()
     return asked

@@ -691,7 +691,7 @@ def test_a_topic_whose_publishers_are_silent_is_not_named_as_another_one():
         get_topic_names_and_types=lambda: [('/joint_states', [JOINT_STATES])],
         get_publishers_info_by_topic=lambda topic: [driver],
     )
-    assert why_no_joint_states(node, '/joint_states') == (
+    assert why_no_joint_states(node, '/joint_states', 'joint_states') == (
         'no joint state has come on /joint_states: its publishers are silent; '
         'no other topic here has a publisher of joint states'
     )

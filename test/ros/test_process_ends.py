@@ -120,8 +120,11 @@ from std_msgs.msg import Empty
 parent = os.getppid()
 rclpy.init()
 publisher = rclpy.create_node('flood').create_publisher(Empty, 'flood', 50)
-while os.getppid() == parent:
-    publisher.publish(Empty())
+while os.getppid() == parent and rclpy.ok():
+    try:
+        publisher.publish(Empty())
+    except Exception:
+        break  # it was told to end
 """
 MESSAGES_OF_ANOTHER = f"""
     import os, signal, subprocess
@@ -139,7 +142,8 @@ MESSAGES_OF_ANOTHER = f"""
 
     threading.Thread(target=end, daemon=True).start()
     node.create_subscription(Empty, 'flood', slow, 50)
-    stop.then = lambda: (flood.kill(), spinner.interrupt())
+    # Not killed: one that dies inside the middleware's shared memory can stop those that share it.
+    stop.then = lambda: (flood.terminate(), flood.wait(), spinner.interrupt())
     flood = subprocess.Popen([sys.executable, '-c', {FLOOD!r}])
 """
 
