@@ -475,11 +475,9 @@ def test_an_error_of_our_own_at_a_parameter_is_a_refusal(arm, capfd, monkeypatch
     def broken(*arguments):
         raise ZeroDivisionError('made for the test')
 
-    monkeypatch.setattr('kinematics_service.ros.parameters.node_parameters.settings_from', broken)
-    request = SetParameters.Request(
-        parameters=[Parameter('publish_rate', value=7.0).to_parameter_msg()]
-    )
-    (result,) = one.call(SetParameters, '/kinematics/set_parameters', request).results
+    # Of this very node: another one of its name would answer a request as well.
+    monkeypatch.setitem(one.node._own._judge.__globals__, 'settings_from', broken)
+    result = change(one, publish_rate=7.0)
     assert not result.successful
     assert 'made for the test' in result.reason
     assert capfd.readouterr().err.count('made for the test') == 1
