@@ -124,6 +124,10 @@ def test_it_rises_at_its_rate_and_falls_at_once(arm, file):
     values = [controller.command((0.0, 1.0)) for _ in range(5)]
     assert values == sorted(values)
     assert 0.0 < values[0] < values[-1] < 0.5
+    # What only rises has no cause, and no limit is blamed for it.
+    one.spin_until(lambda: controller.reasons[-1].level == DiagnosticStatus.OK, 'reason')
+    assert controller.reasons[-1].message == 'the command may be kept; the scale rises to it'
+    assert 'cause' not in values_of(controller.reasons[-1])
     assert controller.command((0.0, -1.9)) == 0.0
 
 
@@ -164,7 +168,7 @@ def test_noise_at_a_threshold_is_no_chatter():
     for noise in random.normal(0.0, 0.004, 1_000_000).tolist():
         value, other = 0.95 + noise, 0.95 - noise
         found = SimpleNamespace(values=np.array([[value, other]]))
-        reason = Scaling._judged(scaling, found, min(value, other))
+        reason = Scaling._judged(scaling, found)
         changes += reason != scaling._reason
         scaling._reason = reason
     # The first sample, perhaps, and the first one below.

@@ -93,7 +93,7 @@ class Scaling:
             self._refuse(error)
             return
         value = self._smooth(float(found.value[0]))
-        reason = self._judged(found, value)
+        reason = self._judged(found)
         self._publish(value, _servo_code(found, reason))
         if reason != self._reason:
             self._reason = reason
@@ -122,16 +122,16 @@ class Scaling:
         self._last = value, now
         return value
 
-    def _judged(self, found: MotionScale, value: float) -> _Reason:
-        former = self._reason or _Reason(Level.OK)
-        level = Level.OK
+    def _judged(self, found: MotionScale) -> _Reason:
+        # Of what may be kept: what still rises to it has no cause.
+        former, values = self._reason or _Reason(Level.OK), found.values[0]
+        level, value = Level.OK, float(np.min(values))
         if value < STOPPED[former.level is Level.ERROR]:
             level = Level.ERROR
         elif value < SLOWED[former.level is not Level.OK]:
             level = Level.WARN
         if level is Level.OK:
             return _Reason(level)
-        values = found.values[0]
         k = int(np.argmin(values))
         if 0 <= former.k < len(values) and values[former.k] <= values[k] + OTHER_CAUSE:
             k = former.k
@@ -189,7 +189,8 @@ def _in_words(
     found: MotionScale, reason: _Reason, value: float
 ) -> tuple[str, tuple[tuple[str, str], ...]]:
     if reason.k < 0:
-        return 'the command may be kept', (('scale', f'{value:.3g}'),)
+        rising = '; the scale rises to it' if value < SLOWED[0] else ''
+        return f'the command may be kept{rising}', (('scale', f'{value:.3g}'),)
     cause, of, unit = found.constraints[reason.k]
     margin, left = (float(column[0][reason.k]) for column in (found.margins, found.times))
     what = f'{cause} of {of}' if of else cause
