@@ -136,6 +136,7 @@ def test_what_the_noise_of_velocities_makes_of_it_is_what_a_simulation_shows(tmp
         ends.append(found.state.q)
     scatter = np.std(ends, axis=0)
     # 200 draws tell a deviation to 5 %, three times that here.
-    assert one.integration.deviation == pytest.approx(scatter[0], rel=0.15)
+    assert one.integration.deviation(one.robot) == pytest.approx(scatter[0], rel=0.15)
     assert scatter[1] == pytest.approx(scatter[0] / 2, rel=0.3)
-    assert estimator().integration.deviation is None
+    silent = estimator()
+    assert silent.integration.deviation(silent.robot) is None

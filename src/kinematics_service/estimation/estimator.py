@@ -241,7 +241,7 @@ class Estimator:
         # Forms as the kernel takes them; None for a form whose messages make no state of this arm.
         self._forms: dict[JointStateForm, IncomingForm | None] = {}
         self.efforts = JointEfforts(self.robot.dof)
-        self.integration = Integration(self.robot)
+        self.integration = Integration(self.robot.dof)
         self._accelerations = JointAccelerations(
             self.robot.dof, settings.acceleration_window, settings.timeout
         )

@@ -16,32 +16,29 @@ class Integration:
 
     Parameters
     ----------
-    robot
-        The arm.
-
+    joints
+        Their number.
     """
 
-    def __init__(self, robot: Robot) -> None:
-        self._seconds = np.zeros(robot.dof)
-        self._squares = np.zeros(robot.dof)  # of the steps of time, summed
-        said = robot.description.uncertainty
-        self._noise = None if said is None else said.velocity_noise
+    def __init__(self, joints: int) -> None:
+        self._seconds = np.zeros(joints)
+        self._squares = np.zeros(joints)  # of the steps of time, summed
 
     @property
     def seconds(self) -> float:
         """Return the time counted on since positions were reported, where it is longest, s."""
         return float(self._seconds.max())
 
-    @property
-    def deviation(self) -> float | None:
+    def deviation(self, robot: Robot) -> float | None:
         """
         Return the largest standard deviation that has come of it, rad or m; None where the file of
         the arm does not say the noise of velocities.
         """
-        if self._noise is None:
+        said = robot.description.uncertainty
+        if said is None or said.velocity_noise is None:
             return None
         # Errors of messages add up as if they were independent, each over its step of time.
-        return float(np.max(np.array(self._noise) * np.sqrt(self._squares)))
+        return float(np.max(np.array(said.velocity_noise) * np.sqrt(self._squares)))
 
     def forget(self, joints: slice | Integers = slice(None)) -> None:
         """Begin at positions that a message has reported."""

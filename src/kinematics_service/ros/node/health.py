@@ -148,7 +148,7 @@ class Health:
             work=work,
             silent=self._silent(),
             integrated=estimator.integration.seconds,
-            deviation=estimator.integration.deviation,
+            deviation=estimator.integration.deviation(estimator.robot),
         )
         message = DiagnosticArray()
         message.header.stamp = node.get_clock().now().to_msg()
