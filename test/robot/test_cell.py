@@ -280,3 +280,22 @@ def test_speed_limits_are_those_of_what_moves(tmp_path):
     assert limits('cell:left/elbow') == {'tool': 0.2}
     # They are against the floor, and say nothing of the motion of one arm against another.
     assert limits('right:left') == {}
+
+
+@pytest.mark.parametrize(
+    'other', ['type: prismatic, limits: [0, 0.4]', 'type: revolute, limits: [0, 0.5]']
+)
+def test_a_common_joint_is_the_same_in_all_arms(tmp_path, other):
+    for name in ('left', 'right'):
+        (tmp_path / f'{name}.yaml').write_text(TORSO.format(name=name, alpha=0, theta=0))
+    text = (tmp_path / 'right.yaml').read_text()
+    text = text.replace('type: prismatic, limits: [0, 0.5]', other)
+    if 'revolute' in other:
+        text = text.replace('d: t2, theta: 0', 'd: 0, theta: t2')
+    (tmp_path / 'right.yaml').write_text(text)
+    file = tmp_path / 'cell.yaml'
+    file.write_text(
+        'cell: a\ncommon: [turn, lift]\narms: {l: {robot: left.yaml}, r: {robot: right.yaml}}'
+    )
+    with pytest.raises(RobotFileError, match=r"common\[1\]: 'lift' is not the same joint in all"):
+        ks.load_robot(file)

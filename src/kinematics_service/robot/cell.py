@@ -31,6 +31,7 @@ from .file.parts.description import (
     ShapeRow,
     SingularityDescription,
 )
+from .file.parts.joints import MAX_JOINTS
 from .file.parts.motions import pose_motion
 from .file.parts.points import POINT_NAME
 from .file.parts.quantities import Quantities
@@ -67,8 +68,6 @@ class Cell:
         The frame that their bases are given in.
     arms
         What each arm's file says, its base in that frame, its joints named as in messages.
-    common
-        Names of joints that belong to several arms, such as that of a torso.
     file
         The path as the user gave it.
     sha256
@@ -80,7 +79,6 @@ class Cell:
     name: str
     frame: str
     arms: Mapping[str, RobotDescription]
-    common: tuple[str, ...]
     file: str
     sha256: str
     parts: tuple[str, ...]
@@ -231,7 +229,6 @@ def read_cell(path: Path) -> Cell:
         entry.cell or '',
         frame,
         {name: arm.description for name, arm in arms.items()},
-        common,
         file,
         hashlib.sha256(text.encode()).hexdigest(),
         tuple(arm.file for arm in arms.values()),
@@ -292,6 +289,17 @@ def _check_names(
                 "joint_prefix of its own, or name the joint in 'common' if it moves both",
             )
     for index, name in enumerate(common):
+        theirs = [
+            replace(joint, variable='', unused=False)
+            for arm in arms.values()
+            for joint in arm.description.joints
+            if joint.name == name
+        ]
+        if any(one != theirs[0] for one in theirs):
+            report.fault(
+                ('common', index),
+                f'{quoted(name)} is not the same joint in all arms: type, limits or speeds differ',
+            )
         if sum(name in joints for joints in names.values()) < 2:
             known = ', '.join(sorted(set().union(*names.values())))
             report.fault(
@@ -373,6 +381,8 @@ def relative_motion(
     links = tuple(_links(chain))
     joints = {variables[one.name]: one for one in (*first.joints, *second.joints)}
     moving = moving_variables(first, links)
+    if len(moving) > MAX_JOINTS:
+        _refuse(first.file, f'{len(moving)} joints move the two arms (at most {MAX_JOINTS})')
     return replace(
         first,
         source='; '.join(dict.fromkeys(arm.source for arm in (first, second) if arm.source)),
