@@ -48,5 +48,9 @@ def plain_names(text: str) -> str:
 
 
 def counted(number: int, noun: str) -> str:
-    """Return a number with its noun, such as `1 joint` or `6 joints`."""
-    return f'{number} {noun}' if number == 1 else f'{number} {noun}s'
+    """Return a number with its noun: `1 joint`, `2 intervals`, `3 trajectories`, `4 branches`."""
+    if number == 1:
+        return f'1 {noun}'
+    if noun.endswith('y'):
+        return f'{number:,} {noun[:-1]}ies'
+    return f'{number:,} {noun}{"es" if noun.endswith("ch") else "s"}'

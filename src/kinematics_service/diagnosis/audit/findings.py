@@ -19,12 +19,3 @@ def seconds(time: float) -> str:
     if time < 3600.0:
         return f'{int(time // 60)} min {int(time % 60)} s'
     return f'{int(time // 3600)} h {int(time % 3600 // 60)} min'
-
-
-def count(number: int, noun: str) -> str:
-    """Return a number with its noun: `1 message`, `2 intervals`, `3 trajectories`."""
-    if number == 1:
-        return f'1 {noun}'
-    if noun.endswith('y'):
-        return f'{number:,} {noun[:-1]}ies'
-    return f'{number:,} {noun}{"es" if noun.endswith("ch") else "s"}'

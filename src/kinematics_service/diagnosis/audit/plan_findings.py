@@ -12,8 +12,9 @@ from ...kinematics.plans.verdicts import PlanMoment, PlanSingularity, PlanSpeed
 from ...kinematics.singularity import flat_loop, singularity
 from ...robot.measures import Level
 from ...robot.robot import Robot
+from ...typography import counted
 from .auditing import Audit
-from .findings import Finding, count, seconds
+from .findings import Finding, seconds
 
 # Sentences on trajectories of one file that are not proved; the rest are counted.
 MOST = 3
@@ -88,7 +89,7 @@ def _singular(audit: Audit) -> list[Finding]:
     sentences = [_not_proved(audit.robot, _where(audit, k), one) for k, one in open_[:MOST]]
     if len(open_) > MOST:
         level = Level.ERROR if open_[MOST][1].verdict == 'refuted' else Level.WARN
-        more = count(len(open_) - MOST, 'trajectory')
+        more = counted(len(open_) - MOST, 'trajectory')
         sentences.append(Finding(level, f'{more} more are refuted or not decided.'))
     if not open_:
         least = min(found.values(), key=lambda one: one.lower)
@@ -130,7 +131,7 @@ def _not_proved(robot: Robot, where: str, found: PlanSingularity) -> Finding:
         nearest = f'the nearest found is {rounded_up(found.upper)} rad away'
     return Finding(
         Level.WARN,
-        f'{where}Not decided in {count(len(found.undecided), "interval")} ({span}), the first '
+        f'{where}Not decided in {counted(len(found.undecided), "interval")} ({span}), the first '
         f'from {begin:.3f} to {end:.3f} s: there it is neither proved that the plan keeps {asked} '
         f'from every singular pose (proved: {rounded_down(found.lower)}) nor refuted ({nearest}).',
     )

@@ -7,8 +7,9 @@ import numpy as np
 
 from ...estimation.estimator import DROPPED, RESETS
 from ...robot.measures import MEASURES, Level
+from ...typography import counted
 from .auditing import Audit
-from .findings import Finding, count, seconds
+from .findings import Finding, seconds
 from .frames import NotCompared
 from .intervals import watched_values
 from .joints import look_like_degrees
@@ -57,12 +58,12 @@ def _unjudged(audit: Audit) -> int:
 def _unjudged_share(audit: Audit) -> str:
     refused, total = _unjudged(audit), audit.stream.messages
     noun = 'sample' if audit.planned else 'message'
-    return f'{refused:,} of {count(total, noun)} ({100.0 * refused / total:.3g} %)'
+    return f'{refused:,} of {counted(total, noun)} ({100.0 * refused / total:.3g} %)'
 
 
 def judged_in_words(audit: Audit) -> str:
     """Return the number of states that were judged: `2,001 samples`, `1 joint state`."""
-    return count(len(audit.timeline), 'sample' if audit.planned else 'joint state')
+    return counted(len(audit.timeline), 'sample' if audit.planned else 'joint state')
 
 
 def _in_doubt(audit: Audit) -> bool:
@@ -125,7 +126,7 @@ def _singular_poses(audit: Audit) -> Finding:
     names = dict.fromkeys([interval.factor, *(one.name for one in interval.factors)])
     named = f' ({", ".join(names)})' if interval.factor else ''
     where = (
-        f'{count(len(audit.intervals), "interval")} near it, {seconds(near)} of {seconds(total)}'
+        f'{counted(len(audit.intervals), "interval")} near it, {seconds(near)} of {seconds(total)}'
     )
     how = 'too close to' if level == Level.ERROR else 'near'
     text = f'{who} comes {how} a singularity{named}'
@@ -203,18 +204,18 @@ def _messages(audit: Audit) -> Iterator[Finding]:
     refused = audit.refused
     dropped = refused.pop(DROPPED, 0)
     if refused:
-        number = count(sum(refused.values()), 'message')
+        number = counted(sum(refused.values()), 'message')
         level = Level.WARN if _in_doubt(audit) else Level.OK
         yield Finding(level, f'{number} made no new state: {_reasons(refused)}.')
     if dropped:
         stream = audit.stream
-        text = f'{count(dropped, "message")} dropped because the stamp is not newer'
+        text = f'{counted(dropped, "message")} dropped because the stamp is not newer'
         if stream.identical:
             text += f' ({stream.identical:,} of them plain repetitions)'
         yield Finding(Level.WARN, f'{text}.')
     if resets := audit.counts.get(RESETS, 0):
         step = seconds(audit.stream.largest_step_back)
-        text = f'The stamps jump back {count(resets, "time")}, by up to {step}'
+        text = f'The stamps jump back {counted(resets, "time")}, by up to {step}'
         yield Finding(Level.WARN, f'{text}: the state started again.')
 
 
@@ -223,13 +224,13 @@ def _stream(audit: Audit) -> Iterator[Finding]:
     if stream.gap_count:
         longest = seconds(max(gap.seconds for gap in stream.gaps))
         usual = f'{1e3 * stream.median_interval:.3g} ms'
-        text = f'{count(stream.gap_count, "gap")} in the stamps, the longest of {longest}'
+        text = f'{counted(stream.gap_count, "gap")} in the stamps, the longest of {longest}'
         yield Finding(Level.WARN, f'{text} (usual interval {usual}).')
     if stream.unstamped:
-        text = f'{count(stream.unstamped, "message")} without stamp'
+        text = f'{counted(stream.unstamped, "message")} without stamp'
         yield Finding(Level.WARN, f'{text}: the time of recording is used instead.')
     if stream.changes_of_order:
-        changes = count(stream.changes_of_order, 'time')
+        changes = counted(stream.changes_of_order, 'time')
         text = f'The joints come in {len(stream.orders)} different orders, changing {changes}'
         yield Finding(Level.WARN, f'{text}; they were matched by name.')
 
@@ -245,6 +246,6 @@ def _jumps(audit: Audit) -> Iterator[Finding]:
     if audit.jump_count:
         jump = audit.jumps[0]
         at = seconds(float(audit.timeline.t[jump.row]))
-        jumps = f'{count(audit.jump_count, "jump")} of a joint that its speed does not explain'
+        jumps = f'{counted(audit.jump_count, "jump")} of a joint that its speed does not explain'
         first = f'the first of {jump.joint} by {jump.step:+.3g} at {at}'
         yield Finding(Level.WARN, f'{jumps}, {first}.')

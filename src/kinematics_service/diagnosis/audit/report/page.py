@@ -13,9 +13,10 @@ from html import escape
 from ....estimation.estimator import ACCEPTED
 from ....page import MOST, TableColumn, document, more_of, resource, table, table_of
 from ....robot.measures import MEASURES
+from ....typography import counted
 from ....version import __version__
 from ..auditing import Audit
-from ..findings import count, seconds
+from ..findings import seconds
 from ..intervals import Interval
 from ..joints import JointReport
 from ..reported_velocities import VelocityCheck
@@ -47,7 +48,7 @@ def page_of(audit: Audit, origin: Provenance | None = None) -> str:
 def _introduction(audit: Audit) -> str:
     robot, stream = audit.robot, audit.stream
     rate = f', {stream.rate:.4g} messages a second' if stream.rate and not audit.planned else ''
-    what = count(stream.messages, 'sample' if audit.planned else 'message')
+    what = counted(stream.messages, 'sample' if audit.planned else 'message')
     return (
         f'<p class="soft">{escape(audit.what)}, {escape(audit.topic)}: {what} over '
         f'{seconds(audit.timeline.end)}{rate}. Robot {escape(robot.name)}, '

@@ -6,8 +6,9 @@ from rich.text import Text
 
 from ....printing import Output, heading, plain, table
 from ....robot.measures import Level
+from ....typography import counted
 from ..auditing import Audit
-from ..findings import Finding, count, seconds
+from ..findings import Finding, seconds
 from ..verdict import verdict_of
 
 STYLES = {Level.OK: 'green', Level.WARN: 'yellow', Level.ERROR: 'red'}
@@ -27,7 +28,7 @@ def summary_of(audit: Audit) -> Summary:
     """Return the printed part of an audit, small enough to send between processes."""
     noun = 'sample' if audit.planned else 'message'
     return Summary(
-        f'{audit.file}: {audit.what}, {count(audit.stream.messages, noun)} over '
+        f'{audit.file}: {audit.what}, {counted(audit.stream.messages, noun)} over '
         f'{seconds(audit.timeline.end)}, {audit.robot.name}',
         verdict_of(audit).sentences,
         tuple(
