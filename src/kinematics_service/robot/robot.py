@@ -12,7 +12,7 @@ from ..errors import Fault, KinematicsError, PointError, RobotFileError
 from ..kernel import Arm, Chain, Floats
 from ..notebook import as_html
 from ..typography import counted
-from .bundled import RobotSource, find_robot
+from .bundled import RobotSource, bundled_robots, find_robot
 from .cell import read_robot
 from .chain import FrozenArrays
 from .closed_poses import closed_poses
@@ -352,6 +352,8 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
     """
     Return the robot of a YAML file, a URDF or a cell, or a bundled one by its name.
 
+    A bundled robot is read once, a file each time.
+
     Parameters
     ----------
     name
@@ -370,7 +372,10 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
     UrdfError
         The URDF holds no such chain, or a joint that no robot file can express.
     """
-    return build_robot(read_robot(find_robot(name)))
+    source = find_robot(name)
+    if os.fspath(name) in bundled_robots():
+        return _robot_of(source, *_state_of(source.file))
+    return build_robot(read_robot(source))
 
 
 # What every function of the library takes for an arm: a robot, a bundled name or a file's path.
@@ -412,7 +417,7 @@ def _state_of(file: str | os.PathLike[str]) -> tuple[int, int, int]:
     return state.st_mtime_ns, state.st_size, state.st_ino
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=64)
 def _robot_of(source: RobotSource, *_state: int) -> Robot:
     return build_robot(read_robot(source))
 
