@@ -625,13 +625,18 @@ def test_what_is_farther_than_the_scale_has_a_colour_of_its_own():
 
     figure = Figure()
     axes, rows = figure.subplots(), np.array([[0.0, 0.5], [math.nextafter(1.0, 0.0), 1.0]])
-    (entry,) = draw_distances(figure, axes, rows, (0, 2, 0, 2), ColourScale(0.0, 1.0), 'away')
-    assert entry.get_label() == 'farther than 1 rad (57 deg)'
+    (entry,) = draw_distances(
+        figure, axes, rows, (0, 2, 0, 2), ColourScale(0.0, 1.0), 'away', False
+    )
+    assert entry.get_label() == 'none found within 1 rad (57 deg)'
     colours = axes.images[0].to_rgba(rows)
     assert tuple(colours[1, 1]) == entry.get_facecolor()
     assert not np.allclose(colours[1, 0], colours[1, 1], atol=0.1)
     rows[1, 1] = 0.9
-    assert draw_distances(figure, axes, rows, (0, 2, 0, 2), ColourScale(0.0, 1.0), 'away') == []
+    assert (
+        draw_distances(figure, axes, rows, (0, 2, 0, 2), ColourScale(0.0, 1.0), 'away', False)
+        == []
+    )
 
 
 @pytest.mark.parametrize(

@@ -358,9 +358,10 @@ def test_the_farthest_distance_is_a_threshold():
 
 def test_a_distance_of_one_is_said_to_be_farther():
     distance, condition = MEASURES['distance'], MEASURES['condition_number']
-    assert distance.farther(1.0) == 'farther than 1 rad (57 deg)'
-    assert distance.farther(math.nextafter(1.0, 0.0)) == ''
-    assert distance.farther(math.nan) == condition.farther(math.inf) == ''
+    assert distance.farther(1.0, True) == 'farther than 1 rad (57 deg)'
+    assert distance.farther(1.0, False) == 'none found within 1 rad (57 deg)'
+    assert distance.farther(math.nextafter(1.0, 0.0), True) == ''
+    assert distance.farther(math.nan, True) == condition.farther(math.inf, True) == ''
 
 
 def test_default_thresholds():

@@ -322,7 +322,7 @@ def on_terminal(columns, lines, arguments, ends_by, seconds=DEADLINE):
     return process.returncode, written
 
 
-def shown_on(columns, lines, level='ERROR', robot='panda', measure=0.0123):
+def shown_on(columns, lines, level='ERROR', robot='panda', measure=0.0123, decided=True):
     """Return the lines of the table on a terminal of a size, for seven joints."""
     names = [f'{robot}_joint{k}' for k in range(1, 8)]
     rows = ['vx', 'vy', 'vz', 'wx', 'wy', 'wz']
@@ -341,6 +341,7 @@ def shown_on(columns, lines, level='ERROR', robot='panda', measure=0.0123):
         twist=SimpleNamespace(message=TwistStamped()),
         jacobian=SimpleNamespace(message=matrix, rate=lambda: 50.0),
         measure=lambda name: measure,
+        decided=decided,
         history=[0.01 * k for k in range(400)],
         speeds=[0.002 * k for k in range(400)],
         joint_speeds=lambda: {name: -0.125 * k for k, name in enumerate(names)},
@@ -367,11 +368,14 @@ def test_the_level_is_the_first_line_on_every_terminal(columns, lines, level):
             assert any(words in line for line in shown), words
 
 
-def test_a_distance_that_means_at_least_that_is_said_to_be_farther():
-    (line,) = (
-        line for line in shown_on(80, 24, 'OK', measure=1.0) if line.startswith('distance  ')
-    )
-    assert line.rstrip() == 'distance          farther than 1 rad (57 deg)'
+@pytest.mark.parametrize(
+    ('decided', 'words'),
+    [(True, 'farther than 1 rad (57 deg)'), (False, 'none found within 1 rad (57 deg)')],
+)
+def test_a_distance_of_one_says_no_more_than_was_decided(decided, words):
+    shown = shown_on(80, 24, 'OK', measure=1.0, decided=decided)
+    (line,) = (line for line in shown if line.startswith('distance  '))
+    assert line.rstrip() == f'distance          {words}'
     (line,) = (line for line in shown_on(80, 24) if line.startswith('distance  '))
     assert line.rstrip() == 'distance          0.0123 rad = 0.7 deg'
     said = []
@@ -382,13 +386,14 @@ def test_a_distance_that_means_at_least_that_is_said_to_be_farther():
         twist=SimpleNamespace(count=3),
         warning=SimpleNamespace(count=1),
         measure=lambda name: 1.0,
+        decided=decided,
         nearest=Nearest(1.0, 1.5, None),
         levels=['OK'],
     )
     PlainReport(listener, SimpleNamespace(line=said.append)).tick()
     said += summary(listener, 3)
-    assert said[0] == '   2.0 s  tool +0.0000 +0.0000 +0.0000 m  farther than 1 rad (57 deg)'
-    assert said[2] == 'nearest to a singular pose at 1.5 s: farther than 1 rad (57 deg)'
+    assert said[0] == f'   2.0 s  tool +0.0000 +0.0000 +0.0000 m  {words}'
+    assert said[2] == f'nearest to a singular pose at 1.5 s: {words}'
 
 
 @pytest.mark.parametrize(('columns', 'lines'), [(80, 24), (120, 35), (200, 50)])

@@ -224,7 +224,7 @@ def _distance_words(robot: Robot, singularity: Singularity) -> str:
         return f'{shown}: {away} of joint motion to {end}, see below{doubt}'
     if singularity.distance_unknown:
         return 'not decided: no singular pose was found, but there may be one'
-    return MEASURES['distance'].farther(singularity.distance) or shown
+    return MEASURES['distance'].farther(singularity.distance, True) or shown
 
 
 def _motion_words(robot: Robot, singularity: Singularity) -> str:

@@ -69,7 +69,8 @@ def _watched_in_words(measure: Measure, value: float) -> str:
     if measure.unit != 'rad':
         return f'{measure.name} {value:.3g}'
     return (
-        measure.farther(value) or f'{measure.name} {value:.3g} rad ({math.degrees(value):.1f} deg)'
+        measure.farther(value, True)
+        or f'{measure.name} {value:.3g} rad ({math.degrees(value):.1f} deg)'
     )
 
 

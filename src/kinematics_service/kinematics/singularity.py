@@ -126,7 +126,7 @@ class Singularity:
             counts = ((level.name, int(np.sum(self.level == level))) for level in Level)
             words = ', '.join(f'{count} {name}' for name, count in counts if count)
             return f'Singularity({np.size(self.level)} poses: {words or "none"})'
-        distance = MEASURES['distance'].farther(self.distance) or f'{self.distance:.4g} rad'
+        distance = MEASURES['distance'].farther(self.distance, True) or f'{self.distance:.4g} rad'
         doubt = '' if self.decided else ', not decided: there may be a nearer one'
         if self.distance_unknown:
             distance, doubt = 'not decided', ': no singular pose was found, and there may be one'

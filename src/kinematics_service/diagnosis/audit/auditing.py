@@ -215,7 +215,7 @@ def _moments(
 ) -> Iterator[WorstMoment]:
     worst, value = _nearest(robot, timeline)
     measure = MEASURES[robot.thresholds.measure]
-    shown = measure.farther(value) or f'{value:.3g}'
+    shown = measure.farther(value, bool(timeline.decided[worst])) or f'{value:.3g}'
     yield WorstMoment(f'nearest to a singularity ({measure.words})', worst, shown)
     for what, column, unit in (
         ('fastest tool motion', timeline.speed, 'm/s'),

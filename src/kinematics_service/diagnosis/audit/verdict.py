@@ -113,7 +113,7 @@ def _singular_poses(audit: Audit) -> Finding:
     row = audit.moments[0].row
     worst = float(watched_values(audit.robot, audit.timeline, slice(row, row + 1))[0])
     value = f'{measure.words} {worst:.3g} {measure.unit}'.rstrip()
-    value = measure.farther(worst) or value
+    value = measure.farther(worst, bool(audit.timeline.decided[row])) or value
     if not audit.intervals:
         return Finding(
             Level.OK,

@@ -46,7 +46,7 @@ def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> 
 def nearness(robot: Robot, singularity: Singularity) -> str:
     """Return in words how far one pose is from a singular one, and the factor that decides it."""
     distance = float(singularity.distance)
-    farther = MEASURES['distance'].farther(distance)
+    farther = MEASURES['distance'].farther(distance, True)
     if singularity.rank < singularity.generic_rank:
         text = 'singular pose'
     elif farther:

@@ -28,8 +28,13 @@ def draw_distances(
     extent: tuple[float, float, float, float],
     scale: ColourScale,
     label: str,
+    decided: bool,
 ) -> list[Any]:
-    """Draw distances (rows, columns) in rad and their bar; return entries of the legend."""
+    """
+    Draw distances (rows, columns) in rad and their bar; return entries of the legend.
+
+    Whether the search decided is asked of those of 1 rad.
+    """
     from matplotlib import colormaps
     from matplotlib.patches import Patch
 
@@ -48,5 +53,5 @@ def draw_distances(
     bar.set_label(with_unit(label, 'rad'))
     if not farther:
         return []
-    label = DISTANCE.farther(DISTANCE.most)
+    label = DISTANCE.farther(DISTANCE.most, decided)
     return [Patch(facecolor=FARTHER, edgecolor='black', linewidth=0.5, label=label)]

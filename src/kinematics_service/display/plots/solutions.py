@@ -100,7 +100,7 @@ def _away(near: Singularity, k: int) -> str:
     distance = float(near.distance[k])
     if near.distance_unknown[k]:
         return 'no singular pose found'
-    farther = MEASURES['distance'].farther(distance)
+    farther = MEASURES['distance'].farther(distance, True)
     return f'{farther} from singular' if farther else f'distance to singularity {distance:.3f} rad'
 
 

@@ -127,7 +127,7 @@ def _distance_text(seen: Observation) -> str:
     if seen.singularity.distance_unknown:
         return 'none found'
     shown = f'{distance:.3f} rad = {math.degrees(distance):.1f}°'
-    return MEASURES['distance'].farther(distance) or shown
+    return MEASURES['distance'].farther(distance, True) or shown
 
 
 def _time_gauge(seen: Observation) -> Gauge:

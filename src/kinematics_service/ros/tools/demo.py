@@ -129,7 +129,9 @@ def _play(
     stop: StopSignal,
 ) -> int:
     display = _helper(node, 'display')
-    listener = DemoListener(display, node.get_fully_qualified_name())
+    listener = DemoListener(
+        display, node.get_fully_qualified_name(), node.settings.robot.factors.complete
+    )
     output = StandardOutput()
     spinner = Spinner(node.context, [node, arm.node, display], node.events_were_left_out)
     spinner.obey(stop)

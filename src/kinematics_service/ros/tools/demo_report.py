@@ -87,13 +87,13 @@ class PlainReport:
             return
         pose, distance = pose_of(listener.pose.message), listener.measure('distance')
         xyz = ' '.join(number(float(x)) for x in pose.position)
-        left = '' if distance is None else f'  {_distance(distance)}'
+        left = '' if distance is None else f'  {_distance(distance, listener.decided)}'
         self._output.line(f'{listener.time:6.1f} s  tool {xyz} m{left}  {self._level}'.rstrip())
 
 
-def _distance(distance: float) -> str:
+def _distance(distance: float, decided: bool) -> str:
     shown = f'distance {distance:.4f} rad ({math.degrees(distance):.1f} deg)'
-    return MEASURES['distance'].farther(distance) or shown
+    return MEASURES['distance'].farther(distance, decided) or shown
 
 
 def summary(listener: DemoListener, sent: int) -> list[str]:
@@ -109,10 +109,8 @@ def summary(listener: DemoListener, sent: int) -> list[str]:
         if nearest.pose is not None:
             xyz = ' '.join(number(float(x)) for x in nearest.pose.position)
             where = f', tool at {xyz} m in {plain(nearest.pose.frame)}'
-        lines.append(
-            f'nearest to a singular pose at {nearest.time:.1f} s: {_distance(nearest.distance)}'
-            f'{where}'
-        )
+        away = _distance(nearest.distance, listener.decided)
+        lines.append(f'nearest to a singular pose at {nearest.time:.1f} s: {away}{where}')
     if listener.levels:
         shown = ' > '.join(listener.levels[:LEVELS])
         more = len(listener.levels) - LEVELS

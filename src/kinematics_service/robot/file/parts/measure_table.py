@@ -68,9 +68,15 @@ class Measure:
         most = f' and at most {self._amount(self.most)}' if self.most < math.inf else ''
         return f'must be above {self.least:g}{most}, not {self._amount(threshold)}'
 
-    def farther(self, value: float) -> str:
-        """Return `farther than 1 rad (57 deg)` of a value that means at least that; else empty."""
-        return f'farther than {self._amount(self.most)}' if value >= self.most < math.inf else ''
+    def farther(self, value: float, decided: bool) -> str:
+        """
+        Return `farther than 1 rad (57 deg)` of a value that means at least that; empty of others.
+
+        Where it is not known whether the search decided, it is `none found within 1 rad (57 deg)`.
+        """
+        if not value >= self.most < math.inf:
+            return ''
+        return f'{"farther than" if decided else "none found within"} {self._amount(self.most)}'
 
     def _amount(self, value: float) -> str:
         if self.unit != 'rad' or not math.isfinite(value):
