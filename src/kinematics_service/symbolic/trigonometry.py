@@ -63,6 +63,8 @@ class Writer:
     divisor: int | None = None
     _numbers: dict[Any, Any] = field(default_factory=dict)
     _written: dict[Any, Any] = field(default_factory=dict)
+    # Entries of one matrix share much of what is inside them.
+    _nested_before: dict[Any, Any] = field(default_factory=dict)
 
     def expression(self, value: Laurent) -> Any:
         """Return a sympy expression of a real polynomial, in the shortest of a few forms."""
@@ -76,7 +78,7 @@ class Writer:
     def _shortest(self, value: Laurent) -> Any:
         split = self._split(value)
         if value.divisor > LONG or len(value) > UNTIDY:
-            plain = replace(self, divisor=value.divisor)
+            plain = replace(self, divisor=value.divisor, _nested_before={})
             return self._with_numbers(plain._products(split, self.sums))
         candidates = [self._products(split, self.sums)]
         if len(value) <= LARGE:
@@ -190,6 +192,12 @@ class Writer:
         # One angle after the other: C + P cos u + S sin u, and C, P, S likewise by the next ones.
         if not angles:
             return self._leaf(groups[()], False) if groups else sympy.Integer(0)
+        key = (frozenset((e, frozenset(t.items())) for e, t in groups.items()), tuple(angles))
+        if key not in self._nested_before:
+            self._nested_before[key] = self._sum_over(groups, angles)
+        return self._nested_before[key]
+
+    def _sum_over(self, groups: dict[Exponents, Terms], angles: Sequence[Any]) -> Any:
         by_power: dict[int, dict[Exponents, Terms]] = {}
         for exponents, terms in groups.items():
             by_power.setdefault(exponents[0], {})[exponents[1:]] = terms
