@@ -172,12 +172,13 @@ def test_everything_is_in_its_namespace(started):
             '/rosout',
             '/parameter_events',
         }
-        nodes = {
-            (name, space)
-            for name, space in peer.peer.get_node_names_and_namespaces()
-            if name != 'peer'
-        }
-        assert nodes == {('kinematics', '/demo'), ('arm', '/demo'), ('display', '/demo')}
+
+        def nodes():
+            return {one for one in peer.peer.get_node_names_and_namespaces() if one[0] != 'peer'}
+
+        # Names of nodes come later than what they publish.
+        peer.spin_until(lambda: len(nodes()) >= 3, 'nodes of the demo')
+        assert nodes() == {('kinematics', '/demo'), ('arm', '/demo'), ('display', '/demo')}
     finally:
         peer.close()
     process.send_signal(signal.SIGINT)
