@@ -7,6 +7,7 @@ equations, for which there is no closed form in general.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import sympy
@@ -57,6 +58,7 @@ class LoopEquations:
     determinant: Any
 
 
+@lru_cache(maxsize=1024)
 def simplified(expression: Any) -> Any:
     """Return an expression of sines and cosines in a shorter form, where that is soon found."""
     if sympy.count_ops(expression) > MOST_OPERATIONS:
