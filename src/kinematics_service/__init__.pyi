@@ -1,5 +1,6 @@
 from .diagnosis.calibration.calibration import Calibration as Calibration
 from .diagnosis.calibration.calibration import calibrate as calibrate
+from .diagnosis.calibration.proposal import LineOfSight as LineOfSight
 from .diagnosis.calibration.proposal import ProposedPoses as ProposedPoses
 from .diagnosis.calibration.proposal import propose_poses as propose_poses
 from .diagnosis.frame_check.diagnosis import FrameDiagnosis as FrameDiagnosis

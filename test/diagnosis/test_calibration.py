@@ -5,6 +5,8 @@ Measured arms are built from robot descriptions and go through the kernel; the c
 chain of its own, so that each number comes by two roads.
 """
 
+import math
+
 import numpy as np
 import pytest
 from arms import BUNDLED, robot_of
@@ -440,6 +442,48 @@ def test_proposed_poses_tell_more_than_random_ones():
     assert np.all(proposed.q < robot.limits[:, 1])
     assert np.all(proposed.after <= proposed.before + 1e-12)
     assert errors_with(proposed.q) < 0.8 * errors_with(positions_within(robot, 8, 5))
+
+
+@pytest.mark.slow
+def test_positions_chosen_among_many_tell_more_than_the_first_ones():
+    robot = robot_of('ur5e')
+    # A part of the room, as an instrument sees it, each position twice.
+    many = np.repeat(0.2 + 0.3 * positions_within(robot, 150, 21), 2, axis=0)
+    proposed = ks.propose_poses(robot, 10, among=many)
+    assert np.array_equal(proposed.q, many[proposed.rows])
+    assert len(np.unique(proposed.q, axis=0)) == 10
+    assert errors_with(proposed.q) < 0.8 * errors_with(many[:20:2])
+
+
+def test_poses_are_proposed_from_which_the_tool_faces_the_instrument():
+    robot = robot_of('ur5e')
+    point, axis = np.array([2.0, 0.5, 1.0]), np.array([1.0, 0.0, 1.0])
+    sight = ks.LineOfSight(point, math.radians(30.0), axis)
+    poses = ks.forward_kinematics(robot, ks.propose_poses(robot, 12, line_of_sight=sight).q)
+    for pose in poses:
+        way = pose[:3, :3].T @ (point - pose[:3, 3])
+        assert math.degrees(math.acos(way @ axis / np.linalg.norm(way) / math.sqrt(2.0))) < 30.0
+    # By hand: a planar arm's z axis never faces a point in its plane, its x axis one ahead.
+    planar, q = robot_of('planar_2r'), [[0.0, 0.5], [math.pi, 0.5]]
+    ahead = ks.LineOfSight((5.0, 0.0, 0.0), math.radians(40.0), (1, 0, 0))
+    assert ks.propose_poses(planar, 1, among=q, line_of_sight=ahead).rows.tolist() == [0]
+    with pytest.raises(ks.CalibrationError, match='only 0 poses of those that are given from '):
+        ks.propose_poses(planar, 1, among=q, line_of_sight=ahead._replace(axis=(0, 0, 1)))
+
+
+@pytest.mark.parametrize(
+    ('among', 'reason'),
+    [
+        (np.zeros((5, 2)), 'only 1 poses of those that are given can be proposed'),
+        (np.zeros((0, 2)), 'only 0 poses of those that are given can be proposed'),
+        (np.zeros((5, 3)), r'needs finite joint positions of planar_2r, shape \(M, 2\)'),
+        (np.zeros(2), r'shape \(M, 2\), not \(2,\)'),
+        ([[0.0, math.nan]], 'needs finite joint positions'),
+    ],
+)
+def test_positions_that_cannot_be_chosen_among_are_refused(among, reason):
+    with pytest.raises(ks.CalibrationError, match=reason):
+        ks.propose_poses(robot_of('planar_2r'), 2, among=among)
 
 
 def test_no_pose_is_proposed_twice():

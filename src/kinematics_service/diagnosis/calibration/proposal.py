@@ -1,18 +1,21 @@
 """
 The poses to measure next: those that tell most of what is not known yet (D-optimal).
 
-Of random poses inside the limits and away from singular ones, those are taken by which the volume
-of what is uncertain shrinks most, one after the other; then each is exchanged for a better one as
-long as there is one (Fedorov 1972).
+Of random poses inside the limits and away from singular ones, or of positions that are given,
+those are taken by which the volume of what is uncertain shrinks most, one after the other; then
+each is exchanged for a better one as long as there is one (Fedorov 1972).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ...errors import CalibrationError
 from ...kernel import Floats
+from ...kinematics.forward import forward_kinematics
 from ...kinematics.singularity import singularity
 from ...kinematics.uncertainty.corrected_chain import pose_change
 from ...kinematics.uncertainty.parameters import parameters_of, placement
@@ -32,12 +35,40 @@ MARGIN, PASSES = 0.02, 6
 # A gain of the logarithm of the volume below this is none.
 GAIN = 1e-6
 MOST = 200
+# Of more positions that are given so many are looked at, evenly spread.
+MOST_GIVEN = 4096
 # Share of each joint's speed limit that the motion takes, and of rad/s or m/s without a limit.
 SHARE, USUAL_SPEED = 0.25, 1.0
 # Time (s) that the arm stands still at each pose, to be measured; and from rest to the first one.
 HOLD, START = 2.0, 5.0
 # Decimals of joint positions and times.
 DIGITS = 6
+
+
+class LineOfSight(NamedTuple):
+    """
+    What a tool must face to be measured: the point lies in a cone at the tool.
+
+    Attributes
+    ----------
+    point : shape (3,), m
+        In the base frame, where the instrument stands.
+    half_angle
+        Of the cone around the axis, rad.
+    axis : shape (3,)
+        A direction in tool axes; the tool's z axis where it is not given.
+    """
+
+    point: npt.ArrayLike
+    half_angle: float
+    axis: npt.ArrayLike = (0.0, 0.0, 1.0)
+
+    def is_free(self, poses: Floats) -> npt.NDArray[np.bool_]:
+        """Return whether the point is in the cone of poses (N, 4, 4) of the tool, shape (N,)."""
+        axis = np.asarray(self.axis, dtype=np.float64)
+        ways = np.asarray(self.point) - poses[:, :3, 3]
+        along = np.einsum('nij,j,ni->n', poses[:, :3, :3], axis / np.linalg.norm(axis), ways)
+        return np.asarray(along >= np.cos(self.half_angle) * np.linalg.norm(ways, axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,19 +86,28 @@ class ProposedPoses(FrozenArrays):
         Parameters.
     before, after : shape (P,), rad or m
         Their standard deviations now, and when these poses have been measured.
+    rows : shape (N,)
+        Of which of the positions they were proposed among; empty where none were given.
     """
 
-    READ_ONLY = ('q', 'before', 'after')
+    READ_ONLY = ('q', 'before', 'after', 'rows')
 
     robot: Robot
     q: Floats
     names: tuple[str, ...]
     before: Floats
     after: Floats
+    rows: npt.NDArray[np.intp]
 
 
 def propose_poses(
-    robot: AnyRobot, count: int, after: Calibration | None = None, positions: bool = False
+    robot: AnyRobot,
+    count: int,
+    after: Calibration | None = None,
+    positions: bool = False,
+    *,
+    among: npt.ArrayLike | None = None,
+    line_of_sight: LineOfSight | None = None,
 ) -> ProposedPoses:
     """
     Return the poses to measure next for a calibration.
@@ -83,12 +123,18 @@ def propose_poses(
         on.
     positions
         Whether positions alone will be measured; `after` decides where it is given.
+    among : shape (M, n), rad or m
+        The positions that can be measured, of which 4,096 are looked at; None: any inside the
+        limits, away from singular poses.
+    line_of_sight
+        What the tool must face; None: nothing.
 
     Raises
     ------
     CalibrationError
-        The number is not between 1 and 200, no pose is away from singular ones, or fewer than
-        asked, or `after` is of touched points.
+        The number is not between 1 and 200; fewer poses than asked are given, away from singular
+        poses or face the point; `among` is no table of joint positions; or `after` is of touched
+        points.
 
     Examples
     --------
@@ -103,15 +149,41 @@ def propose_poses(
         raise CalibrationError('poses to measure next are not proposed for touched points')
     if not 1 <= count <= MOST:
         raise CalibrationError(f'{count} poses: propose between 1 and {MOST}')
-    q = _candidates(robot)
-    if len(q) < count:
-        raise CalibrationError(f'only {len(q)} poses of {robot.name} can be proposed')
+    q = _candidates(robot) if among is None else _given(robot, among)
+    rows = np.arange(len(q)) if among is None else _different(q)
+    if line_of_sight is not None:
+        rows = rows[line_of_sight.is_free(forward_kinematics(robot, q[rows]))]
+    if len(rows) < count:
+        where = 'of those that are given' if among is not None else f'of {robot.name}'
+        faces = '' if line_of_sight is None else ' from which the tool faces the point'
+        raise CalibrationError(f'only {len(rows)} poses {where}{faces} can be proposed')
+    q = q[rows]
     names, J, scales = _equations(robot, q, after, positions)
     known = np.eye(len(names)) if after is None else _covariance(after, names, scales)
     chosen = _chosen(J, np.asarray(np.linalg.inv(known), dtype=np.float64), count)
     left = _after(known, J[chosen].reshape(-1, len(names)))
     before, later = (scales * np.sqrt(np.diag(matrix)) for matrix in (known, left))
-    return ProposedPoses(robot, _ordered(q[chosen]), names, before, later)
+    chosen = [chosen[k] for k in _order(q[chosen])]
+    of_given = rows[chosen] if among is not None else rows[:0]
+    return ProposedPoses(robot, q[chosen], names, before, later, of_given)
+
+
+def _given(robot: Robot, among: npt.ArrayLike) -> Floats:
+    q = np.asarray(among, dtype=np.float64)
+    if q.ndim != 2 or q.shape[1] != robot.dof or not np.all(np.isfinite(q)):
+        raise CalibrationError(
+            f'among: needs finite joint positions of {robot.name}, shape (M, {robot.dof}), not '
+            f'{q.shape}'
+        )
+    return q
+
+
+def _different(q: Floats) -> npt.NDArray[np.intp]:
+    # The same position twice tells what it tells once.
+    rows = np.asarray(np.sort(np.unique(q, axis=0, return_index=True)[1]), dtype=np.intp)
+    if len(rows) <= MOST_GIVEN:
+        return rows
+    return np.asarray(rows[np.linspace(0, len(rows) - 1, MOST_GIVEN).astype(int)])
 
 
 def _candidates(robot: Robot) -> Floats:
@@ -213,7 +285,7 @@ def _gains(J: Floats, M: Floats) -> Floats:
     return np.asarray(np.linalg.slogdet(inner)[1])
 
 
-def _ordered(q: Floats) -> Floats:
+def _order(q: Floats) -> list[int]:
     # From each pose to the nearest one that is left.
     left = list(range(1, len(q)))
     order = [0]
@@ -221,7 +293,7 @@ def _ordered(q: Floats) -> Floats:
         near = min(left, key=lambda k: float(np.max(np.abs(q[k] - q[order[-1]]))))
         left.remove(near)
         order.append(near)
-    return np.asarray(q[order])
+    return order
 
 
 def table_text(proposed: ProposedPoses) -> str:
