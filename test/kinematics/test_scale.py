@@ -144,6 +144,24 @@ BAD = {
     'tool: {}': 'speed_limits.tool: says no limit: give linear, angular or reduced, a second',
     'tool: {linear: 0}': 'speed_limits.tool.linear: must be above 0, not 0',
     'tool: {linear: -1}': 'speed_limits.tool.linear: must be above 0, not -1',
+    'tool: {linear: 0.25, reduced: 1.5}': (
+        'speed_limits.tool.reduced: must be at most linear, 0.25, not 1.5: it is the slower of '
+        'the two'
+    ),
+    'tool: {linear: 250 mm/s}': (
+        "speed_limits.tool.linear: '250 mm' holds a unit: write 250 alone, in the unit that the "
+        'file says under units'
+    ),
+    'tool: {linear: 1e400}': 'speed_limits.tool.linear: 1e400 is too large: not a finite number',
+    'tool: {linear: .nan}': "speed_limits.tool.linear: '.nan' is not a finite number",
+    'tool: 0.25': (
+        'speed_limits.tool: expected a speed limit as a mapping {linear, angular, reduced}, not '
+        "'0.25'"
+    ),
+    'tool: {linear: }': 'speed_limits.tool.linear: has no value: expected a number or an',
+    'tool: {linear: 1}\n  elbow: {linear: 1}\n  tool: {linear: 2}': (
+        'speed_limits.tool: this key stands twice, on lines 7 and 9'
+    ),
     'tool: {speed: 1}': "speed_limits.tool.speed: unknown key, did you mean 'linear'?",
 }
 
@@ -153,7 +171,29 @@ def test_speed_limits_that_are_none_are_refused_with_their_line(line):
     text = SPEEDS.split('  tool:')[0] + f'  {line}\n'
     with pytest.raises(ks.RobotFileError) as refusal:
         ks.robot_from_text(text)
-    assert str(refusal.value).startswith(f'<text>:7: {BAD[line]}')
+    number = 7 + line.count('\n')
+    assert str(refusal.value).startswith(f'<text>:{number}: {BAD[line]}')
+
+
+@pytest.mark.parametrize(
+    ('units', 'line', 'told'),
+    [
+        ('', 'linear: 250', 'linear: a speed of 250 m/s: are these millimetres?'),
+        ('', 'reduced: 250', 'reduced: a speed of 250 m/s: are these millimetres?'),
+        ('', 'angular: 90', 'angular: a speed of 90 rad/s: are these degrees?'),
+        ('{length: mm}', 'linear: 0.25', 'linear: a speed of 0.25 mm/s: are these metres?'),
+        ('{length: mm, angle: deg}', 'linear: 250, angular: 90, reduced: 25', ''),
+        ('', 'linear: 2.5, angular: 9, reduced: 0.25', ''),
+    ],
+)
+def test_speed_limits_that_are_hardly_meant_in_the_unit_of_the_file_are_warned_of(
+    units, line, told
+):
+    text = SPEEDS.split('  tool:')[0] + f'  tool: {{{line}}}\n'
+    if units:
+        text = text.replace('convention', f'units: {units}\nconvention')
+    warnings = [str(one) for one in ks.robot_from_text(text).description.warnings]
+    assert [told in one for one in warnings if 'speed_limits' in one] == [True] * bool(told)
 
 
 def test_units_of_a_file_are_those_of_its_speeds():

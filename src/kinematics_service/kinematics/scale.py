@@ -22,12 +22,15 @@ from ..robot.file.parts.description import SpeedLimit
 from ..robot.measures import MEASURES
 from ..robot.robot import AnyRobot, Robot, as_robot
 from .forward import twist
+from .servo_rule import ServoRule, servo_shares
 from .singularity import singularity
 from .singularity_rates import AT_REST
 from .tool_state import ToolState, evaluate
 
 SINGULARITY, POSITION, VELOCITY = 'singularity', 'position limit', 'velocity limit'
 SPEED, TURNING = 'speed limit', 'turning limit'
+# By MoveIt Servo's rule alone, which slows that as well.
+LEAVING = 'leaving a singularity'
 # Poses on the way of a stop from which singular poses are looked for, its ends among them.
 SEEN_FROM = 4
 
@@ -40,7 +43,7 @@ class Constraint(NamedTuple):
     ----------
     cause
         `singularity`, `position limit` or `velocity limit` of a joint, `speed limit` or `turning
-        limit` of the tool or a point.
+        limit` of the tool or a point; by MoveIt Servo's rule `leaving a singularity`, too.
     of
         The joint, `tool` or the point; empty for the singularity.
     unit
@@ -67,9 +70,9 @@ class MotionScale(FrozenArrays):
     cause, of
         As in `Constraint`; empty where the value is 1.
     margin
-        What is left to the cause: joint motion to the distance `stop`, rad; way to the limit of
-        position, rad or m; speed below its limit, negative above it. Where the value is 1, that of
-        the constraint which comes first in time.
+        What is left to the cause: joint motion to the distance `stop`, rad, or what is left of the
+        condition number; way to the limit of position, rad or m; speed below its limit, negative
+        above it. Where the value is 1, that of the constraint which comes first in time.
     time_left
         Seconds until it is used up at the full motion; infinite where it never is.
     constraints
@@ -112,6 +115,7 @@ def scale(
     *,
     horizon: float = 0.1,
     reduced: bool = False,
+    rule: ServoRule | None = None,
 ) -> MotionScale:
     """
     Return how much of the joint velocities may be kept, and what asks for less.
@@ -131,13 +135,17 @@ def scale(
         Reaction time in s: not less than the time until the next step.
     reduced
         Whether the `reduced` speeds of the robot file hold.
+    rule
+        MoveIt Servo's rule in the place of the distance: `ks.ServoRule()` with its defaults. It
+        slows what leads away from a singular pose as well.
 
     Raises
     ------
     JointVectorError
         The last dimension of `q` or `qdot` is not n, or a number is not finite.
     ServoSettingsError
-        `horizon` is not above 0; `reduced` where the robot file gives no reduced speed.
+        `horizon` is not above 0; `reduced` where the robot file gives no reduced speed; MoveIt
+        Servo's rule for an arm with closed loops.
 
     Examples
     --------
@@ -158,6 +166,8 @@ def scale(
         raise ServoSettingsError(
             f'{robot.name} has no reduced speed: give speed_limits with reduced', 'reduced'
         )
+    if rule is not None:
+        rule.check(robot)
     state = evaluate(robot, q, qdot)
     rates = state.qdot
     assert rates is not None  # they have been given
@@ -165,7 +175,7 @@ def scale(
         stopping = np.max(np.abs(rates) / robot.acceleration_limits, axis=-1)
         braking = _Braking(horizon, stopping)
         columns = [
-            _singularity(robot, state, rates, braking),
+            *(_by_rule(state, rule) if rule else (_singularity(robot, state, rates, braking),)),
             *_joints(robot, state.q, rates, braking),
             *(one for limit in limits for one in _speeds(robot, state, rates, limit, reduced)),
         ]
@@ -236,6 +246,22 @@ def _speeds(
             (Constraint(TURNING, limit.of, 'rad/s'), limit.angular, V[..., 3:]),
         )
     ]
+
+
+def _by_rule(state: ToolState, rule: ServoRule) -> tuple[_Share, _Share]:
+    found = servo_shares(state, rule)
+    margins = np.maximum(rule.hard_stop_singularity_threshold - found.condition, 0.0)
+    times = np.where(found.rate > 0.0, margins / found.rate, np.inf)
+    towards, away = (
+        _Share(
+            Constraint(cause, '', 'of the condition number'),
+            np.where(found.leaving == leaving, found.values, 1.0),
+            margins,
+            times,
+        )
+        for cause, leaving in ((SINGULARITY, False), (LEAVING, True))
+    )
+    return towards, away
 
 
 def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Share:

@@ -62,8 +62,14 @@ class WrenchReading(NamedTuple):
     torque: Floats
 
 
+class ScaleReading(NamedTuple):
+    """The share of a commanded motion that may be kept, 0 to 1."""
+
+    scale: float
+
+
 class WarningReading(NamedTuple):
-    """A singularity warning: level, sentence, and keys with values."""
+    """A warning, or the reason of a scale: level, sentence, and keys with values."""
 
     level: str
     sentence: str
@@ -139,6 +145,11 @@ def wrench_of(message: Any) -> WrenchReading:
     return WrenchReading(
         _stamp(message), message.header.frame_id, _xyz(wrench.force), _xyz(wrench.torque)
     )
+
+
+def scale_of(message: Any) -> ScaleReading:
+    """Return the scale of a Float64."""
+    return ScaleReading(float(message.data))
 
 
 def warned_of(message: Any) -> WarningReading:
