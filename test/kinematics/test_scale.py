@@ -56,14 +56,20 @@ def test_the_stretched_elbow_is_approached_by_the_formula(bend, speed):
     towards = -math.copysign(speed, bend)
     found = ks.scale(robot, [0.3, bend], [0.0, towards], horizon=0.05)
     margin = abs(bend) - 0.03
-    # v T + v^2 / (2 a) = m
-    v = -4.0 * 0.05 + math.sqrt((4.0 * 0.05) ** 2 + 2.0 * 4.0 * margin)
+
+    def speed_before(margin):
+        # v T + v^2 / (2 a) = m
+        return -4.0 * 0.05 + math.sqrt((4.0 * 0.05) ** 2 + 2.0 * 4.0 * margin)
+
+    v = speed_before(margin)
     value, left, time = value_of(found, 'singularity', '')
     assert value == pytest.approx(min(v / speed, 1.0), rel=1e-4)
     assert left == pytest.approx(margin, rel=1e-4)
     assert time == pytest.approx(margin / speed, rel=1e-4)
     away = ks.scale(robot, [0.3, bend], [0.0, -towards], horizon=0.05)
-    assert value_of(away, 'singularity', '')[0] == 1.0
+    # On the way out the folded elbow is ahead, which a stop from 5 rad/s would not be before.
+    v = speed_before(math.pi - 0.03 - abs(bend))
+    assert value_of(away, 'singularity', '')[0] == pytest.approx(min(v / speed, 1.0), rel=1e-4)
     aside = ks.scale(robot, [0.3, bend], [speed, 0.0], horizon=0.05)
     assert value_of(aside, 'singularity', '')[0] == 1.0
 
@@ -290,6 +296,43 @@ def test_an_arm_in_a_closed_loop_stops_at_limits_and_before_singular_poses(name)
     if target is not None:
         # It does not stop before it has to: 1.9 rad/s bring it to what it must keep.
         assert ks.singularity(robot, ways[-1]).distance < robot.thresholds.stop + 0.15
+
+
+# A singular surface that comes from aside, beyond that which is nearest at first.
+FROM_ASIDE = {
+    'puma560': (
+        [0.612194, 1.815816, 1.007888, 0.148953, -0.832224, 1.087015],
+        [-0.156848, -0.262663, 1.320797, -1.646115, 1.9, 0.503067],
+    ),
+    'offset_stanford_shape': (
+        [-1.336786, -1.051129, 1.822086, -1.525257, -0.743652, -0.324849],
+        [0.13831, -0.775522, -1.9, 0.487617, -0.101718, -0.43995],
+    ),
+    'panda': (
+        [0.224639, -1.039459, 0.965669, 0.697559, 0.736821, -0.144703, -1.112446],
+        [-0.579919, 0.208555, 0.167562, -1.9, 1.13211, -0.468974, -1.561022],
+    ),
+}
+
+
+@pytest.mark.parametrize('name', FROM_ASIDE)
+def test_a_singular_surface_from_aside_is_seen_in_time(name):
+    robot, (q, command) = limited(robot_of(name)), np.array(FROM_ASIDE[name])
+    ways, shares = driven(robot, q, command, 0.8)
+    kept(robot, ways, shares, command)
+
+
+def test_singular_poses_that_the_motion_passes_by_slow_nothing():
+    # Seven joints: singular poses are so few that most motions towards one pass by.
+    robot = limited(robot_of('panda'))
+    q = np.array([-0.914182, 1.518605, -1.742143, 0.716726, 1.480354, -1.090726, 1.581793])
+    command = np.array([-0.239038, 0.037593, 0.092095, 0.116063, 0.040144, 1.9, 0.270426])
+    ahead = q + np.linspace(0.0, 0.4, 100)[:, None] * command
+    distances = ks.singularity(robot, ahead).distance
+    assert 1.2 * robot.thresholds.stop < np.min(distances) < 0.5 * distances[0]
+    found = ks.scale(robot, ahead, command, horizon=0.05)
+    slowed = found.value < 1.0
+    assert not np.any(slowed & (found.cause == 'singularity'))
 
 
 def test_it_stops_no_earlier_than_it_must():
