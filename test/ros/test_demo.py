@@ -123,6 +123,7 @@ def test_five_seconds_lead_through_a_singular_pose(ros_domain):
     assert warnings >= 3
     assert float(NEAREST.search(done.stdout)[1]) < 0.01
     assert 'levels: OK > WARN > ERROR' in done.stdout
+    assert '  OK  scale 1.00' in done.stdout
 
 
 @pytest.mark.parametrize('robot', ['scara_hsr065', 'six_joint_dh', 'panda'])

@@ -56,6 +56,11 @@ class Constraint(NamedTuple):
     of: str
     unit: str
 
+    @property
+    def words(self) -> str:
+        """Return the cause and what it is of: `position limit of elbow`."""
+        return f'{self.cause} of {self.of}' if self.of else self.cause
+
 
 @dataclass(frozen=True, eq=False)
 class MotionScale(FrozenArrays):

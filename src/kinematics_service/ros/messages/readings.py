@@ -17,6 +17,12 @@ class Stamp(NamedTuple):
     nanosec: int
 
 
+class ScaleReading(NamedTuple):
+    """The share of a commanded motion that may be kept, 0 to 1."""
+
+    scale: float
+
+
 class JacobianReading(NamedTuple):
     """A Jacobian (rows, columns) with the labels of its rows and columns."""
 
@@ -62,12 +68,6 @@ class WrenchReading(NamedTuple):
     torque: Floats
 
 
-class ScaleReading(NamedTuple):
-    """The share of a commanded motion that may be kept, 0 to 1."""
-
-    scale: float
-
-
 class WarningReading(NamedTuple):
     """A warning, or the reason of a scale: level, sentence, and keys with values."""
 
@@ -75,6 +75,12 @@ class WarningReading(NamedTuple):
     sentence: str
     name: str
     values: dict[str, str]
+
+    @property
+    def cause(self) -> str:
+        """Return what slows a command: `position limit of elbow`; empty where nothing does."""
+        cause, of = (self.values.get(key, '') for key in ('cause', 'of'))
+        return f'{cause} of {of}' if of else cause
 
 
 def jacobian_of(message: Any) -> JacobianReading:

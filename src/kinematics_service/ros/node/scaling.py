@@ -192,11 +192,11 @@ def _in_words(
     if reason.k < 0:
         rising = '; the scale rises to it' if value < SLOWED[0] else ''
         return f'the command may be kept{rising}', (('scale', f'{value:.3g}'),)
-    cause, of, unit = found.constraints[reason.k]
+    constraint = found.constraints[reason.k]
+    cause, of, unit = constraint
     margin, left = (float(column[0][reason.k]) for column in (found.margins, found.times))
-    what = f'{cause} of {of}' if of else cause
     how = 'stopped' if reason.level is Level.ERROR else f'slowed to {value:.2g}'
-    return f'{how}: {what}, {margin:.3g} {unit} left', (
+    return f'{how}: {constraint.words}, {margin:.3g} {unit} left', (
         ('scale', f'{value:.3g}'),
         ('cause', cause),
         ('of', of),

@@ -9,7 +9,7 @@ from ...kinematics.singularity import singularity
 from ...printing import plain
 from ...robot.measures import MEASURES
 from ...robot.robot import Robot
-from ..messages.readings import WarningReading, pose_of
+from ..messages.readings import WarningReading, pose_of, scale_of, warned_of
 from ..process.standard_output import StandardOutput
 from .demo_listener import DemoListener
 from .live_table import number
@@ -88,7 +88,13 @@ class PlainReport:
         pose, distance = pose_of(listener.pose.message), listener.measure('distance')
         xyz = ' '.join(number(float(x)) for x in pose.position)
         left = '' if distance is None else f'  {_distance(distance)}'
-        self._output.line(f'{listener.time:6.1f} s  tool {xyz} m{left}  {self._level}'.rstrip())
+        kept = ''
+        if listener.scale.message is not None and listener.reason.message is not None:
+            cause = plain(warned_of(listener.reason.message).cause)
+            kept = f'  scale {scale_of(listener.scale.message).scale:.2f} {cause}'.rstrip()
+        self._output.line(
+            f'{listener.time:6.1f} s  tool {xyz} m{left}  {self._level}{kept}'.rstrip()
+        )
 
 
 def _distance(distance: float) -> str:
