@@ -362,9 +362,8 @@ def shown_on(columns, lines, level='ERROR', robot='panda', measure=0.0123):
 
 def test_the_scale_has_its_bar_and_its_cause():
     (line,) = (line for line in shown_on(80, 24) if line.startswith('scale'))
-    assert (
-        line.rstrip() == f'scale             0.350  {"█" * 7}{"░" * 13}  position limit of elbow'
-    )
+    bar = '█' * 7 + '░' * 13
+    assert line.rstrip() == f'scale             0.350  {bar}  position limit of elbow'
 
 
 SIZES = [(40, 5), (60, 15), (80, 24), (100, 30), (120, 35), (200, 50), (250, 12)]
