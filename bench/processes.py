@@ -69,7 +69,7 @@ def paced(rate):
 class JointStates:
     """Joint states as bytes that differ in stamp and positions: cheap for who sends them."""
 
-    def __init__(self, robot, frame='base_link'):
+    def __init__(self, robot, frame='base_link', efforts=False):
         from rclpy.serialization import serialize_message
         from sensor_msgs.msg import JointState
 
@@ -78,6 +78,7 @@ class JointStates:
 
         names = list(ks.load_robot(robot).joint_names)
         message = JointState(name=names, position=[0.0] * len(names), velocity=[0.1] * len(names))
+        message.effort = [1.0] * len(names) if efforts else []
         message.header.frame_id = frame
         self._data = bytearray(serialize_message(message))
         self._places = form_of(bytes(self._data)).positions

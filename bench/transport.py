@@ -1,12 +1,15 @@
 """
 What the transport costs: the node beside a plain rclpy node without mathematics, in one run.
 
-    python bench/transport.py [--only cpu,rate,latency,arms] [--rounds 3] [--seconds 6]
+    python bench/transport.py [--only cpu,rate,latency,...] [--rounds 3] [--seconds 6]
 
 cpu      CPU a message at 1 kHz, six joints, four topics heard, one, and none
 rate     the highest rate with nothing lost, one arm, the pose heard
 latency  from the stamp to the listener's callback at 1 kHz, beside a bare relay
 arms     1, 2, 4, 8 arms in one process and in several
+motion   CPU a message of accelerations, wrenches and null space, heard and unheard; beside the
+         node of other sources with `--before SRC`
+scale    from a command to its scale, beside from a joint state to its pose, 100 Hz each
 
 Node, feeder and listener are processes of their own; feeder and listener are the same for all and
 handle bytes, so that they leave the machine to what is measured. The cases take turns, round by
@@ -36,8 +39,11 @@ BISECTIONS = 4
 # So many arms, at this rate (Hz) each.
 ARMS, ARM_RATE = (1, 2, 4, 8), 250
 
+# Joint states with efforts, so that there is a wrench; and commands in turns with joint states.
+EFFORTS, COMMANDS = '--efforts', '--commands'
+
 # The processes share one file of int64: slots, then a ring of latencies in ns.
-SENT, RATE, FED, LISTENING, HEARD, ANSWERED = range(6)
+SENT, RATE, FED, LISTENING, HEARD, ANSWERED, COMMANDED = range(7)
 SLOTS, RING = 16, 1 << 17
 
 
@@ -48,21 +54,24 @@ def shared(path):
 # Feeder and listener
 
 
-def feed(path, namespaces):
+def feed(options):
     """Publish JointStates at the shared rate; they differ in stamp and positions."""
     import rclpy
     from sensor_msgs.msg import JointState
 
-    messages, q = JointStates(ROBOT), np.array([0.3, -1.0, 1.2, -0.4, 1.1, 0.3])
+    import kinematics_service as ks
+
+    messages = JointStates(options.robot, efforts=options.efforts)
+    q = np.array([0.3, -1.0, 1.2, -0.4, 1.1, 0.3, 0.2])[: ks.load_robot(options.robot).dof]
     rclpy.init()
     peer = rclpy.create_node('feeder')
-    publishers = [
-        peer.create_publisher(JointState, f'{namespace}/joint_states', 100)
-        for namespace in namespaces
-    ]
+    publishers, commands = (
+        [peer.create_publisher(JointState, f'{space}/{name}', 100) for space in options.arms]
+        for name in ('joint_states', 'kinematics/command')
+    )
     while any(publisher.get_subscription_count() == 0 for publisher in publishers):
         time.sleep(0.02)
-    slots = shared(path)
+    slots = shared(options.path)
     slots[FED] = 1
     while True:
         rate = int(slots[RATE])
@@ -73,36 +82,51 @@ def feed(path, namespaces):
             if slots[RATE] != rate:
                 break
             q[0] = 0.3 + 1e-4 * (k % 1000)
+            if options.commands and k % 2:
+                slots[COMMANDED] = time.time_ns()
+                commands[0].publish(messages.at(q))
+                continue
             for publisher in publishers:
                 publisher.publish(messages.at(q))
             slots[SENT] += len(publishers)
 
 
-def listen(path, namespaces, topics):
-    """Count the answers, and note the age of each pose."""
+def listen(options):
+    """Count the answers, and note the age of each pose, or of the command of each scale."""
     import rclpy
-    from geometry_msgs.msg import PoseStamped, TwistStamped
+    from geometry_msgs.msg import AccelStamped, PoseStamped, TwistStamped, WrenchStamped
     from rclpy.experimental import EventsExecutor
     from std_msgs.msg import Float64, Float64MultiArray
 
-    kinds = {'pose': PoseStamped, 'twist': TwistStamped, 'jacobian': Float64MultiArray}
+    kinds = {
+        **{'pose': PoseStamped, 'twist': TwistStamped, 'jacobian': Float64MultiArray},
+        **{'acceleration': AccelStamped, 'wrench': WrenchStamped},
+        **{'null_space': Float64MultiArray, 'null_space/away': Float64MultiArray},
+    }
     rclpy.init()
     peer = rclpy.create_node('listener')
-    slots = shared(path)
+    slots = shared(options.path)
+
+    def note(age):
+        heard = int(slots[HEARD])
+        slots[SLOTS + heard % RING] = age
+        slots[HEARD] = heard + 1
 
     def on_pose(data):
-        heard = int(slots[HEARD])
-        slots[SLOTS + heard % RING] = round(1e9 * age_of(data))
-        slots[HEARD] = heard + 1
+        note(round(1e9 * age_of(data)))
+
+    def on_scale(data):
+        note(time.time_ns() - int(slots[COMMANDED]))
 
     def on_other(data):
         slots[ANSWERED] += 1
 
-    names = [f'{namespace}/kinematics/{topic}' for namespace in namespaces for topic in topics]
+    names = [f'{space}/kinematics/{topic}' for space in options.arms for topic in options.topics]
+    noted = {'pose': on_pose, 'scale': on_scale}
     for name in names:
-        kind = kinds.get(name.split('/kinematics/')[1], Float64)
-        on = on_pose if kind is PoseStamped else on_other
-        peer.create_subscription(kind, name, on, 1000, raw=True)
+        topic = name.split('/kinematics/')[1]
+        on = noted.get(topic, on_other)
+        peer.create_subscription(kinds.get(topic, Float64), name, on, 1000, raw=True)
     while any(peer.count_publishers(name) == 0 for name in names):
         time.sleep(0.02)
     slots[LISTENING] = 1
@@ -120,14 +144,14 @@ class CaseError(Exception):
 
 
 @contextlib.contextmanager
-def answering(commands, topics, namespaces):
+def answering(commands, topics, namespaces, *words):
     """Run what answers, a feeder and a listener; yield their `Case` once they are matched."""
     with contextlib.ExitStack() as stack:
         path = stack.enter_context(tempfile.NamedTemporaryFile(prefix='transport_')).name
         errors = stack.enter_context(tempfile.TemporaryFile())
         np.zeros(SLOTS + RING, np.int64).tofile(path)
         slots = shared(path)
-        peer = [sys.executable, __file__, '--path', path, '--arms', *namespaces, '--peer']
+        peer = [sys.executable, __file__, '--path', path, *words, '--arms', *namespaces, '--peer']
         peers = [[*peer, 'feed'], [*peer, 'listen', '--topics', *topics]][: 2 if topics else 1]
         started = [
             stack.enter_context(running(one, stdout=subprocess.DEVNULL, stderr=errors))
@@ -201,9 +225,9 @@ class Case:
             time.sleep(0.5)
 
 
-def one_arm(command, topics):
-    """Return a case of one process without a namespace."""
-    return [command], topics, ('',)
+def one_arm(command, topics, *words):
+    """Return a case of one process without a namespace; `words` are for feeder and listener."""
+    return [command], topics, ('',), *words
 
 
 OURS = node('--robot', ROBOT)
@@ -312,8 +336,13 @@ def rate(options):
 def latency(options):
     events = one_arm(plain('--relay', '--executor', 'events'), ONE)
     cases = PLAIN | {'relay, events executor': events} | HEARD_OF_OURS
-    results = measured(cases, options.rounds, lambda case: case.latencies(1000, options.seconds))
-    print(f'\nAge of the pose at the listener, 1 kHz: medians of {options.rounds} rounds, ms')
+    print_ages('Age of the pose at the listener, 1 kHz', cases, 1000, options)
+
+
+def print_ages(title, cases, rate, options):
+    """Print the ages of what is heard of each case."""
+    results = measured(cases, options.rounds, lambda case: case.latencies(rate, options.seconds))
+    print(f'\n{title}: medians of {options.rounds} rounds, ms')
     print(f'{"":34}{"p50":>8}{"p99":>8}{"longest":>9}')
     for name, values in results.items():
         p50, p99 = np.median([np.percentile(value, [50, 99]) for value in values], axis=0)
@@ -344,7 +373,45 @@ def arms(options):
         print(f'{name:34}{us:14.0f}{share:13.1f}{lost:7.0f}')
 
 
-PARTS = {'cpu': cpu, 'rate': rate, 'latency': latency, 'arms': arms}
+def motion(options):
+    panda, of_panda = node('--robot', 'panda'), ('--robot', 'panda')
+    null_space = (*ONE, 'null_space', 'null_space/away')
+    cases = {
+        'nothing heard': one_arm(OURS, (), EFFORTS),
+        'pose': one_arm(OURS, ONE, EFFORTS),
+        'pose, acceleration': one_arm(OURS, (*ONE, 'acceleration'), EFFORTS),
+        'pose, wrench': one_arm(OURS, (*ONE, 'wrench'), EFFORTS),
+        'panda: pose': one_arm(panda, ONE, *of_panda),
+        'panda: pose, null space, away': one_arm(panda, null_space, *of_panda),
+    }
+    if options.before:
+        there = ['env', f'PYTHONPATH={options.before}']
+        for name in ('nothing heard', 'pose', 'panda: pose'):
+            (command,), *rest = cases[name]
+            cases[f'before: {name}'] = ([[*there, *command]], *rest)
+    results = measured(
+        cases, options.rounds, lambda case: case.cpu_a_message(1000, options.seconds)
+    )
+    print(f'\nCPU a message, 1 kHz: median of {options.rounds} (least to most), us')
+    for name, values in results.items():
+        used, unanswered = zip(*values)
+        span = f'({min(used):.0f} to {max(used):.0f})'
+        median = statistics.median(used)
+        print(f'{name:34}{median:7.0f}{span:>16}{max(0.0, *unanswered):12.1%} unanswered')
+
+
+def scale(options):
+    cases = {
+        'from a joint state to its pose': one_arm(OURS, ONE, COMMANDS),
+        'from a command to its scale': one_arm(OURS, ('scale',), COMMANDS),
+    }
+    print_ages('Age at the listener, 100 Hz each', cases, 200, options)
+
+
+PARTS = {
+    **{'cpu': cpu, 'rate': rate, 'latency': latency},
+    **{'arms': arms, 'motion': motion, 'scale': scale},
+}
 
 
 def main():
@@ -352,15 +419,19 @@ def main():
     parser.add_argument('--only', default=','.join(PARTS), help='of ' + ', '.join(PARTS))
     parser.add_argument('--rounds', type=int, default=3)
     parser.add_argument('--seconds', type=float, default=6.0, help='of each measurement')
+    parser.add_argument('--before', help='of motion: the `src` of other sources, compiled')
     for hidden in ('--path', '--peer'):
         parser.add_argument(hidden, help=argparse.SUPPRESS)
+    parser.add_argument('--robot', default=ROBOT, help=argparse.SUPPRESS)
+    for hidden in (EFFORTS, COMMANDS):
+        parser.add_argument(hidden, action='store_true', help=argparse.SUPPRESS)
     for hidden in ('--arms', '--topics'):
         parser.add_argument(hidden, nargs='*', default=[], help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.peer == 'feed':
-        feed(options.path, options.arms)
+        feed(options)
     elif options.peer == 'listen':
-        listen(options.path, options.arms, options.topics)
+        listen(options)
     else:
         signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # ends the processes, too
         for part in options.only.split(','):

@@ -24,6 +24,7 @@ def test_there_is_a_test_for_every_example():
     names = {path.stem for path in EXAMPLES.iterdir() if path.is_file()}
     assert names == {
         *('library', 'batch', 'inverse_kinematics', 'own_node', 'audit_gate', 'notebook'),
+        'scaled_controller',
     }
 
 
@@ -94,6 +95,21 @@ def write_plan(file, *points):
         for k, q in enumerate(points)
     ]
     file.write_text(f'joint_names: [{names}]\npoints:\n' + '\n'.join(lines) + '\n')
+
+
+def test_a_controller_that_obeys_the_scale_stops_before_its_elbow_is_stretched(arm):
+    own = runpy.run_path(str(EXAMPLES / 'scaled_controller.py'))['ScaledController']
+    one = arm('planar_2r', ['-p', 'scale.horizon:=0.05'])
+    controller = own(one.names, [0.0, 0.3], [0.0, -2.0], context=one.context)
+    one.executor.add_node(controller)
+    try:
+        one.spin_until(lambda: controller.q[1] < 0.05, 'the elbow unbends')
+        before = controller.q[1]
+        one.spin_until(lambda: before - controller.q[1] > 0.01, 'it goes on')
+    finally:
+        one.executor.remove_node(controller)
+        controller.destroy_node()
+    assert 0.03 - 1e-3 <= controller.q[1] < 0.05
 
 
 @pytest.mark.parametrize(('q', 'expected'), [(SINGULAR, 0.0), (FREE, 1.0)])

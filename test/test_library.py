@@ -32,7 +32,7 @@ API = """
     forward_kinematics link_frames jacobian twist twist_at evaluate ToolState
     acceleration jacobian_rate analytic_jacobian AnalyticJacobian
     joint_torques wrench_from_torques WrenchEstimate
-    null_space self_motion pseudo_inverse PseudoInverse scale MotionScale
+    null_space self_motion pseudo_inverse PseudoInverse scale MotionScale ServoRule
     singularity Singularity Level LoopClosure LoopError
     inverse_kinematics IkResult IkSolution IkFamily
     joint_velocity ServoSettings ServoStep

@@ -49,6 +49,7 @@ from .kinematics.pseudo_inverse import PseudoInverse as PseudoInverse
 from .kinematics.pseudo_inverse import pseudo_inverse as pseudo_inverse
 from .kinematics.scale import MotionScale as MotionScale
 from .kinematics.scale import scale as scale
+from .kinematics.servo_rule import ServoRule as ServoRule
 from .kinematics.singularity import Singularity as Singularity
 from .kinematics.singularity import singularity as singularity
 from .kinematics.statics import WrenchEstimate as WrenchEstimate

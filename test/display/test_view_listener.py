@@ -8,9 +8,11 @@ import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from ros_harness import DEADLINE, START, Arm, joint_state
+from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 import kinematics_service as ks
+from kinematics_service.display.view.gauges import gauges_of
 from kinematics_service.display.view.scene import scene_of
 from kinematics_service.robot.measures import Level
 from kinematics_service.ros.tools.view_listener import ViewListener
@@ -91,6 +93,26 @@ def test_it_shows_what_the_node_says(viewing):
     )
     assert view.status.startswith('live from /kinematics')
     scene_of(seen)
+
+
+def test_the_scale_of_commands_is_shown_with_its_cause(viewing):
+    one, view = viewing('planar_2r')
+    one.attach(listeners=2)
+    together(one, view, lambda: bool(one.send((0.3, 0.06))) and came(view, 'pose'), 'poses')
+    assert view.observation().scale is None  # nobody asks for anything
+    commands = one.speaker(one.topic('command'), kind=JointState)
+    commands.publish(joint_state(one.names, (), (0.0, -1.0)))
+    together(
+        one,
+        view,
+        lambda: bool(one.send((0.3, 0.06))) and came(view, 'scale', 'reason'),
+        'scale',
+    )
+    seen = view.observation()
+    # 0.03 rad are left to the distance `stop`, for a reaction of 0.1 s at 1 rad/s.
+    assert seen.scale == (pytest.approx(0.3), 'singularity', Level.WARN)
+    (gauge,) = (gauge for gauge in gauges_of(seen) if gauge.name == 'scale')
+    assert (gauge.text, gauge.fraction) == ('0.30: singularity', pytest.approx(0.3))
 
 
 def test_other_axes_and_orders_are_turned_back(viewing):

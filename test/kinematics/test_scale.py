@@ -56,14 +56,20 @@ def test_the_stretched_elbow_is_approached_by_the_formula(bend, speed):
     towards = -math.copysign(speed, bend)
     found = ks.scale(robot, [0.3, bend], [0.0, towards], horizon=0.05)
     margin = abs(bend) - 0.03
-    # v T + v^2 / (2 a) = m
-    v = -4.0 * 0.05 + math.sqrt((4.0 * 0.05) ** 2 + 2.0 * 4.0 * margin)
+
+    def speed_before(margin):
+        # v T + v^2 / (2 a) = m
+        return -4.0 * 0.05 + math.sqrt((4.0 * 0.05) ** 2 + 2.0 * 4.0 * margin)
+
+    v = speed_before(margin)
     value, left, time = value_of(found, 'singularity', '')
     assert value == pytest.approx(min(v / speed, 1.0), rel=1e-4)
     assert left == pytest.approx(margin, rel=1e-4)
     assert time == pytest.approx(margin / speed, rel=1e-4)
     away = ks.scale(robot, [0.3, bend], [0.0, -towards], horizon=0.05)
-    assert value_of(away, 'singularity', '')[0] == 1.0
+    # On the way out the folded elbow is ahead, which a stop from 5 rad/s would not be before.
+    v = speed_before(math.pi - 0.03 - abs(bend))
+    assert value_of(away, 'singularity', '')[0] == pytest.approx(min(v / speed, 1.0), rel=1e-4)
     aside = ks.scale(robot, [0.3, bend], [speed, 0.0], horizon=0.05)
     assert value_of(aside, 'singularity', '')[0] == 1.0
 
@@ -144,6 +150,24 @@ BAD = {
     'tool: {}': 'speed_limits.tool: says no limit: give linear, angular or reduced, a second',
     'tool: {linear: 0}': 'speed_limits.tool.linear: must be above 0, not 0',
     'tool: {linear: -1}': 'speed_limits.tool.linear: must be above 0, not -1',
+    'tool: {linear: 0.25, reduced: 1.5}': (
+        'speed_limits.tool.reduced: must be at most linear, 0.25, not 1.5: it is the slower of '
+        'the two'
+    ),
+    'tool: {linear: 250 mm/s}': (
+        "speed_limits.tool.linear: '250 mm' holds a unit: write 250 alone, in the unit that the "
+        'file says under units'
+    ),
+    'tool: {linear: 1e400}': 'speed_limits.tool.linear: 1e400 is too large: not a finite number',
+    'tool: {linear: .nan}': "speed_limits.tool.linear: '.nan' is not a finite number",
+    'tool: 0.25': (
+        'speed_limits.tool: expected a speed limit as a mapping {linear, angular, reduced}, not '
+        "'0.25'"
+    ),
+    'tool: {linear: }': 'speed_limits.tool.linear: has no value: expected a number or an',
+    'tool: {linear: 1}\n  elbow: {linear: 1}\n  tool: {linear: 2}': (
+        'speed_limits.tool: this key stands twice, on lines 7 and 9'
+    ),
     'tool: {speed: 1}': "speed_limits.tool.speed: unknown key, did you mean 'linear'?",
 }
 
@@ -153,7 +177,29 @@ def test_speed_limits_that_are_none_are_refused_with_their_line(line):
     text = SPEEDS.split('  tool:')[0] + f'  {line}\n'
     with pytest.raises(ks.RobotFileError) as refusal:
         ks.robot_from_text(text)
-    assert str(refusal.value).startswith(f'<text>:7: {BAD[line]}')
+    number = 7 + line.count('\n')
+    assert str(refusal.value).startswith(f'<text>:{number}: {BAD[line]}')
+
+
+@pytest.mark.parametrize(
+    ('units', 'line', 'told'),
+    [
+        ('', 'linear: 250', 'linear: a speed of 250 m/s: are these millimetres?'),
+        ('', 'reduced: 250', 'reduced: a speed of 250 m/s: are these millimetres?'),
+        ('', 'angular: 90', 'angular: a speed of 90 rad/s: are these degrees?'),
+        ('{length: mm}', 'linear: 0.25', 'linear: a speed of 0.25 mm/s: are these metres?'),
+        ('{length: mm, angle: deg}', 'linear: 250, angular: 90, reduced: 25', ''),
+        ('', 'linear: 2.5, angular: 9, reduced: 0.25', ''),
+    ],
+)
+def test_speed_limits_that_are_hardly_meant_in_the_unit_of_the_file_are_warned_of(
+    units, line, told
+):
+    text = SPEEDS.split('  tool:')[0] + f'  tool: {{{line}}}\n'
+    if units:
+        text = text.replace('convention', f'units: {units}\nconvention')
+    warnings = [str(one) for one in ks.robot_from_text(text).description.warnings]
+    assert [told in one for one in warnings if 'speed_limits' in one] == [True] * bool(told)
 
 
 def test_units_of_a_file_are_those_of_its_speeds():
@@ -250,6 +296,43 @@ def test_an_arm_in_a_closed_loop_stops_at_limits_and_before_singular_poses(name)
     if target is not None:
         # It does not stop before it has to: 1.9 rad/s bring it to what it must keep.
         assert ks.singularity(robot, ways[-1]).distance < robot.thresholds.stop + 0.15
+
+
+# A singular surface that comes from aside, beyond that which is nearest at first.
+FROM_ASIDE = {
+    'puma560': (
+        [0.612194, 1.815816, 1.007888, 0.148953, -0.832224, 1.087015],
+        [-0.156848, -0.262663, 1.320797, -1.646115, 1.9, 0.503067],
+    ),
+    'offset_stanford_shape': (
+        [-1.336786, -1.051129, 1.822086, -1.525257, -0.743652, -0.324849],
+        [0.13831, -0.775522, -1.9, 0.487617, -0.101718, -0.43995],
+    ),
+    'panda': (
+        [0.224639, -1.039459, 0.965669, 0.697559, 0.736821, -0.144703, -1.112446],
+        [-0.579919, 0.208555, 0.167562, -1.9, 1.13211, -0.468974, -1.561022],
+    ),
+}
+
+
+@pytest.mark.parametrize('name', FROM_ASIDE)
+def test_a_singular_surface_from_aside_is_seen_in_time(name):
+    robot, (q, command) = limited(robot_of(name)), np.array(FROM_ASIDE[name])
+    ways, shares = driven(robot, q, command, 0.8)
+    kept(robot, ways, shares, command)
+
+
+def test_singular_poses_that_the_motion_passes_by_slow_nothing():
+    # Seven joints: singular poses are so few that most motions towards one pass by.
+    robot = limited(robot_of('panda'))
+    q = np.array([-0.914182, 1.518605, -1.742143, 0.716726, 1.480354, -1.090726, 1.581793])
+    command = np.array([-0.239038, 0.037593, 0.092095, 0.116063, 0.040144, 1.9, 0.270426])
+    ahead = q + np.linspace(0.0, 0.4, 100)[:, None] * command
+    distances = ks.singularity(robot, ahead).distance
+    assert 1.2 * robot.thresholds.stop < np.min(distances) < 0.5 * distances[0]
+    found = ks.scale(robot, ahead, command, horizon=0.05)
+    slowed = found.value < 1.0
+    assert not np.any(slowed & (found.cause == 'singularity'))
 
 
 def test_it_stops_no_earlier_than_it_must():

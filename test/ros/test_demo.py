@@ -21,11 +21,12 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rich.console import Console
 from ros_harness import Peer
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64MultiArray, MultiArrayDimension
+from std_msgs.msg import Float64, Float64MultiArray, MultiArrayDimension
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
@@ -37,6 +38,10 @@ from kinematics_service.ros.tools.demo_report import PlainReport, summary
 from kinematics_service.ros.tools.demo_screen import screen
 from kinematics_service.ros.tools.virtual_arm import RATE
 
+SLOWED = DiagnosticStatus(
+    level=DiagnosticStatus.WARN,
+    values=[KeyValue(key='cause', value='position limit'), KeyValue(key='of', value='elbow')],
+)
 DEADLINE = 60.0
 # The contract's second, and what a busy machine adds to it.
 WAY_OUT = 5.0
@@ -123,6 +128,7 @@ def test_five_seconds_lead_through_a_singular_pose(ros_domain):
     assert warnings >= 3
     assert float(NEAREST.search(done.stdout)[1]) < 0.01
     assert 'levels: OK > WARN > ERROR' in done.stdout
+    assert '  OK  scale 1.00' in done.stdout
 
 
 @pytest.mark.parametrize('robot', ['scara_hsr065', 'six_joint_dh', 'panda'])
@@ -345,6 +351,8 @@ def shown_on(columns, lines, level='ERROR', robot='panda', measure=0.0123, decid
         decided=decided,
         history=[0.01 * k for k in range(400)],
         speeds=[0.002 * k for k in range(400)],
+        scale=SimpleNamespace(message=Float64(data=0.35)),
+        reason=SimpleNamespace(message=SLOWED),
         joint_speeds=lambda: {name: -0.125 * k for k, name in enumerate(names)},
     )
     console = Console(width=columns, height=lines, markup=False, highlight=False)
@@ -352,6 +360,12 @@ def shown_on(columns, lines, level='ERROR', robot='panda', measure=0.0123, decid
         units = measure_units(ks.load_robot('puma560'))
         console.print(screen(listener, console.size, True, units))
     return capture.get().splitlines()
+
+
+def test_the_scale_has_its_bar_and_its_cause():
+    (line,) = (line for line in shown_on(80, 24) if line.startswith('scale'))
+    bar = '█' * 7 + '░' * 13
+    assert line.rstrip() == f'scale             0.350  {bar}  position limit of elbow'
 
 
 SIZES = [(40, 5), (60, 15), (80, 24), (100, 30), (120, 35), (200, 50), (250, 12)]
@@ -386,6 +400,8 @@ def test_a_distance_of_one_says_no_more_than_was_decided(decided, words):
         jacobian=SimpleNamespace(count=3),
         twist=SimpleNamespace(count=3),
         warning=SimpleNamespace(count=1),
+        scale=SimpleNamespace(message=Float64(data=0.35)),
+        reason=SimpleNamespace(message=SLOWED),
         measure=lambda name: 1.0,
         decided=decided,
         nearest=Nearest(1.0, 1.5, None),
@@ -393,7 +409,9 @@ def test_a_distance_of_one_says_no_more_than_was_decided(decided, words):
     )
     PlainReport(listener, SimpleNamespace(line=said.append)).tick()
     said += summary(listener, 3)
-    assert said[0] == f'   2.0 s  tool +0.0000 +0.0000 +0.0000 m  {words}'
+    assert said[0] == (
+        f'   2.0 s  tool +0.0000 +0.0000 +0.0000 m  {words}  scale 0.35 position limit of elbow'
+    )
     assert said[2] == f'nearest to a singular pose at 1.5 s: {words}'
 
 

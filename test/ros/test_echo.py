@@ -20,14 +20,22 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
-from ros_harness import Peer
+from diagnostic_msgs.msg import DiagnosticStatus
+from ros_harness import LATCHED, Peer, joint_state
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.errors import LayoutError
-from kinematics_service.ros.messages.readings import WarningReading, jacobian_of
-from kinematics_service.ros.tools.live_table import bars, matrix_lines, number, warned_lines
+from kinematics_service.ros.messages.readings import ScaleReading, WarningReading, jacobian_of
+from kinematics_service.ros.tools.live_table import (
+    bars,
+    matrix_lines,
+    number,
+    scale_lines,
+    warned_lines,
+)
 
 Q, QDOT = (0.3, -0.4, 1.2), (0.5, -0.25, 1.0)
 DEADLINE = 60.0
@@ -170,6 +178,25 @@ def test_one_pose_and_one_twist_as_json(arm, once):
     twist = json.loads(output)
     assert code == 0
     assert twist['linear'] + twist['angular'] == pytest.approx(ks.twist(robot, Q, QDOT))
+
+
+def test_a_scale_and_its_reason(arm, told):
+    one = arm('planar_2r')
+    code, _, errors = told('scale', '--once', '--timeout', '0.3')
+    assert code == 1
+    assert 'nothing; the node answers commands of joint velocities on ~/command' in errors
+    one.answer((0.3, 0.02))  # nearly stretched
+    commands = one.speaker(one.topic('command'), kind=JointState)
+    commands.publish(joint_state(one.names, (), (0.0, -1.0)))
+    reasons = one.hear('scale_reason', DiagnosticStatus, LATCHED)
+    one.spin_until(lambda: reasons, 'reason')
+    code, output, _ = told('scale_reason', '--once', '--json')
+    document = json.loads(output)
+    assert (code, document['level']) == (0, 'ERROR')
+    assert document['sentence'].startswith('stopped: singularity, -0.01 rad left')
+    assert document['values']['note'].startswith('no safety function')
+    reading = ScaleReading(0.35)
+    assert scale_lines(reading) == ['scale 0.350  ' + '█' * 7 + '░' * 13]
 
 
 EFFORTS = (1.0, -2.0, 0.5)

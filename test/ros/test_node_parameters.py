@@ -313,7 +313,7 @@ def test_every_parameter_takes_effect_somewhere():
     names = {parameter.name for parameter in PARAMETERS}
     # Those have tests of their own, below and beside `~/scale`.
     own = {'publish_tf', 'ik.default_speed', 'ik.horizon'}
-    own |= {'scale.horizon', 'scale.rise', 'scale.reduced'}
+    own |= {name for name in names if name.startswith('scale.')}
     assert set(TAKES_EFFECT) == names - own
 
 

@@ -1,5 +1,6 @@
 """`~/scale`: the share of a commanded motion that may be kept, and its reason."""
 
+import json
 import math
 from types import SimpleNamespace
 
@@ -12,6 +13,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from ros_harness import LATCHED, joint_state, values_of
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Int8
+from std_srvs.srv import Trigger
 
 import kinematics_service as ks
 from kinematics_service.errors import SettingsError
@@ -143,6 +145,71 @@ def test_reduced_speeds_hold_where_a_parameter_says_so(arm, file):
 def test_reduced_speeds_that_a_file_does_not_give_are_refused(arm):
     with pytest.raises(SettingsError, match='scale.reduced: True is not accepted'):
         arm('craig_3r', ['-p', 'scale.reduced:=true'])
+
+
+def test_its_first_words_and_its_description_say_that_it_is_no_safety_function(arm, file):
+    one = arm(str(file), ['-p', 'scale.reduced:=true'])
+    controller = Controller(one)
+    one.answer((0.3, 1.2))
+    assert controller.command((0.0, 0.01)) == 1.0
+    one.spin_until(lambda: controller.reasons, 'reason')
+    assert values_of(controller.reasons[0])['note'].startswith('no safety function')
+    told = json.loads(one.call(Trigger, one.topic('describe'), Trigger.Request()).message)
+    assert told['scale'] == {
+        'rule': 'distance',
+        'horizon': 0.1,
+        'rise': 2.0,
+        'reduced': True,
+        'speed_limits': {'tool': {'linear': 4.0, 'angular': None, 'reduced': 0.4}},
+        'note': 'no safety function: it knows positions and commands as they are reported',
+    }
+    assert [joint['acceleration'] for joint in told['joints']] == [6.0, 6.0]
+
+
+SERVO = ('-p', 'scale.rule:=servo', '-p', 'scale.rise:=1000.0')
+
+
+def test_the_rule_of_moveit_servo_is_answered_with_its_share_and_its_codes(arm):
+    options = [*SERVO, '-p', 'scale.hard_stop_singularity_threshold:=60.0']
+    one = arm('ur5e', options)
+    controller = Controller(one)
+    rule = ks.ServoRule(hard_stop_singularity_threshold=60.0)
+    names, codes = one.robot.joint_names, []
+    for wrist, speed in ((1.0, 0.1), (0.13, -0.1), (0.13, 0.1), (0.0, 0.1)):
+        q, qdot = (0.3, -1.0, 1.2, -0.4, wrist, 0.3), (0, 0, 0, 0, speed, 0)
+        one.answer(q)
+        value = controller.command([float(rate) for rate in qdot], names)
+        found = ks.scale(one.robot, q, qdot, rule=rule)
+        assert value == pytest.approx(found.value, abs=1e-9)
+        one.spin_until(lambda: len(controller.codes) == len(controller.scales), 'code')
+        codes.append((controller.codes[-1].data, found.cause))
+    assert codes == [
+        (0, ''),
+        (1, 'singularity'),
+        (3, 'leaving a singularity'),
+        (2, 'singularity'),
+    ]
+    one.spin_until(lambda: controller.reasons[-1].level == DiagnosticStatus.ERROR, 'reason')
+    assert controller.reasons[-1].message == (
+        'stopped: singularity, 0 of the condition number left'
+    )
+
+
+@pytest.mark.parametrize(
+    ('robot', 'value', 'told'),
+    [
+        ('ur5e', 'scale.rule:=condition', 'one of distance, servo'),
+        (
+            'ur5e',
+            'scale.lower_singularity_threshold:=40.0',
+            'hard_stop_singularity_threshold, 30, must be above lower_singularity_threshold, 40',
+        ),
+        ('excavator', 'scale.rule:=servo', 'excavator has closed loops, for which MoveIt'),
+    ],
+)
+def test_rules_that_are_none_are_refused(arm, robot, value, told):
+    with pytest.raises(SettingsError, match=told):
+        arm(robot, ['-p', value])
 
 
 @pytest.mark.slow

@@ -21,6 +21,8 @@ class EchoedTopic(str, Enum):
     acceleration = 'acceleration'
     wrench = 'wrench'
     warning = 'warning'
+    scale = 'scale'
+    scale_reason = 'scale_reason'
 
 
 def echo(

@@ -44,13 +44,19 @@ class LoopLinks(NamedTuple):
 
 
 def loop_links(state: ToolState) -> tuple[LoopLinks, ...]:
-    """Return the links of every loop of one pose evaluated with all frames."""
+    """
+    Return the links of every loop of one pose evaluated with all frames.
+
+    A loop that meets the table behind the end of the arm is left out: its frame is not there.
+    """
     description, closure = state.robot.description, state.closure
     if closure is None:
         return ()
     values = dict(zip(variables_of(description), [*state.q, *closure.passive], strict=True))
     return tuple(
-        _links_of(state.robot, loop, state.link_frames, values) for loop in description.loops
+        _links_of(state.robot, loop, state.link_frames, values)
+        for loop in description.loops
+        if max(loop.start.row, loop.meets.row) <= len(description.links)
     )
 
 

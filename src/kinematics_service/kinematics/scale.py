@@ -22,14 +22,19 @@ from ..robot.file.parts.description import SpeedLimit
 from ..robot.measures import MEASURES
 from ..robot.robot import AnyRobot, Robot, as_robot
 from .forward import twist
-from .singularity import singularity
+from .servo_rule import ServoRule, servo_shares
+from .singularity import Singularity, singularity
 from .singularity_rates import AT_REST
 from .tool_state import ToolState, evaluate
 
 SINGULARITY, POSITION, VELOCITY = 'singularity', 'position limit', 'velocity limit'
 SPEED, TURNING = 'speed limit', 'turning limit'
-# Poses on the way of a stop from which singular poses are looked for, its ends among them.
-SEEN_FROM = 4
+# By MoveIt Servo's rule alone, which slows that as well.
+LEAVING = 'leaving a singularity'
+# Poses on the way of a stop from which singular poses are looked for, at most.
+VIEWS = 16
+# How exactly a search finds them, rad.
+FOUND = 1e-3
 
 
 class Constraint(NamedTuple):
@@ -40,7 +45,7 @@ class Constraint(NamedTuple):
     ----------
     cause
         `singularity`, `position limit` or `velocity limit` of a joint, `speed limit` or `turning
-        limit` of the tool or a point.
+        limit` of the tool or a point; by MoveIt Servo's rule `leaving a singularity`, too.
     of
         The joint, `tool` or the point; empty for the singularity.
     unit
@@ -50,6 +55,11 @@ class Constraint(NamedTuple):
     cause: str
     of: str
     unit: str
+
+    @property
+    def words(self) -> str:
+        """Return the cause and what it is of: `position limit of elbow`."""
+        return f'{self.cause} of {self.of}' if self.of else self.cause
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +77,9 @@ class MotionScale(FrozenArrays):
     cause, of
         As in `Constraint`; empty where the value is 1.
     margin
-        What is left to the cause: joint motion to the distance `stop`, rad; way to the limit of
-        position, rad or m; speed below its limit, negative above it. Where the value is 1, that of
-        the constraint which comes first in time.
+        What is left to the cause: joint motion to the distance `stop`, rad, or what is left of the
+        condition number; way to the limit of position, rad or m; speed below its limit, negative
+        above it. Where the value is 1, that of the constraint which comes first in time.
     time_left
         Seconds until it is used up at the full motion; infinite where it never is.
     constraints
@@ -112,6 +122,7 @@ def scale(
     *,
     horizon: float = 0.1,
     reduced: bool = False,
+    rule: ServoRule | None = None,
 ) -> MotionScale:
     """
     Return how much of the joint velocities may be kept, and what asks for less.
@@ -131,13 +142,17 @@ def scale(
         Reaction time in s: not less than the time until the next step.
     reduced
         Whether the `reduced` speeds of the robot file hold.
+    rule
+        MoveIt Servo's rule in the place of the distance: `ks.ServoRule()` with its defaults. It
+        slows what leads away from a singular pose as well.
 
     Raises
     ------
     JointVectorError
         The last dimension of `q` or `qdot` is not n, or a number is not finite.
     ServoSettingsError
-        `horizon` is not above 0; `reduced` where the robot file gives no reduced speed.
+        `horizon` is not above 0; `reduced` where the robot file gives no reduced speed; MoveIt
+        Servo's rule for an arm with closed loops.
 
     Examples
     --------
@@ -158,6 +173,8 @@ def scale(
         raise ServoSettingsError(
             f'{robot.name} has no reduced speed: give speed_limits with reduced', 'reduced'
         )
+    if rule is not None:
+        rule.check(robot)
     state = evaluate(robot, q, qdot)
     rates = state.qdot
     assert rates is not None  # they have been given
@@ -165,7 +182,7 @@ def scale(
         stopping = np.max(np.abs(rates) / robot.acceleration_limits, axis=-1)
         braking = _Braking(horizon, stopping)
         columns = [
-            _singularity(robot, state, rates, braking),
+            *(_by_rule(state, rule) if rule else (_singularity(robot, state, rates, braking),)),
             *_joints(robot, state.q, rates, braking),
             *(one for limit in limits for one in _speeds(robot, state, rates, limit, reduced)),
         ]
@@ -193,15 +210,19 @@ def _scale(columns: list[_Share]) -> MotionScale:
     )
 
 
-def _braked(constraint: Constraint, margins: Floats, speeds: Floats, braking: _Braking) -> _Share:
-    # Of margins that are used up at these speeds by the full motion; not used up below 0.
-    used = (speeds > AT_REST) & np.isfinite(margins)
-    left, speed = np.maximum(margins, 0.0), np.where(used, speeds, 1.0)
+def _braked(constraint: Constraint, margins: Floats, times: Floats, braking: _Braking) -> _Share:
+    # A share s of the motion is stopped within its time t: s T + s^2 S / 2 = t with the time S
+    # that a stop of all of it takes, solved for s without cancellation.
     T, stopping = braking
-    # v T + v^2 / (2 a) = m with a = speed / stopping, solved for v without cancellation.
-    allowed = 2.0 * left / (T + np.sqrt(T * T + 2.0 * left * stopping / speed))
-    values = np.where(used, np.minimum(allowed / speed, 1.0), 1.0)
-    return _Share(constraint, values, margins, np.where(used, left / speed, np.inf))
+    kept = 2.0 * times / (T + np.sqrt(T * T + 2.0 * times * stopping))
+    values = np.where(np.isfinite(times), np.minimum(kept, 1.0), 1.0)
+    return _Share(constraint, values, margins, times)
+
+
+def _times(margins: Floats, speeds: Floats) -> Floats:
+    # Until margins are used up at speeds; they are not at rest, and not by what leads away.
+    used = (speeds > AT_REST) & np.isfinite(margins)
+    return np.where(used, np.maximum(margins, 0.0) / np.where(used, speeds, 1.0), np.inf)
 
 
 def _bounded(constraint: Constraint, limits: Floats | float, speeds: Floats) -> _Share:
@@ -218,7 +239,7 @@ def _joints(robot: Robot, q: Floats, qdot: Floats, braking: _Braking) -> list[_S
         x, speeds = q[..., j], np.abs(qdot[..., j])
         margins = np.where(qdot[..., j] > 0.0, upper - x, x - lower)
         columns += [
-            _braked(Constraint(POSITION, name, unit), margins, speeds, braking),
+            _braked(Constraint(POSITION, name, unit), margins, _times(margins, speeds), braking),
             _bounded(Constraint(VELOCITY, name, f'{unit}/s'), robot.velocity_limits[j], speeds),
         ]
     return columns
@@ -238,35 +259,56 @@ def _speeds(
     ]
 
 
+def _by_rule(state: ToolState, rule: ServoRule) -> tuple[_Share, _Share]:
+    found = servo_shares(state, rule)
+    margins = np.maximum(rule.hard_stop_singularity_threshold - found.condition, 0.0)
+    times = np.where(found.rate > 0.0, margins / found.rate, np.inf)
+    towards, away = (
+        _Share(
+            Constraint(cause, '', 'of the condition number'),
+            np.where(found.leaving == leaving, found.values, 1.0),
+            margins,
+            times,
+        )
+        for cause, leaving in ((SINGULARITY, False), (LEAVING, True))
+    )
+    return towards, away
+
+
 def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Share:
-    # Singular poses are at right angles to the way to the nearest of them. Seen from here and from
-    # the way of a stop, along which others may come to be the nearest, what counts is the motion
-    # along these ways; none of them is nearer than the nearest one from here.
+    # No singular pose is nearer than the distance, so the motion may go on by so much before it is
+    # looked for again, up to the way of a stop. Seen from the last of these poses, the surface is
+    # taken to be at right angles to the way to the nearest one.
     thresholds, scales = robot.thresholds, robot.task.column_scales
     stop = MEASURES['distance'].stop if thresholds.measure != 'distance' else thresholds.stop
     assert stop is not None  # the distance has thresholds of its own
-    speed = np.linalg.norm(qdot / scales, axis=-1)
-    ahead = np.zeros((1, *speed.shape, 1))
-    if not robot.chain.loops:  # they need not close there
-        way = np.minimum(braking.horizon + 0.5 * braking.stopping, 1.0 / speed)
-        way = np.where(speed > AT_REST, way, 0.0)
-        ahead = np.multiply.outer(np.linspace(0.0, 1.0, SEEN_FROM), way)[..., None]
-    seen_from = state.q + ahead * qdot
-    found = singularity(robot, seen_from)
-    poses = found.nearest_singular
-    away = (seen_from - poses) / scales
-    normal = away / np.linalg.norm(away, axis=-1, keepdims=True)
-    across = np.sum((state.q - poses) / scales * normal, axis=-1)
-    towards = -np.sign(across) * np.sum(qdot / scales * normal, axis=-1)
-    # Of none that was found: one that may be there is at most so near, and no nearer faster.
-    doubtful = np.isnan(poses[..., 0]) & ~found.decided
-    towards = np.where(doubtful, speed, towards)
-    margins = np.fmax(np.abs(across), found.distance[0]) - stop
-    of_each = _braked(Constraint(SINGULARITY, '', 'rad'), margins, towards, braking)
-    first = np.lexsort((of_each.times, of_each.values), axis=0)[:1]
-    return of_each._replace(
-        **{
-            name: np.take_along_axis(getattr(of_each, name), first, 0)[0]
-            for name in ('values', 'margins', 'times')
-        }
+    q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
+    speeds = np.linalg.norm(rates / scales, axis=-1)
+    due = braking.horizon + 0.5 * np.ravel(braking.stopping)
+    passed, times, margins = np.zeros(len(q)), np.full(len(q), np.inf), np.full(len(q), np.nan)
+    left = np.arange(len(q))
+    for _ in range(VIEWS if not robot.chain.loops else 1):  # closed loops need not close ahead
+        speed, ahead = speeds[left], q[left] + passed[left, None] * rates[left]
+        found = singularity(robot, ahead)
+        margin = found.distance - stop
+        towards = _towards(found, (ahead - found.nearest_singular) / scales, rates[left] / scales)
+        times[left] = passed[left] + _times(margin, towards)
+        margins[left] = np.where(passed[left] > 0.0, margins[left], margin)
+        passed[left] += np.where(speed > AT_REST, np.abs(margin) / speed, np.inf)
+        open_yet = (times[left] - passed[left]) * speed > FOUND
+        left = left[open_yet & (passed[left] < due[left])]
+        if not len(left):
+            break
+    shape = state.q.shape[:-1]
+    return _braked(
+        Constraint(SINGULARITY, '', 'rad'), margins.reshape(shape), times.reshape(shape), braking
     )
+
+
+def _towards(found: Singularity, away: Floats, rates: Floats) -> Floats:
+    # Speeds towards the nearest singular poses; of none that was found, but may be there, at most
+    # that of the motion.
+    normal = away / np.linalg.norm(away, axis=-1, keepdims=True)
+    doubtful = np.isnan(normal[..., 0]) & ~found.decided
+    speeds = np.linalg.norm(rates, axis=-1)
+    return np.asarray(np.where(doubtful, speeds, -np.sum(rates * normal, axis=-1)))

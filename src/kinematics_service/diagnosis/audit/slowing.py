@@ -98,17 +98,13 @@ def slowing_of(robot: Robot, timeline: Timeline, settings: SlowingSettings) -> S
             found = scale(robot, q, np.where(moving[:, None], qdot, 0.0), reduced=settings.reduced)
         except ServoSettingsError as error:
             raise RecordingError(str(error)) from None
-        words = [_in_words(cause, of) for cause, of, _ in found.constraints]
+        words = [one.words for one in found.constraints]
         values.append(np.where(moving, found.value, np.nan))
         slowed = moving & (found.value < 1.0)
         causes.append(np.where(slowed, np.argmin(found.values, axis=-1), -1))
     shares = np.asarray(values)
     stretches = tuple(_stretches(timeline, shares, np.asarray(causes), words))
     return Slowing(values, stretches, int(np.sum(np.isnan(shares))))
-
-
-def _in_words(cause: str, of: str) -> str:
-    return f'{cause} of {of}' if of else cause
 
 
 def _stretches(

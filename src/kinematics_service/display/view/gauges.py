@@ -82,7 +82,7 @@ def headline(seen: Observation) -> str:
 
 def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
     """
-    Return the gauges of the watched measure, of the distance, and of the time to the threshold.
+    Return the gauges of the watched measure, the distance, the time to the threshold, the scale.
     """
     thresholds = seen.robot.thresholds
     measure = MEASURES[thresholds.measure]
@@ -115,7 +115,17 @@ def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
                 seen.level,
             )
         )
-    return (*gauges, _time_gauge(seen))
+    return (*gauges, _time_gauge(seen), *_scale_gauges(seen))
+
+
+def _scale_gauges(seen: Observation) -> tuple[Gauge, ...]:
+    # Only where somebody asks for joint velocities.
+    if seen.scale is None:
+        return ()
+    value, cause, level = seen.scale
+    text = f'{value:.2f}: {cause}' if cause else f'{value:.2f}'
+    filled = min(1.0, max(0.0, value))
+    return (Gauge('scale', 'share of the command that may be kept', text, filled, (), level),)
 
 
 def _is_distance(seen: Observation) -> bool:

@@ -1,6 +1,7 @@
 """The observation of an arm at one moment: all data of its picture."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,14 @@ from ...kinematics.tool_state import ToolState, evaluate
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from .axes import RowAxis, axes_of, motor_axes
+
+
+class CommandScale(NamedTuple):
+    """The share of the last command that may be kept, what slows it, and how much it does."""
+
+    value: float
+    cause: str
+    level: Level
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +51,8 @@ class Observation:
         The measures.
     level
         OK, WARN, ERROR, or STALE if no new joint states arrive.
+    scale
+        What a node says of the commands that it hears; None if it hears none.
     """
 
     robot: Robot
@@ -54,6 +65,7 @@ class Observation:
     loops: Floats
     singularity: Singularity
     level: Level
+    scale: CommandScale | None = None
 
 
 def observation_of(

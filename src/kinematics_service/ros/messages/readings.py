@@ -17,6 +17,12 @@ class Stamp(NamedTuple):
     nanosec: int
 
 
+class ScaleReading(NamedTuple):
+    """The share of a commanded motion that may be kept, 0 to 1."""
+
+    scale: float
+
+
 class JacobianReading(NamedTuple):
     """A Jacobian (rows, columns) with the labels of its rows and columns."""
 
@@ -63,12 +69,18 @@ class WrenchReading(NamedTuple):
 
 
 class WarningReading(NamedTuple):
-    """A singularity warning: level, sentence, and keys with values."""
+    """A warning, or the reason of a scale: level, sentence, and keys with values."""
 
     level: str
     sentence: str
     name: str
     values: dict[str, str]
+
+    @property
+    def cause(self) -> str:
+        """Return what slows a command: `position limit of elbow`; empty where nothing does."""
+        cause, of = (self.values.get(key, '') for key in ('cause', 'of'))
+        return f'{cause} of {of}' if of else cause
 
 
 def jacobian_of(message: Any) -> JacobianReading:
@@ -139,6 +151,11 @@ def wrench_of(message: Any) -> WrenchReading:
     return WrenchReading(
         _stamp(message), message.header.frame_id, _xyz(wrench.force), _xyz(wrench.torque)
     )
+
+
+def scale_of(message: Any) -> ScaleReading:
+    """Return the scale of a Float64."""
+    return ScaleReading(float(message.data))
 
 
 def warned_of(message: Any) -> WarningReading:

@@ -6,6 +6,7 @@ from typing import Any
 
 from ...rigid_motion import exact_rpy
 from ..parameters.settings import ROW_LABELS, NodeSettings
+from .scaling import NO_SAFETY
 
 
 def _finite(value: float) -> float | None:
@@ -35,15 +36,17 @@ def description_of(
                 'lower': _finite(low),
                 'upper': _finite(high),
                 'velocity': _finite(velocity),
+                'acceleration': _finite(acceleration),
                 'unit': unit,
             }
-            for name, variable, kind, unit, (low, high), velocity in zip(
+            for name, variable, kind, unit, (low, high), velocity, acceleration in zip(
                 settings.joint_names,
                 robot.variables,
                 robot.joint_types,
                 robot.units,
                 robot.limits,
                 robot.velocity_limits,
+                robot.acceleration_limits,
             )
         ],
         'frames': {'base': settings.base_frame, 'tool': settings.tool_frame},
@@ -62,6 +65,20 @@ def description_of(
         },
         'wrench': {'axes': 'tool', 'exerted by': 'the tool', 'at': 'origin of the tool frame'},
         'quaternion': 'x y z w',
+        'scale': {
+            'rule': 'servo' if settings.scale_rule else 'distance',
+            'horizon': settings.scale_horizon,
+            'rise': settings.scale_rise,
+            'reduced': settings.scale_reduced,
+            'speed_limits': {
+                limit.of: {
+                    name: _finite(getattr(limit, name))
+                    for name in ('linear', 'angular', 'reduced')
+                }
+                for limit in robot.description.speed_limits
+            },
+            'note': NO_SAFETY,
+        },
         'singularity': {
             'task': list(robot.task.rows),
             'length': robot.task.length,

@@ -14,7 +14,7 @@ from ...errors import KinematicsError, RefusedTargetError
 from ...estimation.estimator import EstimatorOutput
 from ...estimation.status_text import StatusText
 from ...kernel import LARGEST, Floats
-from ...kinematics.scale import POSITION, SINGULARITY, MotionScale, scale
+from ...kinematics.scale import LEAVING, POSITION, SINGULARITY, MotionScale, scale
 from ...robot.measures import Level
 from ..messages.message_check import read_message
 from ..messages.messages import full_name, status_message
@@ -37,7 +37,7 @@ SLOWED, STOPPED = (0.95, 0.99), (0.01, 0.05)
 OTHER_CAUSE = 0.05
 NO_SAFETY = 'no safety function: it knows positions and commands as they are reported'
 # What MoveIt Servo calls these states (moveit_msgs/ServoStatus).
-INVALID, NO_WARNING, APPROACHING, HALTED, JOINT_BOUND = -1, 0, 1, 2, 6
+INVALID, NO_WARNING, APPROACHING, HALTED, MOVING_OFF, JOINT_BOUND = -1, 0, 1, 2, 3, 6
 
 
 class _Reason(NamedTuple):
@@ -111,6 +111,7 @@ class Scaling:
             qdot[None],
             horizon=settings.scale_horizon,
             reduced=settings.scale_reduced,
+            rule=settings.scale_rule,
         )
 
     def _smooth(self, value: float) -> float:
@@ -182,7 +183,7 @@ def _servo_code(found: MotionScale, reason: _Reason) -> int:
     cause = found.constraints[reason.k].cause
     if cause == SINGULARITY:
         return HALTED if reason.level is Level.ERROR else APPROACHING
-    return JOINT_BOUND if cause == POSITION else NO_WARNING
+    return {LEAVING: MOVING_OFF, POSITION: JOINT_BOUND}.get(cause, NO_WARNING)
 
 
 def _in_words(
@@ -191,11 +192,11 @@ def _in_words(
     if reason.k < 0:
         rising = '; the scale rises to it' if value < SLOWED[0] else ''
         return f'the command may be kept{rising}', (('scale', f'{value:.3g}'),)
-    cause, of, unit = found.constraints[reason.k]
+    constraint = found.constraints[reason.k]
+    cause, of, unit = constraint
     margin, left = (float(column[0][reason.k]) for column in (found.margins, found.times))
-    what = f'{cause} of {of}' if of else cause
     how = 'stopped' if reason.level is Level.ERROR else f'slowed to {value:.2g}'
-    return f'{how}: {what}, {margin:.3g} {unit} left', (
+    return f'{how}: {constraint.words}, {margin:.3g} {unit} left', (
         ('scale', f'{value:.3g}'),
         ('cause', cause),
         ('of', of),

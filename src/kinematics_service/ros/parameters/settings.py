@@ -3,7 +3,7 @@
 import math
 from array import array
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from importlib.util import find_spec
 from typing import Any, NamedTuple
 
@@ -11,6 +11,7 @@ from ...errors import KinematicsError, RobotFileError, SettingsError
 from ...estimation.estimator import EstimatorSettings
 from ...kinematics.inverse.servo import ServoSettings
 from ...kinematics.inverse.target import TOOL_AXES
+from ...kinematics.servo_rule import ServoRule
 from ...robot.file.parts.quantities import LARGEST
 from ...robot.measures import Thresholds, thresholds_for
 from ...robot.points import TOOL
@@ -78,6 +79,8 @@ class NodeSettings:
         How fast the scale may rise.
     scale_reduced
         Whether reduced speeds hold.
+    scale_rule
+        MoveIt Servo's rule; None for the distance.
     points
         For each point with topics of its own the settings whose tool frame it is.
     of
@@ -104,6 +107,7 @@ class NodeSettings:
     scale_horizon: float
     scale_rise: float
     scale_reduced: bool
+    scale_rule: ServoRule | None
     points: Mapping[str, 'NodeSettings']
     of: str = TOOL
 
@@ -208,6 +212,7 @@ def settings_from(
         scale_horizon=values['scale.horizon'],
         scale_rise=values['scale.rise'],
         scale_reduced=_reduced(values, judged),
+        scale_rule=_scale_rule(values, judged),
         points={},
     )
     return replace(settings, points=_points(points, robot, settings))
@@ -298,6 +303,17 @@ def _reduced(values: Mapping[str, Any], robot: Robot) -> bool:
     if values['scale.reduced'] and not any(math.isfinite(one.reduced) for one in limits):
         raise _refuse('scale.reduced', True, f'{robot.name} has no speed_limits with reduced')
     return bool(values['scale.reduced'])
+
+
+def _scale_rule(values: Mapping[str, Any], robot: Robot) -> ServoRule | None:
+    try:
+        rule = ServoRule(*(values[f'scale.{field.name}'] for field in fields(ServoRule)))
+        if values['scale.rule'] == 'distance':
+            return None
+        rule.check(robot)
+    except KinematicsError as error:
+        raise SettingsError(f'parameters scale.*: {error}') from None
+    return rule
 
 
 def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> ServoSettings:

@@ -7,11 +7,13 @@ from typing import Any
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 
 from ...estimation.estimator import VELOCITY_SOURCES
+from ...kinematics.servo_rule import ServoRule
 from ...robot.measures import MEASURES
 
 # How messages are read and written: as patched bytes, or as rclpy's objects.
 TRANSPORTS = ('bytes', 'messages')
 AXES = ('base', 'tool')
+SCALE_RULES = ('distance', 'servo')
 ROW_ORDERS = ('linear_first', 'angular_first')
 
 
@@ -143,6 +145,37 @@ PARAMETERS = (
     ),
     Parameter('scale.rise', 2.0, 'How fast `~/scale` may rise, 1/s.', range=(1e-3, 1e6)),
     Parameter('scale.reduced', False, "Whether the robot file's `reduced` speeds hold."),
+    Parameter(
+        'scale.rule',
+        'distance',
+        "What slows `~/scale` before singular poses: the distance, or MoveIt Servo's rule with "
+        'the settings that follow, named as Servo has them.',
+        SCALE_RULES,
+    ),
+    Parameter(
+        'scale.lower_singularity_threshold',
+        ServoRule.lower_singularity_threshold,
+        'Of `scale.rule` servo: condition number from which a motion is slowed.',
+        range=(1e-3, 1e6),
+    ),
+    Parameter(
+        'scale.hard_stop_singularity_threshold',
+        ServoRule.hard_stop_singularity_threshold,
+        'Likewise, from which it is stopped.',
+        range=(1e-3, 1e6),
+    ),
+    Parameter(
+        'scale.leaving_singularity_threshold_multiplier',
+        ServoRule.leaving_singularity_threshold_multiplier,
+        'Likewise: what leads away is slowed this many times less.',
+        range=(1e-3, 1e6),
+    ),
+    Parameter(
+        'scale.singularity_step_scale',
+        ServoRule.singularity_step_scale,
+        'Likewise: the step, in m and rad, that shows which way the condition number grows.',
+        range=(1e-9, 1.0),
+    ),
     Parameter(
         'singularity.measure', 'distance', ('Measure that the warning watches.'), tuple(MEASURES)
     ),

@@ -9,6 +9,9 @@ from ..messages.topics import WARNING
 # A kinematics node is recognised by this topic, whatever its name is.
 MARK = WARNING.replace('~', '')
 STATUS = 'diagnostic_msgs/msg/DiagnosticStatus'
+JOINT_STATES_ANSWERED = (
+    'joint states, so look whether any arrive (/diagnostics says which are missing)'
+)
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 
 
@@ -21,7 +24,7 @@ def kinematics_nodes(node: Node) -> list[str]:
     )
 
 
-def why_no_messages(node: Node, topic: str) -> str:
+def why_no_messages(node: Node, topic: str, answered: str = JOINT_STATES_ANSWERED) -> str:
     """
     Return the awaited topic, its publishers, and what to check.
 
@@ -31,6 +34,8 @@ def why_no_messages(node: Node, topic: str) -> str:
         The node that subscribes.
     topic
         Resolved name of the silent topic.
+    answered
+        What the node answers on it, and what to look at.
     """
     publishers = node.count_publishers(topic)
     if publishers > 0:
@@ -39,10 +44,7 @@ def why_no_messages(node: Node, topic: str) -> str:
             if publishers == 1
             else f'{publishers} publishers, which have sent'
         )
-        return (
-            f'waiting for {topic}: it has {who} nothing; the node answers joint states, so look '
-            'whether any arrive (/diagnostics says which are missing)'
-        )
+        return f'waiting for {topic}: it has {who} nothing; the node answers {answered}'
     found = kinematics_nodes(node)
     nodes = (
         f'kinematics nodes here: {", ".join(found)}' if found else 'no kinematics node runs here'

@@ -15,6 +15,7 @@ from ...formats.recordings.recording import read_recording
 from ...kinematics.trajectory import TRAJECTORIES
 from ...robot.measure_units import measure_units
 from ...stop_signals import StopSignal
+from ..messages.topics import COMMAND
 from ..node.node import KinematicsNode
 from ..node.steady_time import steady_timer
 from ..process.session import FAULT, FINE, helper_node, run_session
@@ -108,17 +109,18 @@ def _arm(
 ) -> tuple[VirtualArm, str]:
     # Returns the arm, and its motion in words.
     robot, names = node.settings.robot, node.settings.joint_names
+    command = COMMAND.replace('~', node.get_fully_qualified_name())
     if replay is not None:
         recording = read_recording(Path(replay), robot)
         rows, seconds = len(recording.stamps), recording.due[-1]
         words = f'{robot.name} replays {rows} joint states of {seconds:.1f} s from {replay}'
         moments, period = moments_of_recording(recording), period_of_recording(recording)
-        return VirtualArm(_helper(node, 'arm'), names, moments, period), words
+        return VirtualArm(_helper(node, 'arm'), names, moments, period, command), words
     path = TRAJECTORIES[trajectory](robot)
     smooth = trajectory == 'smooth'
     words = motion_in_words(robot, path) if smooth else f'{robot.name} moves in sines'
     moments = moments_of_trajectory(path, time.time_ns())
-    return VirtualArm(_helper(node, 'arm'), names, moments), words
+    return VirtualArm(_helper(node, 'arm'), names, moments, command=command), words
 
 
 def _play(

@@ -15,7 +15,14 @@ from std_msgs.msg import Float64, Float64MultiArray
 
 from ...robot.measures import MEASURES
 from ..messages.readings import PoseReading, WarningReading, pose_of, warned_of
-from ..messages.topics import JOINT_STATES, OUTPUT_QOS, WARNING, WARNING_QOS
+from ..messages.topics import (
+    JOINT_STATES,
+    OUTPUT_QOS,
+    SCALE,
+    SCALE_REASON,
+    WARNING,
+    WARNING_QOS,
+)
 from ..process.latest_message import LatestMessage
 
 # The time of an entry of the history, s, and the number of entries.
@@ -56,6 +63,8 @@ class DemoListener:
         The speed of the fastest joint in each INTERVAL, rad/s or m/s.
     warned, levels
         The last warning, and the levels one after the other.
+    scale, reason
+        How much of the arm's motion may be kept as a command, and why.
     then
         Called with each warning.
     """
@@ -88,10 +97,14 @@ class DemoListener:
         self.distance = self.measures['distance']
         warning = WARNING.replace('~', source)
         self.warning = LatestMessage(node, warning, DiagnosticStatus, WARNING_QOS, self._warn)
+        self.scale = LatestMessage(node, SCALE.replace('~', source), Float64, OUTPUT_QOS)
+        reason = SCALE_REASON.replace('~', source)
+        self.reason = LatestMessage(node, reason, DiagnosticStatus, WARNING_QOS)
 
     def found(self, node: Node) -> bool:
         """Return whether the node's publishers have found all subscriptions."""
-        ours = (self.pose, self.jacobian, self.twist, self.warning, *self.measures.values())
+        ours = [self.pose, self.jacobian, self.twist, self.warning, *self.measures.values()]
+        ours += [self.scale, self.reason]
         topics = {heard.topic for heard in ours}
         found = {p.topic_name for p in node.publishers if p.get_subscription_count() > 0}
         return topics <= found

@@ -9,7 +9,7 @@ from ...kinematics.singularity import singularity
 from ...printing import plain
 from ...robot.measures import MEASURES
 from ...robot.robot import Robot
-from ..messages.readings import WarningReading, pose_of
+from ..messages.readings import WarningReading, pose_of, scale_of, warned_of
 from ..process.standard_output import StandardOutput
 from .demo_listener import DemoListener
 from .live_table import number
@@ -87,8 +87,13 @@ class PlainReport:
             return
         pose, distance = pose_of(listener.pose.message), listener.measure('distance')
         xyz = ' '.join(number(float(x)) for x in pose.position)
-        left = '' if distance is None else f'  {_distance(distance, listener.decided)}'
-        self._output.line(f'{listener.time:6.1f} s  tool {xyz} m{left}  {self._level}'.rstrip())
+        left = '' if distance is None else _distance(distance, listener.decided)
+        kept = ''
+        if listener.scale.message is not None and listener.reason.message is not None:
+            cause = plain(warned_of(listener.reason.message).cause)
+            kept = f'scale {scale_of(listener.scale.message).scale:.2f} {cause}'.rstrip()
+        parts = f'{listener.time:6.1f} s', f'tool {xyz} m', left, self._level, kept
+        self._output.line('  '.join(part for part in parts if part))
 
 
 def _distance(distance: float, decided: bool) -> str:

@@ -15,9 +15,17 @@ from ...errors import LayoutError
 from ...kernel import Floats
 from ...printing import plain
 from ...robot.measures import MEASURES, Level
-from ..messages.readings import JacobianReading, WarningReading, jacobian_of, pose_of, velocity_of
+from ..messages.readings import (
+    JacobianReading,
+    WarningReading,
+    jacobian_of,
+    pose_of,
+    scale_of,
+    velocity_of,
+    warned_of,
+)
 from .demo_listener import INTERVAL, DemoListener
-from .live_table import BARS, STYLES, bars, coloured, matrix_lines, number
+from .live_table import BARS, STYLES, bars, coloured, matrix_lines, number, scale_lines
 
 # Number of lines of a sentence, so that nothing below it jumps.
 SENTENCE_LINES = 2
@@ -75,6 +83,7 @@ def screen(
     near = [
         ScreenSection(9, [Text()]),
         ScreenSection(2, [_distance(listener)]),
+        ScreenSection(6, [_scale(listener)]),
         ScreenSection(3, _histories(listener, right) if blocks else []),
         ScreenSection(6, _measures(listener, right, units)),
         ScreenSection(7, _lost(listener)),
@@ -218,6 +227,15 @@ def _distance(listener: DemoListener) -> Text:
         shown = f'{distance:.4f} rad = {math.degrees(distance):.1f} deg'
         shown = MEASURES['distance'].farther(distance, listener.decided) or shown
     return _labelled('distance', shown, STYLES.get(level, ''))
+
+
+def _scale(listener: DemoListener) -> Text:
+    # Of the arm's motion as a command: the arm itself goes on.
+    message, reason = listener.scale.message, listener.reason.message
+    if message is None or reason is None:
+        return _labelled('scale', NOTHING)
+    told, (line,) = warned_of(reason), scale_lines(scale_of(message))
+    return _labelled('scale', f'{line.removeprefix("scale ")}  {plain(told.cause)}'.rstrip())
 
 
 def _measures(listener: DemoListener, width: int, units: Mapping[str, str]) -> list[Text]:

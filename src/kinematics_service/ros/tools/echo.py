@@ -54,7 +54,7 @@ def run_echo(
     Parameters
     ----------
     what
-        `jacobian`, `pose`, `twist` or `warning`.
+        A name of `ECHO_TOPICS`.
     node
         Full name of the node; the leading slash may be missing.
     once
@@ -167,7 +167,10 @@ class _Echo:
             return
         if not self._explained:
             self._explained = True
-            tell(why_no_messages(self._node, self._latest.topic))
+            tell(self._why_silent())
+
+    def _why_silent(self) -> str:
+        return why_no_messages(self._node, self._latest.topic, self._echoed.answers)
 
     def _give_up(self) -> None:
         # At the time-out the reason why no message came is printed, if it has not been printed
@@ -175,7 +178,7 @@ class _Echo:
         if self._latest.count > 0 or self.in_vain:
             return
         if not self._explained:
-            tell(why_no_messages(self._node, self._latest.topic))
+            tell(self._why_silent())
         self.in_vain = True
         tell(f'gave up after {self._timeout:g} s without a message')
 
@@ -191,6 +194,6 @@ class _Echo:
         level = lines[0].partition(' ')[0] if lines else ''
         texts = [coloured(line, level) for line in lines]
         if self._silent:
-            texts.append(Text(why_no_messages(self._node, latest.topic), style='bold'))
+            texts.append(Text(self._why_silent(), style='bold'))
         headline = Text(f'{title}   Ctrl-C ends it', 'bold', no_wrap=True, overflow='ellipsis')
         return Group(headline, *texts)

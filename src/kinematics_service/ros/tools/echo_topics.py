@@ -7,26 +7,31 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import AccelStamped, PoseStamped, TwistStamped, WrenchStamped
 from rclpy.qos import QoSProfile
-from std_msgs.msg import Float64MultiArray
+from std_msgs.msg import Float64, Float64MultiArray
 
 from ..messages.readings import (
     Stamp,
     acceleration_of,
     jacobian_of,
     pose_of,
+    scale_of,
     velocity_of,
     warned_of,
     wrench_of,
 )
-from ..messages.topics import OUTPUT_QOS, WARNING, WARNING_QOS
+from ..messages.topics import OUTPUT_QOS, SCALE, SCALE_REASON, WARNING, WARNING_QOS
+from ..process.no_messages import JOINT_STATES_ANSWERED
 from .live_table import (
     acceleration_lines,
     matrix_lines,
     pose_lines,
+    scale_lines,
     velocity_lines,
     warned_lines,
     wrench_lines,
 )
+
+COMMANDS_ANSWERED = 'commands of joint velocities on ~/command, so look whether any arrive'
 
 
 @dataclass(frozen=True)
@@ -44,6 +49,8 @@ class EchoTopic:
         From that and a width to lines.
     rare
         Whether messages are rare, so that none after the first is normal.
+    answers
+        What the node answers with them.
     """
 
     name: str
@@ -52,6 +59,7 @@ class EchoTopic:
     reading: Callable[[Any], Any]
     shown: Callable[[Any, int], list[str]]
     rare: bool = False
+    answers: str = JOINT_STATES_ANSWERED
 
     def lines(self, message: Any, width: int) -> list[str]:
         """Return a message as lines; LayoutError if it cannot be read."""
@@ -91,5 +99,22 @@ ECHO_TOPICS = {
     ),
     'warning': EchoTopic(
         WARNING, DiagnosticStatus, WARNING_QOS, warned_of, warned_lines, rare=True
+    ),
+    'scale': EchoTopic(
+        SCALE,
+        Float64,
+        OUTPUT_QOS,
+        scale_of,
+        lambda reading, width: scale_lines(reading),
+        answers=COMMANDS_ANSWERED,
+    ),
+    'scale_reason': EchoTopic(
+        SCALE_REASON,
+        DiagnosticStatus,
+        WARNING_QOS,
+        warned_of,
+        warned_lines,
+        rare=True,
+        answers=COMMANDS_ANSWERED,
     ),
 }

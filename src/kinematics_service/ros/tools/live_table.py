@@ -13,6 +13,7 @@ from ..messages.readings import (
     AccelerationReading,
     JacobianReading,
     PoseReading,
+    ScaleReading,
     TwistReading,
     WarningReading,
     WrenchReading,
@@ -28,6 +29,7 @@ STYLES = {
     Level.STALE.name: 'bold magenta',
 }
 BARS = '▁▂▃▄▅▆▇█'
+SCALE_BAR = 20
 
 
 def number(value: float, decimals: int = 4) -> str:
@@ -111,6 +113,12 @@ def wrench_lines(wrench: WrenchReading) -> list[str]:
         f'force x y z        {numbers(wrench.force)}  N, axes of {plain(wrench.frame)}',
         f'torque x y z       {numbers(wrench.torque)}  N m',
     ]
+
+
+def scale_lines(reading: ScaleReading) -> list[str]:
+    """Return a scale and its bar."""
+    filled = round(SCALE_BAR * min(max(reading.scale, 0.0), 1.0))
+    return [f'scale {reading.scale:.3f}  {"█" * filled}{"░" * (SCALE_BAR - filled)}']
 
 
 def warned_lines(warned: WarningReading, width: int) -> list[str]:

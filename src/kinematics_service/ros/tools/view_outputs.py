@@ -12,13 +12,13 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float64, Float64MultiArray
 
-from ...display.view.observation import Observation
+from ...display.view.observation import CommandScale, Observation
 from ...errors import LayoutError
 from ...kernel import Floats
 from ...rigid_motion import rotation_of_quaternion
 from ...robot.measures import Level
-from ..messages.readings import jacobian_of, velocity_of, warned_of
-from ..messages.topics import WARNING, WARNING_QOS
+from ..messages.readings import jacobian_of, scale_of, velocity_of, warned_of
+from ..messages.topics import SCALE, SCALE_REASON, WARNING, WARNING_QOS
 from ..process.latest_message import LatestMessage
 
 # Messages older than this (s) are not shown as live.
@@ -48,8 +48,10 @@ class ViewOutputs:
         self.frames = subscribe('link_frames', PoseArray)
         self.twist = subscribe('twist', TwistStamped)
         self.distance = subscribe('singularity/distance', Float64)
-        self.warning = LatestMessage(
-            node, WARNING.replace('~', source), DiagnosticStatus, WARNING_QOS
+        self.scale = LatestMessage(node, SCALE.replace('~', source), Float64, LAST_QOS)
+        self.warning, self.reason = (
+            LatestMessage(node, topic.replace('~', source), DiagnosticStatus, WARNING_QOS)
+            for topic in (WARNING, SCALE_REASON)
         )
 
     @property
@@ -96,6 +98,11 @@ class ViewOutputs:
             level = warned_of(self.warning.message).level
             if level in Level.__members__ and level != Level.STALE.name:
                 values['level'] = Level[level]
+        if _fresh(self.scale) and self.reason.count:
+            reason = warned_of(self.reason.message)
+            if reason.level in Level.__members__:
+                value = scale_of(self.scale.message).scale
+                values['scale'] = CommandScale(value, reason.cause, Level[reason.level])
         return replace(seen, **values)
 
 

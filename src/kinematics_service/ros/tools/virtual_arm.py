@@ -71,6 +71,8 @@ class VirtualArm:
         What to publish.
     period
         Period of looks for joint states that are due, in s.
+    command
+        The topic on which the velocities are asked for, too; empty for none.
 
     Attributes
     ----------
@@ -88,6 +90,7 @@ class VirtualArm:
         names: Sequence[str],
         moments: Iterator[TimedJointState],
         period: float = 1.0 / RATE,
+        command: str = '',
     ) -> None:
         self.node = node
         self.sent = 0
@@ -95,6 +98,7 @@ class VirtualArm:
         self._message = JointState(name=names)
         self._moments = moments
         self._publisher = node.create_publisher(JointState, JOINT_STATES, QUEUE)
+        self._command = node.create_publisher(JointState, command, QUEUE) if command else None
         # The timer has one period and is started once: each reset of a timer, and each call of one
         # that is due again, adds an event to the executor's queue. A timer that is reset in its
         # own callback doubles its calls without end whenever the queue is longer than its pause.
@@ -138,4 +142,6 @@ class VirtualArm:
         message.position = array('d', moment.q.tobytes())
         message.velocity = array('d', b'' if moment.qdot is None else moment.qdot.tobytes())
         self._publisher.publish(message)
+        if self._command is not None and moment.qdot is not None:
+            self._command.publish(message)
         self.sent += 1

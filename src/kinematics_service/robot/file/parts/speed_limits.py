@@ -5,13 +5,15 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..text.entries import checked, checked_mapping, choice
-from ..text.fault_report import quoted
+from ..text.fault_report import number, quoted
 from ..text.yaml_document import Path
 from .description import PointDescription, SpeedLimit
-from .quantities import Quantities
+from .quantities import DEGREES, METRES, MILLIMETRES, Quantities
 from .schema import SpeedLimitEntry
 
 PATH: Path = ('speed_limits',)
+# No tool of an arm is as fast, and none is meant to be as slow: m/s, rad/s.
+FAST, SLOW, SPINNING = 20.0, 0.002, 25.0
 
 
 def read_speed_limits(
@@ -56,4 +58,24 @@ def _limit(
     if not any(given):
         report.fault(path, 'says no limit: give linear, angular or reduced, a second')
         return None
-    return SpeedLimit(name, *(math.inf if limit is None else limit for limit in given))
+    limit = SpeedLimit(name, *(math.inf if one is None else one for one in given))
+    if math.isfinite(limit.reduced) and limit.reduced > limit.linear:
+        report.fault(
+            (*path, 'reduced'),
+            f'must be at most linear, {entry.linear}, not {entry.reduced}: it is the slower of '
+            'the two',
+        )
+        return None
+    _warn_of_units(limit, path, quantities)
+    return limit
+
+
+def _warn_of_units(limit: SpeedLimit, path: Path, quantities: Quantities) -> None:
+    units, warn = quantities.units, quantities.report.warn
+    for key, speed in (('linear', limit.linear), ('reduced', limit.reduced)):
+        if units.length == 'm' and FAST < speed < math.inf:
+            warn((*path, key), f'a speed of {number(speed)} m/s: {MILLIMETRES}')
+        if units.length == 'mm' and speed < SLOW:
+            warn((*path, key), f'a speed of {number(speed * 1e3)} mm/s: {METRES}')
+    if units.angle == 'rad' and SPINNING < limit.angular < math.inf:
+        warn((*path, 'angular'), f'a speed of {number(limit.angular)} rad/s: {DEGREES}')
