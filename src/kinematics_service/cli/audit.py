@@ -15,14 +15,22 @@ from ..diagnosis.audit.report.summary import print_summary
 from ..diagnosis.audit.slowing import SlowingSettings
 from ..errors import KinematicsError
 from ..estimation.estimator import EstimatorSettings
-from ..formats.recordings.source import Selection
 from ..output_file import say_written, write_file
 from ..robot.measures import thresholds_for
 from ..robot.robot import Robot, with_singularity
-from .frame_options import FormatOption, GapOption, given_format, given_frames
+from .frame_options import GapOption, given_frames
 from .options import OfOption, RobotOption, WrongUsage, ending_at, flag, given_robot, option
 from .plan_options import given_plans
-from .recording_options import ColumnsOption, PrefixOption, TopicOption
+from .recording_options import (
+    ColumnsOption,
+    FormatOption,
+    JointsOption,
+    PrefixOption,
+    StampsOption,
+    TableWords,
+    TopicOption,
+    given_selection,
+)
 
 FAILURES = ('never', 'warn', 'stop', 'undecided', 'limits', 'speed', 'frames')
 
@@ -42,6 +50,8 @@ def audit(
     topic: TopicOption = None,
     pose_topic: Optional[str] = option('Topic of PoseStamped messages to compare.', 'TOPIC'),
     columns: ColumnsOption = None,
+    joint_format: JointsOption = None,
+    stamps: StampsOption = None,
     html: Optional[Path] = option('Write a page with every curve.', 'FILE'),
     json: Optional[Path] = option('Write everything as JSON; - prints it.', 'FILE'),
     out: Optional[Path] = option('Write the topics the node would have published.', 'FILE.mcap'),
@@ -137,8 +147,8 @@ def audit(
     arm = _judged(ending_at(given_robot(robot), of), warn, stop)
     frames = given_frames(pose_gap, pose_warn, pose_stop)
     plans = given_plans(arm, failures, speed_limit, speed_of)
-    form = given_format(pose_format)
-    reading = Selection(arm, topic, pose_topic, columns, joint_prefix, form)
+    words = TableWords(columns, pose_format, joint_format, stamps)
+    reading = given_selection(arm, topic, pose_topic, joint_prefix, words)
     settings = EstimatorSettings(joint_prefix, velocity_source.value, round(timeout * 1e9))
     date = datetime.now().astimezone().isoformat(' ', 'seconds')
     runs = [
