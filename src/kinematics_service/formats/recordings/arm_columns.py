@@ -56,21 +56,6 @@ LAYOUTS = (
     Layout(ColumnNames(STAMP, 'position.', 'velocity.', 'pose.')),
     # The columns that the recorder of Universal Robots' RTDE client writes.
     Layout(ColumnNames('timestamp', 'actual_q_', 'actual_qd_', 'actual_TCP_pose_')),
-    # Vectors of LeRobot, and of the HDF5 files of robomimic and ALOHA.
-    Layout(
-        ColumnNames(
-            'timestamp', 'observation.state.', 'observation.velocity.', 'observation.ee_pose.'
-        )
-    ),
-    Layout(
-        ColumnNames(
-            STAMP,
-            'obs.robot0_joint_pos.',
-            'obs.robot0_joint_vel.',
-            'obs.robot0_eef_pos+obs.robot0_eef_quat',
-        )
-    ),
-    Layout(ColumnNames(STAMP, 'observations.qpos.', 'observations.qvel.', 'observations.pose.')),
     # AXIS_ACT and POS_ACT, jointtarget and robtarget, and positions as teach pendants show them.
     Layout(ColumnNames('', 'A', '', ''), 'kuka', ('x', 'y', 'z', 'a', 'b', 'c')),
     Layout(ColumnNames('', 'J', '', ''), 'fanuc', ('x', 'y', 'z', 'w', 'p', 'r')),
@@ -112,13 +97,15 @@ class ArmColumns(NamedTuple):
 
 
 def arm_columns(
-    file: Path, header: list[str], wanted: Selection, accepted: str = HOW
+    file: Path | str, header: list[str], wanted: Selection, accepted: str = HOW
 ) -> ArmColumns:
     """
     Return the columns of an arm.
 
     Parameters
     ----------
+    file
+        Its name, for messages.
     accepted
         What is accepted, for the message on a missing column.
 
@@ -134,7 +121,9 @@ def arm_columns(
 
 
 class _Search:
-    def __init__(self, file: Path, header: list[str], wanted: Selection, accepted: str) -> None:
+    def __init__(
+        self, file: Path | str, header: list[str], wanted: Selection, accepted: str
+    ) -> None:
         self.file, self.header, self.wanted, self._accepted = file, header, wanted, accepted
         self.joints = [wanted.joint_prefix + name for name in wanted.robot.joint_names]
         self._given = {} if wanted.columns is None else _given(wanted.columns)
@@ -155,7 +144,7 @@ class _Search:
             if form == PoseFormat():
                 form = MAKERS[layout.maker]
         positions, velocities = map(self._family, (names.position, names.velocity))
-        if len(positions) > len(self.joints):
+        if len(positions) != len(self.joints):
             raise RecordingError(
                 f'{self.file}: --columns position= names {len(positions)} columns; '
                 f'{wanted.robot.name} has {len(self.joints)} joints'

@@ -1,0 +1,135 @@
+"""A dataset audited by one or several processes; what is done is kept in a file to go on from."""
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from ....errors import RecordingError
+from ....formats.datasets.episodes import Episode, episodes_of
+from ..report.audit_runs import shown_bar, spread
+from .episode_audit import EpisodeBatch, EpisodeRow, EpisodeWork, rows_of_batch
+
+# Frames, and episodes, of a batch: some seconds of one process.
+MOST_FRAMES, MOST_EPISODES = 2**16, 64
+
+
+class Journal:
+    """
+    The file of what is done: a line for what was asked, and one for each episode.
+
+    Parameters
+    ----------
+    asked
+        What was asked, in words: with other words nothing of the file holds.
+
+    Raises
+    ------
+    RecordingError
+        It is another file, or of other words.
+    """
+
+    def __init__(self, file: Path, asked: str) -> None:
+        self.done: dict[str, list[EpisodeRow]] = {}
+        self._file, self._asked = file, asked
+        try:
+            text = file.read_text(encoding='utf-8') if file.exists() else ''
+        except (OSError, UnicodeDecodeError) as error:
+            raise RecordingError(f'--resume: {file}: cannot be read: {error}') from None
+        # A line that was not written to its end is not there.
+        lines = text[: text.rfind('\n') + 1].splitlines()
+        try:
+            if lines and json.loads(lines[0]) != {'asked': asked}:
+                raise RecordingError(
+                    f'--resume: {file}: was begun with other options, another robot or dataset'
+                )
+            for line in lines[1:]:
+                key, rows = json.loads(line)
+                self.done[key] = [_row(one) for one in rows]
+        except (ValueError, TypeError, IndexError):
+            raise RecordingError(f'--resume: {file}: is no file of a dataset audit') from None
+        self._whole = len(text) == text.rfind('\n') + 1
+        self._begun = bool(lines)
+
+    def add(self, done: Sequence[tuple[str, list[EpisodeRow]]]) -> None:
+        """
+        Write the rows of episodes.
+
+        Raises
+        ------
+        RecordingError
+            The file cannot be written.
+        """
+        lines = [] if self._begun else [{'asked': self._asked}]
+        told = [(key, [row._asdict() for row in rows]) for key, rows in done]
+        text = ''.join(f'{json.dumps(one)}\n' for one in (*lines, *told))
+        try:
+            with self._file.open('a', encoding='utf-8') as stream:
+                stream.write(text if self._whole else f'\n{text}')
+        except OSError as error:
+            raise RecordingError(
+                f'--resume: {self._file}: cannot be written: {error.strerror}'
+            ) from None
+        self._begun = self._whole = True
+
+
+def _row(fields: dict[str, Any]) -> EpisodeRow:
+    findings = tuple((int(level), str(text)) for level, text in fields['findings'])
+    return EpisodeRow(**{**fields, 'findings': findings})
+
+
+def rows_of_dataset(
+    path: Path, work: EpisodeWork, jobs: int, workers: str | None, journal: Journal | None
+) -> list[EpisodeRow]:
+    """
+    Return the rows of all episodes, in their order.
+
+    Parameters
+    ----------
+    journal
+        What is done already, and where the rest is written; None: nowhere.
+
+    Raises
+    ------
+    RecordingError
+        It has no episodes, or cannot be read as a whole.
+    """
+    episodes = list(episodes_of(path))
+    if not episodes:
+        raise RecordingError(f'{path}: has no files with episodes')
+    keys = [_key(one) for one in episodes]
+    known = journal.done if journal else {}
+    found = {key: known[key] for key in keys if key in known}
+    waiting = [one for one, key in zip(episodes, keys) if key not in found]
+    batches = list(_batches(work, waiting))
+    with shown_bar(len(waiting), 'episodes') as progress:
+        results = spread(rows_of_batch, batches, jobs, workers)
+        for batch, results_of_batch in zip(batches, results):
+            done = [(_key(one), rows) for one, rows in zip(batch.episodes, results_of_batch)]
+            found.update(done)
+            if journal:
+                journal.add(done)
+            progress(len(done))
+    return [row for key in keys for row in found[key]]
+
+
+def _key(episode: Episode) -> str:
+    # An episode whose file has changed is another one.
+    try:
+        about = episode.file.stat()
+    except OSError:
+        return episode.name
+    return f'{episode.name} {about.st_size} {about.st_mtime_ns}'
+
+
+def _batches(work: EpisodeWork, episodes: Sequence[Episode]) -> Iterator[EpisodeBatch]:
+    held: list[Episode] = []
+    frames = 0
+    for one in episodes:
+        if held and (frames > MOST_FRAMES or len(held) >= MOST_EPISODES):
+            yield EpisodeBatch(work, tuple(held))
+            held, frames = [], 0
+        held.append(one)
+        frames += max(one.count, 0)
+    if held:
+        yield EpisodeBatch(work, tuple(held))
