@@ -1,4 +1,4 @@
-"""Frames that are missing in a motion, or repeated: what evenly spaced stamps do not show."""
+"""Frames that are missing in a motion, repeated, or far off: what even stamps do not show."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -16,20 +16,24 @@ LEAST, MOST, WAY = 1.6, 6.0, 0.97
 ALIKE = 1.6
 # A motion stands out of its noise if its steps are this many times those that change at random.
 CLEAR = 6.0
+# A row is off if it is this many times the noise, this far (rad, m), and more than this many times
+# the way between its neighbours, away from their middle.
+OFF, OFF_BY, OFF_WAY = 25.0, 0.02, 3.0
 # Fewer steps tell no noise.
 FEWEST = 12
 
 
 class Breaks(NamedTuple):
-    """Rows after which frames are missing, and rows that repeat the one before."""
+    """Rows after which frames are missing, rows that repeat the one before, and rows far off."""
 
     missing: list[int]
     repeated: list[int]
+    off: list[int]
 
 
 def breaks_of(q: Floats) -> Breaks:
     """
-    Return where a motion misses a frame, or has one twice.
+    Return where a motion misses a frame, has one twice, or one that is far off.
 
     Parameters
     ----------
@@ -38,34 +42,46 @@ def breaks_of(q: Floats) -> Breaks:
     """
     steps = np.diff(q, axis=0)
     if len(steps) < FEWEST:
-        return Breaks([], [])
+        return Breaks([], [], [])
     before, own, after = steps[:-2], steps[1:-1], steps[2:]
-    sizes = np.linalg.norm(own, axis=1)
-    around = 0.5 * (np.linalg.norm(before, axis=1) + np.linalg.norm(after, axis=1))
+    first, size, last = (np.linalg.norm(one, axis=1) for one in (before, own, after))
+    around = 0.5 * (first + last)
     # What is left of a step by its neighbours is noise wherever the motion is smooth.
     noise = float(np.median(np.linalg.norm(own - 0.5 * (before + after), axis=1)))
-    apart = np.linalg.norm(after - before, axis=1)
-    steady = (around > CLEAR * noise) & (apart < (ALIKE - 1.0) * around) & (around > 0.0)
     with np.errstate(invalid='ignore', divide='ignore'):
-        cosine = np.sum(own * (before + after), axis=1) / (2.0 * sizes * around)
-        times = sizes / around
-    missing = steady & (times > LEAST) & (times < MOST) & (cosine > WAY)
-    repeated = steady & (sizes == 0.0)
-    return Breaks((np.flatnonzero(missing) + 1).tolist(), (np.flatnonzero(repeated) + 2).tolist())
+        cosine = np.sum(own * (before + after), axis=1) / (2.0 * size * around)
+        straight = np.sum(before * after, axis=1) / (first * last)
+        times = size / around
+    alike = np.linalg.norm(after - before, axis=1) < (ALIKE - 1.0) * around
+    clear = np.minimum(first, last) > CLEAR * noise
+    missing = clear & alike & (times > LEAST) & (times < MOST) & (cosine > WAY)
+    repeated = clear & (size == 0.0) & (straight > WAY)
+    middle = np.linalg.norm(q[1:-1] - 0.5 * (q[:-2] + q[2:]), axis=1)
+    way = np.linalg.norm(q[2:] - q[:-2], axis=1)
+    off = (middle > np.maximum(OFF * noise, OFF_BY)) & (middle > OFF_WAY * way)
+    return Breaks(
+        (np.flatnonzero(missing) + 1).tolist(),
+        (np.flatnonzero(repeated) + 2).tolist(),
+        (np.flatnonzero(off) + 1).tolist(),
+    )
 
 
 def break_findings(q: Floats, t: Floats) -> Iterator[Finding]:
     """Yield findings on frames that are missing or repeated; q (N, n), rad or m; t (N,), s."""
     found = breaks_of(q)
-    for rows, words in (
-        (found.missing, 'is missing: a step is as long as two'),
-        (found.repeated, 'repeats the one before while the arm moves'),
+    for rows, one, many in (
+        (found.missing, 'is missing', 'are missing'),
+        (found.repeated, 'repeats the one before while the arm moves', 'repeat the one before'),
+        (
+            found.off,
+            'is far from those before and after it',
+            'are far from those before and after',
+        ),
     ):
         if rows:
-            one = words if len(rows) == 1 else words.replace('is missing', 'are missing')
-            one = one.replace('repeats', 'repeat') if len(rows) > 1 else one
+            words = one if len(rows) == 1 else many
             yield Finding(
                 Level.WARN,
-                f'{counted(len(rows), "frame")} {one}; the first at row {rows[0]}, '
-                f'{t[rows[0]]:.3f} s.',
+                f'{counted(len(rows), "frame")} {words}, by the steps of the joints; the first '
+                f'at row {rows[0]}, {t[rows[0]]:.3f} s.',
             )

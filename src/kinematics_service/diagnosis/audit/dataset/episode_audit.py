@@ -1,7 +1,7 @@
 """One episode of a dataset after the other: its findings, as rows of one table."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +18,7 @@ from ....formats.recordings.source import PoseTrack, RecordingSource, Selection
 from ....output_file import new_file
 from ....rigid_motion import rotation_vector
 from ....robot.measures import Level
+from ....typography import counted
 from ...frame_check.errors import angle_in_words, length_in_words
 from ..auditing import Audit, audit
 from ..findings import Finding
@@ -90,19 +91,30 @@ class EpisodeRow(NamedTuple):
 
 
 class EpisodeBatch(NamedTuple):
-    """Episodes for one process, most of them of one file."""
+    """
+    Episodes for one process, most of them of one file.
+
+    `sought` says of each whether the cause of a small remainder is looked for.
+    """
 
     work: EpisodeWork
     episodes: tuple[Episode, ...]
+    sought: tuple[bool, ...]
 
 
 def rows_of_batch(batch: EpisodeBatch) -> list[list[EpisodeRow]]:
     """Return the rows of each episode; one that cannot be read is a row, too."""
-    return [rows_of_episode(batch.work, episode) for episode in batch.episodes]
+    work = batch.work
+    frames = work.frames._replace(fine=work.frames.limits.warn)
+    coarse = replace(work, frames=frames)
+    return [
+        _rows(work if sought else coarse, episode)
+        for episode, sought in zip(batch.episodes, batch.sought)
+    ]
 
 
-def rows_of_episode(work: EpisodeWork, episode: Episode) -> list[EpisodeRow]:
-    """Return a row of each arm of an episode."""
+def _rows(work: EpisodeWork, episode: Episode) -> list[EpisodeRow]:
+    # A row of each arm of an episode.
     try:
         columns = columns_of_episode(episode)
         arms = arms_of(columns.header, work.reading, episode.rate)
@@ -124,7 +136,8 @@ def _row(
     source = open_episode(episode, columns, arm)
     robot = work.reading.robot
     finished = audit(source, robot, episode.name, work.settings, None, work.frames)
-    found = [*verdict_of(finished).sentences, *_breaks(finished)]
+    refused = dict(finished.refused)
+    found = [*verdict_of(finished).sentences, *_without_pose(refused), *_breaks(finished)]
     if isinstance(finished.frames, FrameReport):
         crossed = [
             (other.label, open_episode(episode, columns, crossed_with(arm, other)))
@@ -138,6 +151,14 @@ def _row(
     return EpisodeRow(
         episode.name, arm.label, len(columns), finished.timeline.end, failed, '', told
     )
+
+
+def _without_pose(refused: Mapping[str, int]) -> Iterator[Finding]:
+    # A message or two without a state are usual in a recording, and a fault in a dataset.
+    if refused:
+        reasons = ', '.join(f'{reason} ({number:,})' for reason, number in refused.items())
+        text = f'{counted(sum(refused.values()), "frame")} without a pose: {reasons}.'
+        yield Finding(Level.WARN, text)
 
 
 def _breaks(finished: Audit) -> Iterator[Finding]:
