@@ -102,21 +102,21 @@ def vectors_of_table(table: Any) -> dict[str, Floats]:
         table = pa.Table.from_batches([table])
     while any(pa.types.is_struct(field.type) for field in table.schema):
         table = table.flatten()
-    found = {name: _numbers(table[name], len(table)) for name in table.column_names}
+    found = {name: _numbers(table[name]) for name in table.column_names}
     return {name: numbers for name, numbers in found.items() if numbers is not None}
 
 
-def _numbers(column: Any, count: int) -> Floats | None:
+def _numbers(column: Any) -> Floats | None:
     import pyarrow as pa
     import pyarrow.types as types
 
     array = column.combine_chunks()
-    lists = False
-    while types.is_list(array.type) or types.is_fixed_size_list(array.type):
-        lengths = array.value_lengths() if types.is_list(array.type) else None
-        if lengths is not None and len(set(lengths.unique().to_pylist())) > 1:
+    known = np.asarray(array.is_valid())
+    lists = _is_list(array.type)
+    while _is_list(array.type):
+        if _lengths(array) > 1:
             return None
-        array, lists = array.flatten(), True
+        array = array.flatten()
     if not (types.is_floating(array.type) or types.is_integer(array.type)):
         return None
     if types.is_float16(array.type):
@@ -124,9 +124,28 @@ def _numbers(column: Any, count: int) -> Floats | None:
     numbers = np.asarray(array.to_numpy(zero_copy_only=False), dtype=np.float64)
     if not lists:
         return numbers
-    if not count or len(numbers) % count or len(numbers) > MOST_ELEMENTS * count:
+    count = int(np.sum(known))
+    if not count or len(numbers) > MOST_ELEMENTS * count:
         return None
-    return numbers.reshape(count, -1)
+    # A vector that is missing is left out where others are put one after the other.
+    rows = np.full((len(known), len(numbers) // count), np.nan)
+    rows[known] = numbers.reshape(count, -1)
+    return rows
+
+
+def _lengths(array: Any) -> int:
+    # How many lengths the lists have that are there.
+    import pyarrow.types as types
+
+    if types.is_fixed_size_list(array.type):
+        return 1
+    return len(array.drop_null().value_lengths().unique())
+
+
+def _is_list(kind: Any) -> bool:
+    import pyarrow.types as types
+
+    return bool(types.is_list(kind) or types.is_large_list(kind) or types.is_fixed_size_list(kind))
 
 
 def _of_parquet(episode: Episode) -> dict[str, Floats]:
@@ -166,7 +185,7 @@ def _row_group(file: str, changed: int, k: int, place: str) -> Any:
 def _may_be_numbers(kind: Any) -> bool:
     import pyarrow.types as types
 
-    while types.is_list(kind) or types.is_fixed_size_list(kind):
+    while _is_list(kind):
         kind = kind.value_type
     if types.is_struct(kind):
         return any(_may_be_numbers(kind.field(k).type) for k in range(kind.num_fields))
