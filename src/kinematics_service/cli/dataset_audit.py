@@ -18,7 +18,7 @@ from ..diagnosis.audit.dataset.episode_audit import EpisodeWork
 from ..output_file import say_written, write_file
 from ..printing import json_text
 from ..robot.bundled import find_robot_file
-from .options import WrongUsage, refuse_unwritable
+from .options import refuse_unwritable
 
 
 class DatasetOutputs(NamedTuple):
@@ -42,8 +42,6 @@ def audit_dataset(
     for name, file in zip(('--html', '--json', '--resume'), outputs):
         if file is not None and str(file) != '-':
             refuse_unwritable(name, file)
-            if file.is_dir():
-                raise WrongUsage(f'{name}: {file} is a folder; of a dataset there is one file')
     asked = (work.settings, work.frames, work.failures, work.labels, work.clearance)
     reading = work.reading._replace(robot=None)  # type: ignore[arg-type]
     sum_of_robot = hashlib.sha256(find_robot_file(robot).read_bytes()).hexdigest()

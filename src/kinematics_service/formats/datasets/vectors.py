@@ -125,12 +125,24 @@ def _numbers(column: Any) -> Floats | None:
     if not lists:
         return numbers
     count = int(np.sum(known))
-    if not count or len(numbers) > MOST_ELEMENTS * count:
+    size = len(numbers) // count if count else _size(column.type)
+    if not 0 < size <= MOST_ELEMENTS:
         return None
     # A vector that is missing is left out where others are put one after the other.
-    rows = np.full((len(known), len(numbers) // count), np.nan)
-    rows[known] = numbers.reshape(count, -1)
+    rows = np.full((len(known), size), np.nan)
+    rows[known] = numbers.reshape(count, size)
     return rows
+
+
+def _size(kind: Any) -> int:
+    # The number of elements that a type of vectors tells, 0 if it tells none.
+    import pyarrow.types as types
+
+    size = 1
+    while _is_list(kind):
+        size *= kind.list_size if types.is_fixed_size_list(kind) else 0
+        kind = kind.value_type
+    return size
 
 
 def _lengths(array: Any) -> int:

@@ -16,6 +16,8 @@ MOST_FRAMES, MOST_EPISODES = 2**16, 64
 # About so many episodes are asked for the cause of a remainder that gives no warning: a mistake
 # that small is one of the whole dataset, and the search takes longer than all else.
 SOUGHT = 200
+# Of the file of what is done.
+BEGINNING = '{"asked": '
 
 
 class Journal:
@@ -40,20 +42,23 @@ class Journal:
             text = file.read_text(encoding='utf-8') if file.exists() else ''
         except (OSError, UnicodeDecodeError) as error:
             raise RecordingError(f'--resume: {file}: cannot be read: {error}') from None
-        # A line that was not written to its end is not there.
-        lines = text[: text.rfind('\n') + 1].splitlines()
+        # A line that was not written to its end is not there, and gives way to the next one.
+        whole = text[: text.rfind('\n') + 1]
+        self._end = len(whole.encode())
+        lines = whole.splitlines()
         try:
-            if lines and json.loads(lines[0]) != {'asked': asked}:
-                raise RecordingError(
-                    f'--resume: {file}: was begun with other options, another robot or dataset'
-                )
+            if text and not lines and not text.startswith(BEGINNING):
+                raise ValueError  # a file of another kind is not written over
+            begun = json.loads(lines[0])['asked'] if lines else asked
             for line in lines[1:]:
                 key, rows = json.loads(line)
                 self.done[key] = [_row(one) for one in rows]
-        except (ValueError, TypeError, IndexError):
+        except (ValueError, TypeError, KeyError):
             raise RecordingError(f'--resume: {file}: is no file of a dataset audit') from None
-        self._whole = len(text) == text.rfind('\n') + 1
-        self._begun = bool(lines)
+        if begun != asked:
+            raise RecordingError(
+                f'--resume: {file}: was begun with other options, another robot or dataset'
+            )
 
     def add(self, done: Sequence[tuple[str, list[EpisodeRow]]]) -> None:
         """
@@ -64,17 +69,19 @@ class Journal:
         RecordingError
             The file cannot be written.
         """
-        lines = [] if self._begun else [{'asked': self._asked}]
+        lines = [] if self._end else [{'asked': self._asked}]
         told = [(key, [row._asdict() for row in rows]) for key, rows in done]
         text = ''.join(f'{json.dumps(one)}\n' for one in (*lines, *told))
         try:
-            with self._file.open('a', encoding='utf-8') as stream:
-                stream.write(text if self._whole else f'\n{text}')
+            self._file.touch()
+            with self._file.open('r+b') as stream:
+                stream.truncate(self._end)
+                stream.seek(self._end)
+                self._end += stream.write(text.encode())
         except OSError as error:
             raise RecordingError(
                 f'--resume: {self._file}: cannot be written: {error.strerror}'
             ) from None
-        self._begun = self._whole = True
 
 
 def _row(fields: dict[str, Any]) -> EpisodeRow:
