@@ -9,7 +9,7 @@ from ..recordings.arm_columns import SHOWN, listed
 from ..recordings.source import Selection
 
 
-class Names(NamedTuple):
+class KnownVectors(NamedTuple):
     """
     Vectors that belong together, as a kind of dataset names them.
 
@@ -31,21 +31,23 @@ class Names(NamedTuple):
 
 KNOWN = (
     # LeRobot, and what was made of it.
-    Names('observation.state', 'observation.velocity', 'observation.ee_pose'),
-    Names('observation.state', 'observation.velocity', 'observation.cartesian_position', 'rpy'),
+    KnownVectors('observation.state', 'observation.velocity', 'observation.ee_pose'),
+    KnownVectors(
+        'observation.state', 'observation.velocity', 'observation.cartesian_position', 'rpy'
+    ),
     # HDF5 of robomimic, ALOHA and DROID.
-    Names(
+    KnownVectors(
         'obs.robot0_joint_pos', 'obs.robot0_joint_vel', 'obs.robot0_eef_pos+obs.robot0_eef_quat'
     ),
-    Names('observations.qpos', 'observations.qvel', 'observations.ee_pose'),
-    Names(
+    KnownVectors('observations.qpos', 'observations.qvel', 'observations.ee_pose'),
+    KnownVectors(
         'observation.robot_state.joint_positions',
         'observation.robot_state.joint_velocities',
         'observation.robot_state.cartesian_position',
         'rpy',
     ),
-    Names('qpos', 'qvel', 'ee_pose'),
-    Names('q', 'qd', 'pose'),
+    KnownVectors('qpos', 'qvel', 'ee_pose'),
+    KnownVectors('q', 'qd', 'pose'),
 )
 STAMPS = ('timestamp', 'stamp', 'time')
 
@@ -144,7 +146,9 @@ def _parts(header: list[str], vector: str, robot: Robot) -> list[tuple[str, str]
     )
 
 
-def _columns(header: list[str], names: Names, stamp: str, part: str, k: int, arms: int) -> str:
+def _columns(
+    header: list[str], names: KnownVectors, stamp: str, part: str, k: int, arms: int
+) -> str:
     # What --columns would say of arm k.
     found = [f'stamp={stamp}'] if stamp else []
     found.append(f'position={part}')

@@ -99,7 +99,7 @@ def _worst(row: EpisodeRow) -> str:
 
 
 def print_report(report: DatasetReport) -> None:
-    """Print what is found often, and the worst episodes."""
+    """Print what is found often, and the worst episodes that are not OK."""
     out = Output()
     out.print(heading(report.in_words()))
     out.print(Text(report.levels()))
@@ -109,14 +109,17 @@ def print_report(report: DatasetReport) -> None:
         out.print(Text.assemble((f'{kind.level.name}  ', style), of, plain(kind.example)))
     if len(report.kinds) > MOST_SHOWN:
         out.print(Text(f'and {len(report.kinds) - MOST_SHOWN:,} more kinds of findings'))
-    arms = any(row.arm for row in report.rows)
+    worst = [row for row in report.rows if row.level > Level.OK]
+    if not worst:
+        return
+    arms = any(row.arm for row in worst)
     rows = table('episode', *(['arm'] if arms else []), 'frames', 'level', 'worst')
-    for row in report.rows[:MOST_SHOWN]:
+    for row in worst[:MOST_SHOWN]:
         arm = [row.arm] if arms else []
         rows.add_row(plain(row.name), *arm, f'{row.rows:,}', row.level.name, plain(_worst(row)))
     out.print(Text(''), rows)
-    if len(report.rows) > MOST_SHOWN:
-        out.print(Text(f'and {len(report.rows) - MOST_SHOWN:,} more'))
+    if len(worst) > MOST_SHOWN:
+        out.print(Text(f'and {len(worst) - MOST_SHOWN:,} more'))
 
 
 def page_of_dataset(report: DatasetReport, date: str) -> str:
