@@ -32,6 +32,8 @@ TEST = [
     'wheel',
     'ros-domain-coordinator',
     'rosbags',
+    'pyarrow>=14',
+    'h5py>=3',
     'ruamel.yaml',
 ]
 
@@ -87,6 +89,7 @@ setup(
         'peers': PEERS,
         # Readers of rosbags and the server of viser are used from the inside.
         'bag': ['rosbags>=0.11,<0.12', 'lz4'],
+        'dataset': ['pyarrow>=14', 'h5py>=3'],
         'plot': ['matplotlib'],
         'dask': ['dask[distributed]'],
         'view': ['viser>=1.1,<2', 'msgspec>=0.18', 'websockets>=15'],

@@ -49,10 +49,12 @@ ROOMS = (
     'symbolic/formulas',
     'formats/urdf',
     'formats/recordings',
+    'formats/datasets',
     'formats/tables',
     'diagnosis/frame_check',
     'diagnosis/audit',
     'diagnosis/audit/report',
+    'diagnosis/audit/dataset',
     'diagnosis/calibration',
     'display/plots',
     'display/view',
@@ -99,6 +101,14 @@ RULES = {
     'XML': (
         one_of('xml', 'lxml', 'defusedxml'),
         ('formats/urdf/document.py', 'formats/urdf/writer.py'),
+    ),
+    'pyarrow and h5py': (
+        one_of('pyarrow', 'h5py'),
+        (
+            'formats/datasets/',
+            'diagnosis/audit/dataset/labels.py',
+            'diagnosis/audit/dataset/episode_audit.py',
+        ),
     ),
     'dask': (one_of('dask', 'distributed'), ('kinematics/sweep.py',)),
     'rosbags': (

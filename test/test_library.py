@@ -37,7 +37,7 @@ API = """
     inverse_kinematics IkResult IkSolution IkFamily
     joint_velocity ServoSettings ServoStep
     check_plan PlanCheck PlanError
-    diagnose_frames FrameDiagnosis
+    diagnose_frames FrameDiagnosis judge_table
     calibrate Calibration propose_poses ProposedPoses LineOfSight pose_covariance twist_covariance
     derive Derivation
     import_urdf UrdfImport export_urdf FrameNames

@@ -209,9 +209,11 @@ def compiled_files(folder):
 OF_EXTRAS = {
     'dask',
     'distributed',
+    'h5py',
     'lz4',
     'matplotlib',
     'msgspec',
+    'pyarrow',
     'rosbags',
     'viser',
     'websockets',

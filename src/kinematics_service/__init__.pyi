@@ -1,3 +1,4 @@
+from .diagnosis.audit.dataset.labels import judge_table as judge_table
 from .diagnosis.calibration.calibration import Calibration as Calibration
 from .diagnosis.calibration.calibration import calibrate as calibrate
 from .diagnosis.calibration.proposal import LineOfSight as LineOfSight

@@ -3,6 +3,7 @@ The command `audit`: a recording or a planned trajectory, judged as the node wou
 """
 
 import sys
+from collections.abc import Mapping
 from datetime import datetime
 from enum import Enum
 from pathlib import Path
@@ -10,19 +11,30 @@ from typing import Annotated, Optional
 
 import typer
 
+from ..diagnosis.audit.dataset.episode_audit import EpisodeWork
 from ..diagnosis.audit.report.audit_runs import Outcome, Run, outcomes
 from ..diagnosis.audit.report.summary import print_summary
 from ..diagnosis.audit.slowing import SlowingSettings
 from ..errors import KinematicsError
 from ..estimation.estimator import EstimatorSettings
-from ..formats.recordings.source import Selection
+from ..formats.datasets.episodes import is_dataset
 from ..output_file import say_written, write_file
 from ..robot.measures import thresholds_for
 from ..robot.robot import Robot, with_singularity
-from .frame_options import FormatOption, GapOption, given_format, given_frames
+from .dataset_audit import DatasetOutputs, audit_dataset
+from .frame_options import GapOption, given_frames
 from .options import OfOption, RobotOption, WrongUsage, ending_at, flag, given_robot, option
 from .plan_options import given_plans
-from .recording_options import ColumnsOption, PrefixOption, TopicOption
+from .recording_options import (
+    ColumnsOption,
+    FormatOption,
+    JointsOption,
+    PrefixOption,
+    StampsOption,
+    TableWords,
+    TopicOption,
+    given_selection,
+)
 
 FAILURES = ('never', 'warn', 'stop', 'undecided', 'limits', 'speed', 'frames')
 
@@ -42,6 +54,8 @@ def audit(
     topic: TopicOption = None,
     pose_topic: Optional[str] = option('Topic of PoseStamped messages to compare.', 'TOPIC'),
     columns: ColumnsOption = None,
+    joint_format: JointsOption = None,
+    stamps: StampsOption = None,
     html: Optional[Path] = option('Write a page with every curve.', 'FILE'),
     json: Optional[Path] = option('Write everything as JSON; - prints it.', 'FILE'),
     out: Optional[Path] = option('Write the topics the node would have published.', 'FILE.mcap'),
@@ -73,6 +87,13 @@ def audit(
         'dask://HOST:PORT',
         shown='here',
     ),
+    labels: Optional[Path] = option(
+        'Of a dataset: write labels of every frame as parquet files.', 'DIR'
+    ),
+    clearance: bool = flag('--clearance', 'Labels have the clearance too, which takes long.'),
+    resume: Optional[Path] = option(
+        'Of a dataset: keep what is done in FILE, and go on from there.', 'FILE'
+    ),
 ) -> None:
     """
     Judge a recording of joint states, or a planned trajectory, as the node would have judged it:
@@ -87,6 +108,7 @@ def audit(
       kinematics_service audit run.mcap --robot arm.yaml --scale --html run.html
       kinematics_service audit run.bag --robot panda --out run_kinematics.mcap
       kinematics_service audit shift/*.mcap --robot ur5e --jobs 4 --html pages/
+      kinematics_service audit my_dataset --robot so101 --html dataset.html --jobs 4
 
     \b
     FILE is one of
@@ -94,6 +116,8 @@ def audit(
       a table (.csv): stamp,position.<joint>,velocity.<joint>, perhaps pose.x ...;
         what UR's RTDE recorder writes; other columns with --columns
       a JointTrajectory (.yaml, .json) as `ros2 topic echo` prints it, or in a bag
+      a dataset: a folder of LeRobot (v2, v3), parquet, HDF5 or npz files with
+        one episode or many                              (needs pyarrow, h5py)
 
     A plan is judged between its points too. It is proved to keep away from singular
     poses, or refuted by one, or not decided. This is no safety function.
@@ -125,6 +149,21 @@ def audit(
         raise WrongUsage('--workers cannot be combined with --jobs or --out')
     if jobs is not None and jobs < 1:
         raise WrongUsage(f'--jobs: {jobs} is not 1 or more')
+    of_dataset = {'--labels': labels, '--clearance': clearance or None, '--resume': resume}
+    of_others = (out, topic, pose_topic, scale or None, reduced or None, speed_limit, speed_of)
+    dataset = _dataset_of(files, of_dataset, of_others)
+    arm = _judged(ending_at(given_robot(robot), of), warn, stop)
+    frames = given_frames(pose_gap, pose_warn, pose_stop)
+    plans = given_plans(arm, failures, speed_limit, speed_of)
+    words = TableWords(columns, pose_format, joint_format, stamps)
+    reading = given_selection(arm, topic, pose_topic, joint_prefix, words)
+    settings = EstimatorSettings(joint_prefix, velocity_source.value, round(timeout * 1e9))
+    date = datetime.now().astimezone().isoformat(' ', 'seconds')
+    if dataset is not None:
+        work = EpisodeWork(reading, settings, frames, failures, labels, clearance)
+        written = DatasetOutputs(html, json, resume)
+        audit_dataset(dataset, robot, date, work, written, jobs or 1, workers)
+        return
     paths = {
         'html': _paths('--html', html, files, '.html'),
         'json': _paths('--json', json, files, '.json'),
@@ -134,13 +173,6 @@ def audit(
         for path in own:
             if path is not None and any(_belongs_to(path, file) for file in files):
                 raise WrongUsage(f'--{name}: {path} is the recording itself')
-    arm = _judged(ending_at(given_robot(robot), of), warn, stop)
-    frames = given_frames(pose_gap, pose_warn, pose_stop)
-    plans = given_plans(arm, failures, speed_limit, speed_of)
-    form = given_format(pose_format)
-    reading = Selection(arm, topic, pose_topic, columns, joint_prefix, form)
-    settings = EstimatorSettings(joint_prefix, velocity_source.value, round(timeout * 1e9))
-    date = datetime.now().astimezone().isoformat(' ', 'seconds')
     runs = [
         Run(
             file,
@@ -166,6 +198,25 @@ def audit(
         failed |= outcome.failed
     if failed:
         raise typer.Exit(1)
+
+
+def _dataset_of(
+    files: list[Path], of_dataset: Mapping[str, object], of_others: tuple[object, ...]
+) -> Path | None:
+    # The one that is a dataset; options that are for the others, or for it, are wrong then.
+    dataset = next((file for file in files if is_dataset(file)), None)
+    if dataset is None:
+        given = next((name for name, value in of_dataset.items() if value is not None), None)
+        if given:
+            raise WrongUsage(f'{given} is for a dataset, and FILE is none')
+    elif len(files) > 1:
+        raise WrongUsage(f'{dataset} is a dataset: give one at a time')
+    elif any(value is not None for value in of_others):
+        raise WrongUsage(
+            f'{dataset} is a dataset: --out, topics, --scale, --reduced and the speeds of plans '
+            'are for recordings and plans'
+        )
+    return dataset
 
 
 def _failures(text: str | None) -> tuple[str, ...] | None:

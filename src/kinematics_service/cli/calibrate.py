@@ -22,10 +22,9 @@ from ..diagnosis.calibration.output.calibration_run import (
 )
 from ..diagnosis.calibration.proposal import MOST
 from ..errors import CalibrationError, ParameterNotFoundError
-from ..formats.recordings.source import Selection
 from ..printing import working
 from ..robot.file.parts.parameters import ENDS
-from .frame_options import LONGEST_GAP, FormatOption, GapOption, given_format, given_limit
+from .frame_options import LONGEST_GAP, GapOption, given_limit
 from .live_calibration import (
     POSES,
     STATES,
@@ -35,7 +34,16 @@ from .live_calibration import (
     kept_when_refused,
 )
 from .options import RobotOption, WrongUsage, flag, given_robot, option, refuse_unwritable
-from .recording_options import ColumnsOption, PrefixOption, TopicOption
+from .recording_options import (
+    ColumnsOption,
+    FormatOption,
+    JointsOption,
+    PrefixOption,
+    StampsOption,
+    TableWords,
+    TopicOption,
+    given_selection,
+)
 
 PLANS = ('.csv', '.yaml', '.yml')
 # Outputs that replace no file unless they are told to.
@@ -75,6 +83,8 @@ def calibrate(
     topic: TopicOption = None,
     pose_topic: Optional[str] = option('Topic of PoseStamped messages.', 'TOPIC'),
     columns: ColumnsOption = None,
+    joint_format: JointsOption = None,
+    stamps: StampsOption = None,
     joint_prefix: PrefixOption = '',
     pose_format: FormatOption = None,
     pose_gap: GapOption = None,
@@ -164,7 +174,9 @@ def calibrate(
     _check_outputs({'--output': output, '--html': html, '--json': json}, plans, files, force)
     outputs = CalibrationOutputs(output, html, json, plans, frames.value, anyway)
     arm = given_robot(robot)
-    form = given_format(pose_format)
+    words = TableWords(columns, pose_format, joint_format, stamps)
+    reading = given_selection(arm, topic, pose_topic, joint_prefix, words)
+    form = reading.pose_format
     fitting = Fitting(
         _fitted(fit),
         _words(fix),
@@ -178,7 +190,7 @@ def calibrate(
     if distance and same_point is None:
         raise WrongUsage('--distance is between points: give --same-point COLUMN too')
     if live is not None:
-        _check_live(live, files, (same_point, columns, pose_format))
+        _check_live(live, files, (same_point, *words))
     elif context.obj:
         raise WrongUsage('calibrate takes no --ros-args without --live: it needs no ROS')
     elif not files:
@@ -191,7 +203,6 @@ def calibrate(
     _check_files(files or [])
     if same_point is not None and propose is not None:
         raise WrongUsage('--propose is for measured poses, not for --same-point')
-    reading = Selection(arm, topic, pose_topic, columns, joint_prefix, form)
     run, heard = CalibrationRun(arm, fitting), None
     with _parameters_known(), ExitStack() as kept:
         if live is not None:
@@ -232,8 +243,8 @@ def _check_live(
 ) -> None:
     if files or any(one is not None for one in of_recordings):
         raise WrongUsage(
-            '--live hears a running robot: FILE, --same-point, --columns and --pose-format '
-            'are for recordings'
+            '--live hears a running robot: FILE, --same-point, --columns, --pose-format, '
+            '--joint-format and --stamps are for recordings'
         )
     checked_seconds(seconds)
 

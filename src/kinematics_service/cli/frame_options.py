@@ -9,23 +9,12 @@ import typer
 from ..diagnosis.audit.frames import FrameSettings
 from ..diagnosis.frame_check.errors import PoseLimit
 from ..diagnosis.frame_check.judgement import FrameLimits
-from ..errors import RecordingError
-from ..formats.recordings.pose_format import PoseFormat, pose_format
 from .options import WrongUsage
 
 LIMIT = re.compile(r'([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(mm|m|deg|rad)')
 FACTORS = {'m': 1.0, 'mm': 1e-3, 'rad': 1.0, 'deg': math.radians(1.0)}
 LONGEST_GAP = 3600.0
 
-FormatOption = Annotated[
-    Optional[str],
-    typer.Option(
-        '--pose-format',
-        metavar='WORDS',
-        help='Pose columns: m or mm, rad or deg, xyzw, wxyz, rotvec, rpy, matrix, position, or '
-        'angles by their axes (xyz: that stand still; ZYX: that move); for instance mm,deg,ZYX.',
-    ),
-]
 GapOption = Annotated[
     Optional[float],
     typer.Option(
@@ -37,14 +26,6 @@ GapOption = Annotated[
         ),
     ),
 ]
-
-
-def given_format(text: str | None) -> PoseFormat:
-    """Return the pose format that --pose-format names."""
-    try:
-        return PoseFormat() if text is None else pose_format(text)
-    except RecordingError as error:
-        raise WrongUsage(f'--pose-format: {error}') from None
 
 
 def given_frames(gap: float | None, warn: str, stop: str) -> FrameSettings:

@@ -13,7 +13,8 @@ from ...kinematics.tool_state import evaluate
 from ...rigid_motion import rotation_vector
 from ...robot.measures import Level
 from ...robot.robot import Robot
-from ..frame_check.diagnosis import FrameDiagnosis, diagnose_frames
+from ..frame_check.diagnosis import FINE, FrameDiagnosis, diagnose_frames
+from ..frame_check.errors import PoseLimit
 from ..frame_check.judgement import FrameLimits
 from .neighbourhoods import Track, joined
 from .timeline import Timeline
@@ -35,10 +36,13 @@ class FrameSettings(NamedTuple):
         Largest time between the joint states around a pose; None: three usual intervals.
     limits
         Remainders from which on there is a warning, and an error.
+    fine
+        Remainders of which no cause is looked for.
     """
 
     gap: float | None = None
     limits: FrameLimits = FrameLimits()
+    fine: PoseLimit = FINE
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +128,14 @@ def frames_of(
     limit = settings.limits.explained
     try:
         diagnosis = diagnose_frames(
-            robot, q, poses, stamps, motion=motion, limit=limit, read=track.kind
+            robot,
+            q,
+            poses,
+            stamps,
+            motion=motion,
+            limit=limit,
+            read=track.kind,
+            fine=settings.fine,
         )
     except KinematicsError as error:
         return none._replace(reason=str(error))

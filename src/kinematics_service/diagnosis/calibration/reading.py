@@ -13,6 +13,7 @@ from ...formats.recordings.block import UnreadableMessage
 from ...formats.recordings.columns import Column, StateTable
 from ...formats.recordings.open_file import TABLES, open_source
 from ...formats.recordings.source import PoseTrack, RecordingSource, Selection
+from ...formats.recordings.table_reader import table_of
 from ...kernel import Floats
 from ...robot.robot import Robot
 from ..audit.frames import chosen_poses, matched
@@ -257,14 +258,13 @@ def read_touches(file: Path, wanted: Selection, column: str) -> TouchRecording:
 
 def _column(file: Path, column: str) -> list[str]:
     # The cells of the rows that the table's reader takes, empty lines being none.
-    with file.open(encoding='utf-8-sig', newline='') as stream:
-        first = next(line for line in stream if line.strip())
-        delimiter = next((c for c in ',;\t' if c in first), ' ')
-        header = [cell.strip() for cell in next(csv.reader([first], delimiter=delimiter))]
-        if column not in header:
-            raise CalibrationError(
-                f'{file}: there is no column {column!r}; the header has {", ".join(header)}'
-            )
-        at = header.index(column)
-        rows = (row for row in csv.reader(stream, delimiter=delimiter) if any(map(str.strip, row)))
-        return [row[at].strip() if at < len(row) else '' for row in rows]
+    table = table_of(file)
+    if column not in table.header:
+        raise CalibrationError(
+            f'{file}: there is no column {column!r}; the header has {", ".join(table.header)}'
+        )
+    at = table.header.index(column)
+    with table.opened() as stream:
+        rows = csv.reader(table.lines(stream), delimiter=table.delimiter)
+        filled = (row for row in rows if any(map(str.strip, row)))
+        return [row[at].strip() if at < len(row) else '' for row in filled]

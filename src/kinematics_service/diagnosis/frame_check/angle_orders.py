@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...formats.recordings.pose_format import MAKERS
 from ...kernel import Floats
 from ...rigid_motion import (
     EULER_ORDERS,
@@ -136,5 +137,7 @@ def _words(kind: str) -> str:
     if kind == ROTVEC:
         return 'rotation vectors'
     axes = 'axes that move along' if kind.isupper() else 'axes that stand still'
-    rpy = ', roll pitch yaw' if kind == 'xyz' else ''
-    return f'angles {kind} ({axes}{rpy})'
+    also = ['roll pitch yaw'] if kind == 'xyz' else []
+    usual = 'rpy' if kind == 'xyz' else kind
+    also += [name.upper() for name, form in MAKERS.items() if form.kind == usual]
+    return f'angles {kind} ({", ".join([axes, *also])})'

@@ -19,7 +19,7 @@ from .lag import Extrapolated, Later, LookedUp
 from .offsets import equations_of, fit_offsets, free_directions, scale_of
 
 # A remainder below both (m, rad) needs no cause: encoders and factory calibrations are coarser.
-FINE, FINE_ANGLE = 2e-5, 2e-5
+FINE = PoseLimit(2e-5, 2e-5)
 # A remainder that falls by more than this factor vanishes.
 MANY = 1e6
 # Deviation of R^T R from the identity that float32 and printed digits explain.
@@ -85,6 +85,7 @@ def diagnose_frames(
     *,
     limit: PoseLimit = EXPLAINED,
     read: str = '',
+    fine: PoseLimit = FINE,
 ) -> FrameDiagnosis:
     """
     Return how poses of a second source differ from those of the robot file, and the likely cause.
@@ -110,6 +111,8 @@ def diagnose_frames(
     read
         How the orientations were read: `rpy`, `ZYX` and the other orders of three angles, or
         `rotvec`; otherwise any of these may have been before.
+    fine
+        Remainders (rms) that need no cause, so that none is looked for.
 
     Raises
     ------
@@ -129,13 +132,13 @@ def diagnose_frames(
     fit = fit_offsets(A[None], given.poses[None]).one(0)
     errors = errors_of(fit.position, fit.rotation)
     causes = Causes()
-    small = errors.position_rms < FINE and errors.rotation_rms < FINE_ANGLE
+    small = errors.within(fine)
     if not small and len(A) >= LEAST_FOR_CAUSE:
         causes = causes_of(given, A, fit, limit)
     free = free_directions(equations_of(A, fit, scale_of(given.poses))[0])
     undetermined = tuple(_in_words(direction) for direction in free)
     return FrameDiagnosis(
-        sentence=_sentence(len(A), as_given, errors, undetermined, causes)
+        sentence=_sentence(len(A), as_given, errors, undetermined, None if small else causes)
         + (NOT_TRIED if robot.chain.loops and not small and not causes.named else ''),
         count=len(A),
         as_given=as_given,
@@ -245,9 +248,10 @@ def _sentence(
     as_given: Errors,
     errors: Errors,
     undetermined: tuple[str, ...],
-    causes: Causes,
+    causes: Causes | None,
 ) -> str:
-    if causes.decisive:
+    # No causes: the remainder needs none.
+    if causes is not None and causes.decisive:
         (cause,) = causes.named
         less = f', {cause.ratio:.3g} times less' if cause.ratio < MANY else ''
         text = (
@@ -259,7 +263,7 @@ def _sentence(
         f'Over {count} poses the sources are {as_given.in_words()} apart (rms); with a constant '
         f'offset of base and tool {errors.in_words()} remain'
     )
-    if errors.position_rms > FINE or errors.rotation_rms > FINE_ANGLE:
+    if causes is not None:
         text += (
             f', and no single cause explains them{_mention(causes)}'
             if count >= LEAST_FOR_CAUSE

@@ -11,6 +11,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from ...errors import KinematicsError, RecordingError
 from ...estimation.joint_sample import JointSample
+from .arm_columns import listed
 from .bag_checks import checked, missing
 from .bag_poses import POSES, track_of_messages
 from .between_points import PlannedTrajectory
@@ -19,7 +20,6 @@ from .joint_state_cdr import columns_of
 from .plan_reader import blocks_of_trajectories, trajectory_of_message
 from .ros1_index import LongBag
 from .source import PoseTrack, RecordingSource, Remark, Selection
-from .table_reader import listed
 from .unpacking import (
     bounded_chunks,
     leave_messages_packed,

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from ...errors import RecordingError
 from .plan_reader import open_planned
-from .pose_format import PoseFormat
 from .source import RecordingSource, Selection
 from .table_reader import open_table
 
@@ -39,10 +38,8 @@ def open_source(file: Path, wanted: Selection) -> Iterator[RecordingSource]:
         raise RecordingError(f'{file}: is a device or a named pipe: give a file')
     suffix = file.suffix.lower()
     if file.is_dir() or suffix in BAGS or _looks_like_a_bag(file):
-        if wanted.columns is not None:
-            raise RecordingError(f'{file}: --columns is for tables; this is a bag')
-        if wanted.pose_format != PoseFormat():
-            raise RecordingError(f'{file}: --pose-format is for tables; this is a bag')
+        if wanted.of_tables:
+            raise RecordingError(f'{file}: {wanted.of_tables} is for tables; this is a bag')
         try:
             from .bag_reader import open_bag
         except ImportError:

@@ -1,5 +1,6 @@
 """The meaning of the columns of a pose in a table: the kind of its orientation, and the units."""
 
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from ...errors import RecordingError
@@ -17,12 +18,16 @@ def _numbers(count: int) -> tuple[str, ...]:
     return tuple(map(str, range(count)))
 
 
-# Endings of column names with their default kind of orientation, in the order of the search: the
-# numbers of a matrix begin like those of a quaternion.
+# Endings of column names, in small letters, with their default kind of orientation, in the order
+# of the search: the numbers of a matrix begin like those of a quaternion.
 ENDS = (
     ((*XYZ, 'qx', 'qy', 'qz', 'qw'), 'xyzw'),
     ((*XYZ, 'rx', 'ry', 'rz'), 'rotvec'),
     ((*XYZ, 'roll', 'pitch', 'yaw'), 'rpy'),
+    ((*XYZ, 'a', 'b', 'c'), 'ZYX'),
+    ((*XYZ, 'w', 'p', 'r'), 'rpy'),
+    ((*XYZ, 'o', 'a', 't'), 'ZYZ'),
+    ((*XYZ, 'q1', 'q2', 'q3', 'q4'), 'wxyz'),
     (_numbers(16), 'matrix'),
     (_numbers(12), 'matrix'),
     (_numbers(7), 'xyzw'),
@@ -34,10 +39,32 @@ ENDS = (
     (XYZ, 'position'),
     (_numbers(3), 'position'),
 )
+# Endings of positions and of orientations that begin otherwise (`pose=pos_+quat_`).
+PLACES = (XYZ, _numbers(3))
+TURNS = (
+    *((ends[3:], kind) for ends, kind in ENDS if ends[:3] == XYZ and ends[3:]),
+    ((*XYZ, 'w'), 'xyzw'),
+    ((*XYZ, 'w'), 'wxyz'),
+    (_numbers(4), 'xyzw'),
+    (_numbers(4), 'wxyz'),
+    (_numbers(3), 'rotvec'),
+    (_numbers(3), 'rpy'),
+    (XYZ, 'rotvec'),
+    (XYZ, 'rpy'),
+)
+# Kinds of so many numbers that have no names, the usual one first.
+COUNTED = {
+    3: ('position',),
+    6: ('rotvec', 'rpy'),
+    7: ('xyzw', 'wxyz'),
+    12: ('matrix',),
+    16: ('matrix',),
+}
 ACCEPTED_POSES = (
     'accepted are x y z with qx qy qz qw, with rx ry rz (rotation vector) or with roll pitch yaw; '
     'or numbers from 0 on: 7 (x y z and a quaternion x y z w), 6 (x y z and a rotation vector), '
-    '12 or 16 (a matrix); --pose-format says kind and units, for instance mm,deg,rpy or deg,ZYX'
+    '12 or 16 (a matrix); positions and orientations that begin otherwise are pose=pos_+quat_; '
+    '--pose-format says kind and units, for instance mm,deg,rpy or deg,ZYX'
 )
 
 
@@ -60,10 +87,29 @@ class PoseFormat(NamedTuple):
     length: str = 'm'
     angle: str = 'rad'
 
+    def in_words(self) -> str:
+        """Return the words of `--pose-format` for it."""
+        return ','.join(word for word in (self.length, self.angle, self.kind) if word)
+
+
+# What the controllers and trackers of a maker write: KUKA's A B C, FANUC's W P R, Kawasaki's
+# O A T, the quaternion q1 q2 q3 q4 of ABB, the rotation vector of Universal Robots, the Rx Ry Rz
+# of Staubli and of Leica's trackers, the angles of FARO's probes.
+MAKERS = {
+    'kuka': PoseFormat('ZYX', 'mm', 'deg'),
+    'fanuc': PoseFormat('rpy', 'mm', 'deg'),
+    'abb': PoseFormat('wxyz', 'mm', 'deg'),
+    'staubli': PoseFormat('XYZ', 'mm', 'deg'),
+    'kawasaki': PoseFormat('ZYZ', 'mm', 'deg'),
+    'ur': PoseFormat('rotvec', 'm', 'rad'),
+    'leica': PoseFormat('XYZ', 'mm', 'deg'),
+    'faro': PoseFormat('ZXZ', 'mm', 'rad'),
+}
+
 
 def pose_format(text: str) -> PoseFormat:
     """
-    Return the format of words like `mm,deg,rpy`.
+    Return the format of words like `mm,deg,rpy`, or of a maker's name.
 
     Raises
     ------
@@ -72,31 +118,74 @@ def pose_format(text: str) -> PoseFormat:
     """
     fields = {'kind': KINDS, 'length': LENGTHS, 'angle': ANGLES}
     found: dict[str, str] = {}
+    usual = PoseFormat()
     for word in (part.strip() for part in text.split(',')):
+        if word.lower() in MAKERS:
+            usual = MAKERS[word.lower()]
+            continue
         field = next((name for name, words in fields.items() if word in words), None)
         if field is None:
             named = (*(one for one in KINDS if one not in EULER_ORDERS), *LENGTHS, *ANGLES)
             raise RecordingError(
                 f'{word!r} is not one of {", ".join(named)}, nor three angles by their axes such '
-                'as xyz (axes that stand still) or ZYX (axes that move along)'
+                'as xyz (axes that stand still) or ZYX (axes that move along), nor a maker '
+                f'({", ".join(MAKERS)})'
             )
         if found.get(field, word) != word:
             raise RecordingError(f'{found[field]} and {word} exclude each other')
         found[field] = word
-    return PoseFormat(**found)
+    return usual._replace(**found)
 
 
 def pose_columns(
-    header: list[str], prefix: str, wanted: PoseFormat
+    header: list[str], beginnings: Sequence[str], wanted: PoseFormat
 ) -> tuple[list[str], PoseFormat] | None:
     """
-    Return the columns of a pose that begin with `prefix`, and their format; None if there are
-    none.
+    Return the columns of a pose, and their format; None if there are none.
+
+    Parameters
+    ----------
+    beginnings
+        One of all names, or one of the position's and one of the orientation's.
     """
-    wanted_kind = 'rpy' if wanted.kind in EULER else wanted.kind
-    for ends, kind in ENDS:
-        columns = [prefix + end for end in ends]
-        asked = wanted_kind in ('', kind) and (kind != 'position' or wanted.kind == kind)
-        if asked and all(column in header for column in columns):
+    endings = [_ends_of(header, beginning) for beginning in beginnings]
+    choices: Iterator[tuple[tuple[tuple[str, ...], ...], str]]
+    if len(beginnings) == 1:
+        choices = (((ends,), kind) for ends, kind in ENDS)
+    else:
+        choices = (((place, turn), kind) for place in PLACES for turn, kind in TURNS)
+    for parts, kind in choices:
+        if _asked(kind, wanted) and all(
+            end in found for ends, found in zip(parts, endings) for end in ends
+        ):
+            order = ('w', *XYZ) if kind == 'wxyz' and parts[-1] == (*XYZ, 'w') else parts[-1]
+            columns = [
+                found[end] for ends, found in zip((*parts[:-1], order), endings) for end in ends
+            ]
             return columns, wanted._replace(kind=wanted.kind or kind)
     return None
+
+
+def pose_of_columns(columns: list[str], wanted: PoseFormat) -> tuple[list[str], PoseFormat] | None:
+    """Return columns in the order of a pose's numbers, and their format; None if they are none."""
+    for kind in COUNTED.get(len(columns), ()):
+        if wanted.kind == '' or _family(wanted.kind) == kind:
+            return columns, wanted._replace(kind=wanted.kind or kind)
+    return None
+
+
+def _family(kind: str) -> str:
+    return 'rpy' if kind in EULER else kind
+
+
+def _asked(kind: str, wanted: PoseFormat) -> bool:
+    # Positions alone are taken where they are asked for.
+    if wanted.kind == '':
+        return kind != 'position'
+    return _family(wanted.kind) == _family(kind)
+
+
+def _ends_of(header: list[str], beginning: str) -> dict[str, str]:
+    # The columns by what follows the beginning, and perhaps a dot, in small letters.
+    found = {name[len(beginning) :]: name for name in header if name.startswith(beginning)}
+    return {end.removeprefix('.').lower(): name for end, name in found.items()}

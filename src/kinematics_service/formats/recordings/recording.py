@@ -9,8 +9,9 @@ import numpy.typing as npt
 from ...errors import RecordingError
 from ...kernel import Floats
 from ...robot.robot import Robot
+from .arm_columns import listed
 from .source import Selection
-from .table_reader import TableReader, listed
+from .table_reader import TableReader
 
 # Most names of joints in an error message.
 LISTED = 20
@@ -63,14 +64,15 @@ def read_recording(file: Path, robot: Robot) -> Recording:
         f'{listed(robot.joint_names, LISTED)}'
     )
     reader = TableReader(file, Selection(robot), accepted)
-    velocities = reader.velocities
-    given = [name for name in robot.joint_names if reader.names.velocity + name in reader.header]
-    if given and not velocities:
+    columns = reader.columns
+    beginning = columns.names.velocity
+    given = [name for name in robot.joint_names if beginning + name in reader.header]
+    if given and not columns.velocities:
         missing = next(name for name in robot.joint_names if name not in given)
-        raise RecordingError(
-            f'{file}: there is no column {reader.names.velocity + missing!r}; {accepted}'
-        )
-    pieces = list(reader.rows([*reader.positions, *velocities], whole=True).pieces())
+        raise RecordingError(f'{file}: there is no column {beginning + missing!r}; {accepted}')
+    wanted = [*columns.positions, *columns.velocities]
+    pieces = list(reader.rows(wanted, whole=True).pieces())
     stamps, numbers = (np.concatenate(columns) for columns in zip(*pieces))
-    n = robot.dof
-    return Recording(stamps, numbers[:, :n], numbers[:, n:] if velocities else None)
+    n, units = robot.dof, columns.joints.units(robot)
+    velocities = units.scale * numbers[:, n:] if columns.velocities else None
+    return Recording(stamps, units.positions(numbers[:, :n]), velocities)

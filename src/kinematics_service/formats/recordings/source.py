@@ -9,7 +9,9 @@ from ...robot.measures import Level
 from ...robot.robot import Robot
 from .between_points import PlannedTrajectory
 from .block import Block, Times, UnreadableMessage
+from .joint_format import JointFormat
 from .pose_format import PoseFormat
+from .stamp_format import StampFormat
 
 # Number of poses of a track that are compared; more would not tell more.
 MOST_POSES = 600
@@ -57,7 +59,10 @@ class PoseTrack(NamedTuple):
 
 
 class Selection(NamedTuple):
-    """The parts of a file to read: topics by name, or columns by the beginnings of their names."""
+    """
+    The parts of a file to read: topics by name, or columns by the beginnings of their names, and
+    what the numbers of these mean.
+    """
 
     robot: Robot
     topic: str | None = None
@@ -65,6 +70,19 @@ class Selection(NamedTuple):
     columns: str | None = None
     joint_prefix: str = ''
     pose_format: PoseFormat = PoseFormat()
+    joint_format: JointFormat = JointFormat()
+    stamps: StampFormat = StampFormat()
+
+    @property
+    def of_tables(self) -> str:
+        """Return the option that is given and is for tables alone; empty if none is."""
+        given = {
+            '--columns': self.columns is not None,
+            '--pose-format': self.pose_format != PoseFormat(),
+            '--joint-format': self.joint_format != JointFormat(),
+            '--stamps': self.stamps != StampFormat(),
+        }
+        return next((name for name, is_given in given.items() if is_given), '')
 
 
 class Remark(NamedTuple):

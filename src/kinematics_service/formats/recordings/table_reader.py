@@ -2,43 +2,26 @@
 
 import csv
 import io
-from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+import re
+from collections.abc import Callable
 from functools import partial
+from itertools import islice
 from pathlib import Path
-from typing import NamedTuple, TextIO
-
-import numpy as np
+from typing import TextIO
 
 from ...errors import RecordingError
-from .block import Block
-from .pose_format import ACCEPTED_POSES, PoseFormat, pose_columns
-from .source import MOST_POSES, PoseTrack, RecordingSource, Selection
-from .table_rows import NO_TEXT, RowReader, TableFile, delimiter_of, lines_of
-from .tool_poses import PoseRows
+from ...robot.measures import Level
+from .arm_columns import HOW, arm_columns
+from .source import RecordingSource, Remark, Selection
+from .table_rows import NO_TEXT, RowReader, TableFile, delimiter_of, lines_of, number_of
+from .table_source import source_of
 
-# Most columns in an error message, and most letters of each.
-SHOWN, LONGEST_NAME = 12, 60
 # Bytes read at once to count lines.
 AT_ONCE = 2**20
-HOW = '--columns stamp=...,position=...,velocity=...,pose=... says how column names begin'
-
-
-class ColumnNames(NamedTuple):
-    """The beginnings of the column names of a layout; the stamp's whole name."""
-
-    stamp: str
-    position: str
-    velocity: str
-    pose: str
-
-
-STAMP = 'stamp'
-LAYOUTS = (
-    ColumnNames(STAMP, 'position.', 'velocity.', 'pose.'),
-    # The columns that the recorder of Universal Robots' RTDE client writes.
-    ColumnNames('timestamp', 'actual_q_', 'actual_qd_', 'actual_TCP_pose_'),
-)
+# Lines that tell whether a table has names, and whether its numbers have commas.
+LOOKED_AT = 100
+COMMENT = '#'
+COMMA = re.compile(r'\d,\d')
 
 
 def open_table(file: Path, wanted: Selection) -> RecordingSource:
@@ -66,10 +49,8 @@ class TableReader:
     ----------
     header
         The names of all columns.
-    names
-        The beginnings of those that are wanted.
-    positions, velocities
-        Names of the columns of the joints; no velocities unless all joints have one.
+    columns
+        Those of the arm.
 
     Raises
     ------
@@ -78,129 +59,40 @@ class TableReader:
     """
 
     def __init__(self, file: Path, wanted: Selection, accepted: str) -> None:
-        self.file, self.wanted, self._accepted = file, wanted, accepted
-        self.joints = [wanted.joint_prefix + name for name in wanted.robot.joint_names]
-        self._table = _opened(file, accepted)
+        self.file, self.wanted = file, wanted
+        self._table = table_of(file, accepted)
         self.header = self._table.header
-        name, times = Counter(self.header).most_common(1)[0]
-        if times > 1:
-            raise RecordingError(f'{file}: column {_cut(name)} occurs twice')
-        self.names = self._layout()
-        self.positions, self.velocities = map(
-            self._family, (self.names.position, self.names.velocity)
-        )
+        numbered = wanted.columns is None or not any(map(str.isdigit, wanted.columns))
+        if not self._table.named and numbered:
+            raise RecordingError(
+                f'{file}: the first line has numbers, not the names of columns: --columns '
+                'stamp=1,position=2-7,pose=8-13 says what is where, counted from 1'
+            )
+        self.columns = arm_columns(file, self.header, wanted, accepted)
 
     def rows(self, columns: list[str], whole: bool = False) -> RowReader:
         """Return the reader of some columns of numbers; `whole` as there."""
-        return RowReader(self._table, self.names.stamp, columns, whole)
+        return RowReader(self._table, self.columns.stamp, columns, self.columns.stamps, whole)
 
     def source(self) -> RecordingSource:
         """Return the table as a recording, with poses of the tool if it has such columns."""
-        positions, velocities = self.positions, self.velocities
-        found = self._pose_columns()
-        columns, form = found or ([], PoseFormat())
-        reader = self.rows([*positions, *velocities, *columns])
-        n, m = len(positions), len(positions) + len(velocities)
-        poses = PoseRows(form, len(columns), n)
-
-        def blocks() -> Iterator[Block]:
-            before: tuple[int, int] | None = None
-            for stamps, numbers in reader.pieces():
-                if found:
-                    # Poses and joints of a row belong together, however far apart the rows are.
-                    # A row without any number of a pose has none; one that lacks some is refused.
-                    rows = numbers[:, m:]
-                    known = np.any(np.isfinite(rows), axis=1)
-                    poses.take(stamps[known], rows[known], numbers[known, :n])
-                # The time of receipt is that of the measurement; if the stamps step back, time
-                # goes on.
-                last, passed = before or (int(stamps[0]), int(stamps[0]))
-                steps = np.maximum(np.diff(stamps, prepend=last), 0)
-                received = passed + np.cumsum(steps)
-                before = int(stamps[-1]), int(received[-1])
-                yield Block(tuple(self.joints), stamps, received, numbers[:, :n], numbers[:, n:m])
-
-        def track() -> PoseTrack | None:
-            return poses.track(f'{self.names.pose}*', '', MOST_POSES) if poses.count else None
-
-        topic, total = f'{self.names.position}*', _count_lines(self.file) - 1
-        return RecordingSource('table', topic, False, total, blocks(), track, reader.remarks)
-
-    def _layout(self) -> ColumnNames:
-        if self.wanted.columns is not None:
-            given = self._given(self.wanted.columns)
-            names = LAYOUTS[0]._replace(**given)
-            self._positions(names, required=True)
-            return names
-        for names in LAYOUTS:
-            if names.stamp in self.header and self._positions(names, required=False):
-                return names
-        names = LAYOUTS[0]
-        self._positions(names, required=True)
-        raise RecordingError(
-            f'{self.file}: there is no column {names.stamp!r} (seconds); the header has '
-            f'{self._shown()}; '
-            f'{self._accepted}'
-        )
-
-    def _given(self, text: str) -> dict[str, str]:
-        given = {}
-        for item in text.split(','):
-            key, equals, value = (part.strip() for part in item.partition('='))
-            if not equals or key not in ColumnNames._fields:
-                raise RecordingError(
-                    f'--columns: {item!r} is not accepted; write for instance '
-                    'stamp=time,position=q_,velocity=qd_,pose=tcp_'
-                )
-            given[key] = value.rstrip('*')
-        if given.get('stamp', STAMP) not in self.header:
-            raise RecordingError(
-                f'{self.file}: there is no column {given.get("stamp", STAMP)!r}; '
-                f'the header has {self._shown()}'
-            )
-        return given
-
-    def _positions(self, names: ColumnNames, required: bool) -> list[str]:
-        found = self._family(names.position)
-        if not found and required:
-            missing = [j for j in self.joints if names.position + j not in self.header]
-            raise RecordingError(
-                f'{self.file}: there is no column {names.position + missing[0]!r} for joint '
-                f'{missing[0]!r} of {self.wanted.robot.name}; the header has {self._shown()}; '
-                f'{self._accepted}'
-            )
-        return found
-
-    def _family(self, prefix: str) -> list[str]:
-        # Returns the columns of the joints, by name or by number from 0 or from 1; none if one is
-        # missing.
-        n = len(self.joints)
-        bare = self.wanted.robot.joint_names
-        for ends in (self.joints, bare, range(n), range(1, n + 1)):
-            columns = [f'{prefix}{end}' for end in ends]
-            if all(column in self.header for column in columns):
-                # Numbers from 1 are also numbers from 0 with one left over.
-                return columns
-        return []
-
-    def _pose_columns(self) -> tuple[list[str], PoseFormat] | None:
-        found = pose_columns(self.header, self.names.pose, self.wanted.pose_format)
-        asked = self.wanted.columns is not None and 'pose=' in self.wanted.columns
-        if found is None and (asked or self.wanted.pose_format != PoseFormat()):
-            raise RecordingError(f'{self.file}: {self.names.pose}* are no pose: {ACCEPTED_POSES}')
-        return found
-
-    def _shown(self) -> str:
-        return listed([_cut(name) for name in self.header], SHOWN)
+        own = self.columns
+        reader = self.rows([*own.positions, *own.velocities, *own.poses])
+        if self._table.decimal_comma:
+            reader.remarks.append(Remark(Level.OK, 'commas in numbers are taken as points'))
+        total = _count_lines(self.file) - self._table.heads
+        return source_of(own, self.wanted, 'table', total, reader.pieces(), reader.remarks)
 
 
-def listed(names: Sequence[str], most: int) -> str:
-    """Return names one after another, at most so many, and how many there are more."""
-    more = len(names) - most
-    return ', '.join(names[:most]) + (f' and {more} more' if more > 0 else '')
+def table_of(file: Path, accepted: str = HOW) -> TableFile:
+    """
+    Return a table whose header is known.
 
-
-def _opened(file: Path, accepted: str) -> TableFile:
+    Raises
+    ------
+    RecordingError
+        It cannot be read.
+    """
     try:
         opened: Callable[[], TextIO] = partial(file.open, encoding='utf-8-sig', newline='')
         with opened() as stream:
@@ -208,22 +100,51 @@ def _opened(file: Path, accepted: str) -> TableFile:
                 # What a pipe gives is there once.
                 opened = partial(io.StringIO, ''.join(lines_of(stream)))
         with opened() as stream:
-            first = next((line for line in lines_of(stream) if line.strip()), '')
-        delimiter = delimiter_of([first])
-        cells = next(csv.reader([first], delimiter=delimiter))
+            lines = list(islice(lines_of(stream), LOOKED_AT))
+        filled = [k for k, line in enumerate(lines) if line.strip()]
+        if not filled:
+            raise RecordingError(f'{file}: is empty; {accepted}')
+        return _table(file, opened, lines, filled)
     except UnicodeDecodeError:
         raise RecordingError(f'{file}: {NO_TEXT}') from None
     except OSError as error:
         raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
     except csv.Error as error:
         raise RecordingError(f'{file}: cannot be read as a table: {error}') from None
-    if not first:
-        raise RecordingError(f'{file}: is empty; {accepted}')
-    return TableFile(file, opened, delimiter, [cell.strip() for cell in cells])
 
 
-def _cut(name: str) -> str:
-    return ascii(name if len(name) <= LONGEST_NAME else f'{name[:LONGEST_NAME]}...')
+def _table(
+    file: Path, opened: Callable[[], TextIO], lines: list[str], filled: list[int]
+) -> TableFile:
+    # Lines that begin with # are remarks; the last of them may hold the names.
+    rows = [k for k in filled if not lines[k].lstrip().startswith(COMMENT)]
+    first = lines[rows[0]] if rows else ''
+    delimiter = delimiter_of([first or lines[filled[0]]])
+    decimal_comma = delimiter != ',' and any(COMMA.search(lines[k]) for k in rows)
+    cells = _cells(first, delimiter)
+    heads = rows[0] + 1 if rows else len(lines)
+    remarks = [k for k in filled if rows and k < rows[0]]
+    if not rows or _are_numbers(cells, decimal_comma):
+        heads -= bool(rows)
+        named = _cells(lines[remarks[-1]].lstrip(' #'), delimiter) if remarks else []
+        if len(named) == len(cells):
+            return TableFile(file, opened, delimiter, named, heads, decimal_comma)
+        numbers = [str(k + 1) for k in range(len(cells))]
+        return TableFile(file, opened, delimiter, numbers, heads, decimal_comma, named=False)
+    return TableFile(file, opened, delimiter, cells, heads, decimal_comma)
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+
+
+def _are_numbers(cells: list[str], decimal_comma: bool) -> bool:
+    for cell in cells:
+        try:
+            number_of(cell.replace(',', '.') if decimal_comma else cell)
+        except ValueError:
+            return False
+    return True
 
 
 def _count_lines(file: Path) -> int:

@@ -6,6 +6,7 @@ import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from decimal import Decimal
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple, TextIO
 
@@ -17,6 +18,7 @@ from ...robot.measures import Level
 from ...typography import plain_signs
 from .block import LARGEST_BLOCK, Times
 from .source import Remark
+from .stamp_format import UNITS, StampFormat, unit_of
 
 LONGEST_LINE = 2**20
 # Most lines of one piece, empty ones included. More would be a quote that is never closed.
@@ -49,13 +51,25 @@ class TableFile(NamedTuple):
     delimiter
         Between cells; a space stands for any white space.
     header
-        Names of the columns, each once.
+        Names of the columns; their numbers from 1 where there are no names.
+    heads
+        Number of lines before the rows.
+    decimal_comma, named
+        Whether numbers are written with commas, and whether the columns have names.
     """
 
     file: Path
     opened: Callable[[], TextIO]
     delimiter: str
     header: list[str]
+    heads: int
+    decimal_comma: bool = False
+    named: bool = True
+
+    def lines(self, stream: TextIO) -> Iterator[str]:
+        """Yield the lines of rows, empty ones among them."""
+        lines = islice(lines_of(stream), self.heads, None)
+        return (line.replace(',', '.') for line in lines) if self.decimal_comma else lines
 
 
 class RowReader:
@@ -65,7 +79,9 @@ class RowReader:
     Parameters
     ----------
     stamp, columns
-        Names of the column of stamps, and of the wanted columns.
+        Names of the column of stamps, empty if rows are numbered, and of the wanted columns.
+    stamps
+        The unit of stamps, or the rate of rows.
     whole
         Whether each row must have as many cells as the header and finite numbers; otherwise empty
         cells and a last line that is cut off are accepted.
@@ -77,13 +93,19 @@ class RowReader:
     """
 
     def __init__(
-        self, table: TableFile, stamp: str, columns: Sequence[str], whole: bool = False
+        self,
+        table: TableFile,
+        stamp: str,
+        columns: Sequence[str],
+        stamps: StampFormat,
+        whole: bool = False,
     ) -> None:
         self.remarks: list[Remark] = []
-        self._file, self._opened, self._delimiter, self._header = table
-        self._whole = whole
-        self._stamp_at = table.header.index(stamp)
+        self._table, self._file, self._header = table, table.file, table.header
+        self._whole, self._stamps = whole, stamps
+        self._stamp_at = [table.header.index(stamp)] if stamp else []
         self._at = [table.header.index(column) for column in columns]
+        self._digits = UNITS[stamps.unit or self._unit()]
 
     def pieces(self) -> Iterator[TableRows]:
         """
@@ -113,25 +135,33 @@ class RowReader:
             raise RecordingError(f'{self._file}: cannot be read as a table: {error}') from None
 
     def _quickly(self) -> Iterator[TableRows]:
-        with self._opened() as stream:
-            lines = lines_of(stream)
-            next((line for line in lines if line.strip()), '')
-            length = LARGEST_BLOCK
+        with self._table.opened() as stream:
+            lines = self._table.lines(stream)
+            length, count = LARGEST_BLOCK, 0
             while length == LARGEST_BLOCK:
-                table = self._table(_few(lines))
+                table = self._numbers(_few(lines))
                 length = len(table)
-                if length:
+                if length and self._stamp_at:
                     stamps = np.ascontiguousarray(table[:, 0]).view(np.int64)
                     yield TableRows(stamps, table[:, 1:])
+                elif length:
+                    yield TableRows(self._stamps.of_rows(count, length), table)
+                count += length
 
-    def _table(self, lines: Iterable[str]) -> Floats:
+    def _numbers(self, lines: Iterable[str]) -> Floats:
+        digits = self._digits
+
+        def nanoseconds(text: str) -> float:
+            # The bits of an integer in the one table of doubles that numpy reads.
+            return float(np.int64(nanoseconds_of(text, digits)).view(np.float64))
+
         with warnings.catch_warnings():
             warnings.simplefilter('ignore')  # the caller reports that there are no rows
             return np.loadtxt(
                 lines,
-                delimiter=None if self._delimiter == ' ' else self._delimiter,
-                usecols=[self._stamp_at, *self._at],
-                converters={self._stamp_at: _nanoseconds_as_double},
+                delimiter=None if self._table.delimiter == ' ' else self._table.delimiter,
+                usecols=[*self._stamp_at, *self._at],
+                converters=dict.fromkeys(self._stamp_at, nanoseconds),
                 comments=None,
                 encoding=None,  # before numpy 2, converters got bytes without it
                 ndmin=2,
@@ -149,24 +179,30 @@ class RowReader:
             count += 1
             if count <= known:
                 continue
-            stamps.append(self._nanoseconds(line, cells[self._stamp_at]))
+            stamps += [self._nanoseconds(line, cells[column]) for column in self._stamp_at]
             numbers.append([self._number(line, column, cells[column]) for column in self._at])
-            if len(stamps) == LARGEST_BLOCK:
-                yield TableRows(np.array(stamps, dtype=np.int64), np.array(numbers))
+            if len(numbers) == LARGEST_BLOCK:
+                yield self._rows(stamps, numbers, count)
                 stamps, numbers = [], []
         if not count:
             raise RecordingError(f'{self._file}: has a header but no rows')
-        if stamps:
-            yield TableRows(np.array(stamps, dtype=np.int64), np.array(numbers))
+        if numbers:
+            yield self._rows(stamps, numbers, count)
+
+    def _rows(self, stamps: list[int], numbers: list[list[float]], end: int) -> TableRows:
+        if self._stamp_at:
+            return TableRows(np.array(stamps, dtype=np.int64), np.array(numbers))
+        return TableRows(self._stamps.of_rows(end - len(numbers), len(numbers)), np.array(numbers))
 
     def _lines(self) -> Iterator[tuple[int, list[str]]]:
         # Yields rows with their line; the last one may be cut off.
-        with self._opened() as stream:
-            rows = csv.reader(lines_of(stream), delimiter=self._delimiter)
+        with self._table.opened() as stream:
+            rows = csv.reader(self._table.lines(stream), delimiter=self._table.delimiter)
             filled = (
-                (rows.line_num, cells) for cells in rows if any(cell.strip() for cell in cells)
+                (self._table.heads + rows.line_num, cells)
+                for cells in rows
+                if any(cell.strip() for cell in cells)
             )
-            next(filled)
             count = 0
             for line, cells in filled:
                 count += 1
@@ -182,13 +218,32 @@ class RowReader:
                     f'{len(self._header)} columns'
                 )
 
+    def _unit(self) -> str:
+        # Of the stamps, by the size of the first one.
+        if not self._stamp_at:
+            return 's'
+        try:
+            with self._table.opened() as stream:
+                rows = csv.reader(self._table.lines(stream), delimiter=self._table.delimiter)
+                first = next((cells for cells in rows if any(map(str.strip, cells))), [])
+            unit = unit_of(number_of(first[self._stamp_at[0]]))
+        except (ValueError, IndexError, csv.Error):
+            return 's'  # what is wrong with it is said when the rows are read
+        if unit != 's':
+            name = self._header[self._stamp_at[0]]
+            text = f'column {name!r} is taken in {unit}, as the size of its stamps tells'
+            self.remarks.append(Remark(Level.OK, text))
+        return unit
+
     def _nanoseconds(self, line: int, cell: str) -> int:
         try:
-            return nanoseconds_of(cell)
+            return nanoseconds_of(cell, self._digits)
         except ValueError:
+            unit = next(unit for unit, digits in UNITS.items() if digits == self._digits)
+            what = 'seconds' if unit == 's' else unit
             raise RecordingError(
-                f'{self._file}:{line}: column {self._header[self._stamp_at]!r}: '
-                f'{cell[:40]!a} is not a time in seconds (0 to {LATEST})'
+                f'{self._file}:{line}: column {self._header[self._stamp_at[0]]!r}: '
+                f'{cell[:40]!a} is not a time in {what} (0 to {LATEST.scaleb(9 - self._digits):f})'
             ) from None
 
     def _number(self, line: int, column: int, cell: str) -> float:
@@ -237,18 +292,27 @@ def number_of(text: str) -> float:
     return float(plain)
 
 
-def nanoseconds_of(text: str) -> int:
-    """Return the nanoseconds of a time in seconds, 0 to 2^31; ValueError if it is none."""
+def nanoseconds_of(text: str, digits: int = 9) -> int:
+    """
+    Return the nanoseconds of a time, 0 to 2^31 s; ValueError if it is none.
+
+    Parameters
+    ----------
+    digits
+        Of a nanosecond after the point: 9 if the time is in seconds, 0 if it is in ns.
+    """
     # No double in between: it cannot hold the nanoseconds of a present time.
     text = text.strip()
     whole, _, fraction = text.partition('.')
-    digits = whole + fraction
-    if digits.isascii() and digits.isdecimal() and 0 < len(whole) < 11 and int(whole) < LATEST:
-        return int(whole) * 1_000_000_000 + int((fraction + '000000000')[:9])
-    seconds = Decimal(text) if NUMBER.fullmatch(text) else Decimal('nan')
-    if not (seconds.is_finite() and 0 <= seconds < LATEST):
+    latest = LATEST.scaleb(9 - digits)
+    plain = whole + fraction
+    if plain.isascii() and plain.isdecimal() and 0 < len(whole) < 20 and int(whole) < latest:
+        scale: int = 10**digits
+        return int(whole) * scale + int((fraction + '0' * digits)[:digits] or '0')
+    time = Decimal(text) if NUMBER.fullmatch(text) else Decimal('nan')
+    if not (time.is_finite() and 0 <= time < latest):
         raise ValueError(text)
-    return int(seconds.scaleb(9).to_integral_value())
+    return int(time.scaleb(digits).to_integral_value())
 
 
 def _few(lines: Iterable[str]) -> Iterator[str]:
@@ -256,8 +320,3 @@ def _few(lines: Iterable[str]) -> Iterator[str]:
         if k == MOST_LINES:
             raise ValueError('a quote is not closed')
         yield line
-
-
-def _nanoseconds_as_double(text: str) -> float:
-    # Returns the bits of an integer in the one table of doubles that numpy reads.
-    return float(np.int64(nanoseconds_of(text)).view(np.float64))

@@ -105,7 +105,7 @@ def outcome_of(run: Run, bar: Bar = _no_bar) -> Outcome:
         summary_of(finished),
         page_of(finished, origin_of(run.file, run.robot, run.date)) if run.html else '',
         json_text(document_of(finished)) if run.json else '',
-        _failed(finished, run.failures),
+        failed_by(finished, run.failures),
     )
 
 
@@ -131,7 +131,8 @@ def _audited(run: Run, bar: Bar) -> Audit:
         )
 
 
-def _failed(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
+def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
+    """Return whether findings fail an audit; None: those that are usual for its kind."""
     wanted = wanted or _usual_failures(finished)
     worst = max((interval.level for interval in finished.intervals), default=Level.OK)
     frames = finished.frames
@@ -183,20 +184,30 @@ def _no_frames(finished: Audit, run: Run) -> str:
 
 def outcomes(runs: Sequence[Run], jobs: int, workers: str | None) -> Iterator[Outcome]:
     """Yield the outcome of each run, in their order."""
-    if workers is not None:
-        yield from _counted(results_of_workers(outcome_of, runs, workers), len(runs))
-    elif jobs == 1 or len(runs) == 1:
+    if workers is None and (jobs == 1 or len(runs) == 1):
         for run in runs:
-            yield outcome_of(run, _bar)
-    else:
-        yield from _counted(_by_processes(runs, jobs), len(runs))
+            yield outcome_of(run, shown_bar)
+        return
+    with shown_bar(len(runs), 'files') as progress:
+        for outcome in spread(outcome_of, runs, jobs, workers):
+            progress(1)
+            yield outcome
 
 
-def _by_processes(runs: Sequence[Run], jobs: int) -> Iterator[Outcome]:
+def spread(
+    function: Callable[[Any], Any], items: Sequence[Any], jobs: int, workers: str | None
+) -> Iterator[Any]:
+    """Yield the function's result of each item, in order, by processes or a dask cluster."""
+    if workers is not None:
+        yield from results_of_workers(function, items, workers)
+        return
+    if jobs == 1:
+        yield from map(function, items)
+        return
     context = multiprocessing.get_context('spawn')
     with ProcessPoolExecutor(jobs, context, _live_with_the_parent) as pool:
         try:
-            yield from pool.map(outcome_of, runs)
+            yield from pool.map(function, items)
         except BaseException:
             for process in multiprocessing.active_children():
                 process.terminate()
@@ -217,8 +228,8 @@ def _live_with_the_parent() -> None:
 
 
 @contextmanager
-def _bar(total: int | None, noun: str = 'messages') -> Iterator[Done]:
-    # Shows a bar on standard error while it works, on a terminal only, and removes it in the end.
+def shown_bar(total: int | None, noun: str = 'messages') -> Iterator[Done]:
+    """Show a bar on standard error while it works, on a terminal only; remove it in the end."""
     console = Console(stderr=True)
     if not console.is_terminal:
         yield lambda _: None
@@ -227,10 +238,3 @@ def _bar(total: int | None, noun: str = 'messages') -> Iterator[Done]:
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(noun, total=total)
         yield lambda count: bar.advance(task, count)
-
-
-def _counted(found: Iterator[Outcome], total: int) -> Iterator[Outcome]:
-    with _bar(total, 'files') as progress:
-        for outcome in found:
-            progress(1)
-            yield outcome

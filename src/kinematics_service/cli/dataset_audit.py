@@ -1,0 +1,69 @@
+"""The command `audit` of a dataset: one table and one page for all its episodes."""
+
+import hashlib
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import typer
+
+from ..diagnosis.audit.dataset.dataset_report import (
+    document_of_dataset,
+    page_of_dataset,
+    print_report,
+    report_of,
+)
+from ..diagnosis.audit.dataset.dataset_run import Journal, rows_of_dataset
+from ..diagnosis.audit.dataset.episode_audit import EpisodeWork
+from ..output_file import say_written, write_file
+from ..printing import json_text
+from ..robot.bundled import find_robot_file
+from .options import refuse_unwritable
+
+
+class DatasetOutputs(NamedTuple):
+    """The files to write, each None where nobody asks; `json` may be -."""
+
+    html: Path | None
+    json: Path | None
+    resume: Path | None
+
+
+def audit_dataset(
+    path: Path,
+    robot: str,
+    date: str,
+    work: EpisodeWork,
+    outputs: DatasetOutputs,
+    jobs: int,
+    workers: str | None,
+) -> None:
+    """Audit a dataset, print and write what is found, and exit with code 1 if it fails."""
+    for name, file in zip(('--html', '--json', '--resume'), outputs):
+        if file is not None and str(file) != '-':
+            refuse_unwritable(name, file)
+    asked = (work.settings, work.frames, work.failures, work.labels, work.clearance)
+    reading = work.reading._replace(robot=None)  # type: ignore[arg-type]
+    sum_of_robot = hashlib.sha256(find_robot_file(robot).read_bytes()).hexdigest()
+    journal = None
+    if outputs.resume is not None:
+        journal = Journal(outputs.resume, f'{path} {robot} {sum_of_robot} {reading} {asked}')
+    rows = rows_of_dataset(path, work, jobs, workers, journal)
+    report = report_of(str(path), work.reading.robot.name, rows)
+    printed = str(outputs.json) == '-'
+    files = {}
+    if outputs.html is not None:
+        files[outputs.html] = page_of_dataset(report, date)
+    if outputs.json is not None:
+        text = json_text(document_of_dataset(report))
+        if printed:
+            print(text)
+        else:
+            files[outputs.json] = f'{text}\n'
+    if not printed:
+        print_report(report)
+    for file, text in files.items():
+        write_file(file, text)
+        say_written(file, sys.stderr if printed else None)
+    if report.failed:
+        raise typer.Exit(1)

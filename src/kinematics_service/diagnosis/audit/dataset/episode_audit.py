@@ -1,0 +1,255 @@
+"""One episode of a dataset after the other: its findings, as rows of one table."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ....errors import KinematicsError
+from ....estimation.estimator import EstimatorSettings
+from ....formats.datasets.arms import DatasetArm, arms_of, crossed_with
+from ....formats.datasets.episodes import Episode
+from ....formats.datasets.open_episode import open_episode
+from ....formats.datasets.vectors import Columns, columns_of_episode
+from ....formats.recordings.arm_columns import arm_columns
+from ....formats.recordings.source import PoseTrack, RecordingSource, Selection
+from ....output_file import new_file
+from ....rigid_motion import rotation_vector
+from ....robot.measures import Level
+from ....typography import counted
+from ...frame_check.errors import angle_in_words, length_in_words
+from ..auditing import Audit, audit
+from ..findings import Finding
+from ..frames import FrameReport, FrameSettings
+from ..report.audit_runs import failed_by
+from ..verdict import verdict_of
+from .continuity import break_findings
+from .labels import arrow_of, labels_of
+from .other_arms import OtherState, other_findings
+
+# A base farther away than this (m, rad) from that of the robot file is another one.
+SAME_BASE, SAME_BASE_ANGLE = 0.01, 0.02
+
+
+@dataclass(frozen=True)
+class EpisodeWork:
+    """
+    What is asked of each episode.
+
+    Attributes
+    ----------
+    reading, settings, frames
+        As of an audit.
+    failures
+        Findings that fail it; None for those that are usual.
+    labels
+        The folder for labels of every row; None if nobody asks.
+    clearance
+        Whether the clearance is among them.
+    """
+
+    reading: Selection
+    settings: EstimatorSettings
+    frames: FrameSettings
+    failures: tuple[str, ...] | None
+    labels: Path | None = None
+    clearance: bool = False
+
+
+class EpisodeRow(NamedTuple):
+    """
+    What was found of one arm in one episode.
+
+    Attributes
+    ----------
+    name, arm
+        Of the episode, and of the arm; empty if there is one alone.
+    rows, seconds
+        Frames, and time from the first to the last.
+    failed
+        Whether it has what shall not be, or cannot be read.
+    error
+        Why it cannot be judged; empty if it is.
+    findings
+        Level and sentence of each, worst first.
+    """
+
+    name: str
+    arm: str
+    rows: int
+    seconds: float
+    failed: bool
+    error: str
+    findings: tuple[tuple[int, str], ...]
+
+    @property
+    def level(self) -> Level:
+        """Return the worst level."""
+        return Level.ERROR if self.error else Level(self.findings[0][0])
+
+
+class EpisodeBatch(NamedTuple):
+    """
+    Episodes for one process, most of them of one file.
+
+    `sought` says of each whether the cause of a small remainder is looked for.
+    """
+
+    work: EpisodeWork
+    episodes: tuple[Episode, ...]
+    sought: tuple[bool, ...]
+
+
+def rows_of_batch(batch: EpisodeBatch) -> list[list[EpisodeRow]]:
+    """Return the rows of each episode; one that cannot be read is a row, too."""
+    work = batch.work
+    frames = work.frames._replace(fine=work.frames.limits.warn)
+    coarse = replace(work, frames=frames)
+    return [
+        _rows(work if sought else coarse, episode)
+        for episode, sought in zip(batch.episodes, batch.sought)
+    ]
+
+
+def _rows(work: EpisodeWork, episode: Episode) -> list[EpisodeRow]:
+    # A row of each arm of an episode.
+    try:
+        columns = columns_of_episode(episode)
+        arms = arms_of(columns.header, work.reading, episode.rate)
+        rows = [_row(work, episode, columns, arm, arms) for arm in arms]
+        if work.labels is not None:
+            _write_labels(work, work.labels, episode, columns, arms)
+    except KinematicsError as error:
+        return [EpisodeRow(episode.name, '', 0, 0.0, True, str(error), ())]
+    return rows
+
+
+def _row(
+    work: EpisodeWork,
+    episode: Episode,
+    columns: Columns,
+    arm: DatasetArm,
+    arms: Sequence[DatasetArm],
+) -> EpisodeRow:
+    source = open_episode(episode, columns, arm)
+    robot = work.reading.robot
+    finished = audit(source, robot, episode.name, work.settings, None, work.frames)
+    refused = dict(finished.refused)
+    found = [*verdict_of(finished).sentences, *_without_pose(refused), *_breaks(finished)]
+    if isinstance(finished.frames, FrameReport):
+        crossed = [
+            (other.label, open_episode(episode, columns, crossed_with(arm, other)))
+            for other in arms
+            if other is not arm
+        ]
+        found += _frames(finished, finished.frames, source, crossed)
+    found.sort(key=lambda one: -one.level)
+    failed = failed_by(finished, work.failures)
+    told = tuple((int(one.level), one.text) for one in found)
+    return EpisodeRow(
+        episode.name, arm.label, len(columns), finished.timeline.end, failed, '', told
+    )
+
+
+def _without_pose(refused: Mapping[str, int]) -> Iterator[Finding]:
+    # A message or two without a state are usual in a recording, and a fault in a dataset.
+    if refused:
+        reasons = ', '.join(f'{reason} ({number:,})' for reason, number in refused.items())
+        text = f'{counted(sum(refused.values()), "frame")} without a pose: {reasons}.'
+        yield Finding(Level.WARN, text)
+
+
+def _breaks(finished: Audit) -> Iterator[Finding]:
+    timeline = finished.timeline
+    stamps = np.diff(timeline.stamps[:])
+    # Stamps that have a gap of their own tell it themselves.
+    if len(stamps) and np.max(stamps) < 1.5 * np.median(stamps):
+        q = timeline.q[:]
+        wraps = np.array(finished.robot.continuous)
+        yield from break_findings(np.where(wraps, np.unwrap(q, axis=0), q), timeline.t[:])
+
+
+def _frames(
+    finished: Audit,
+    report: FrameReport,
+    source: RecordingSource,
+    crossed: Sequence[tuple[str, RecordingSource]],
+) -> Iterator[Finding]:
+    # `crossed` has the poses with the joints of the other arms, by their labels.
+    track, diagnosis = source.poses(), report.diagnosis
+    cause = diagnosis.cause
+    if cause is not None:
+        if cause.key == 'time_lag' and cause.value is not None:
+            frames = abs(cause.value) / finished.stream.median_interval
+            yield Finding(Level.ERROR, f'The lag is {frames:.3g} frames.')
+        return
+    if diagnosis.errors.within(report.limits.warn):
+        yield from _base(report)
+    elif track is not None:
+        yield from _others(finished, report, track, crossed)
+
+
+def _base(report: FrameReport) -> Iterator[Finding]:
+    X = report.diagnosis.base_offset
+    if report.diagnosis.undetermined:
+        return
+    far = float(np.linalg.norm(X[:3, 3]))
+    turned = float(np.linalg.norm(rotation_vector(X[:3, :3])))
+    if far > SAME_BASE or turned > SAME_BASE_ANGLE:
+        x, y, z = (length_in_words(float(one)) for one in X[:3, 3])
+        yield Finding(
+            Level.WARN,
+            f'The poses are given in another base frame: that of the robot file is at {x}, {y}, '
+            f'{z} in it, turned by {angle_in_words(turned)}.',
+        )
+
+
+def _others(
+    finished: Audit,
+    report: FrameReport,
+    track: PoseTrack,
+    crossed: Sequence[tuple[str, RecordingSource]],
+) -> Iterator[Finding]:
+    if track.q is None:
+        return
+    others = []
+    for label, source in crossed:
+        for _ in source.blocks:
+            pass  # poses are complete when the blocks are read
+        theirs = source.poses()
+        if theirs is not None and theirs.q is not None and len(theirs.q) == len(track.q):
+            others.append(OtherState(label, theirs.q))
+    own, limit = report.diagnosis.errors, report.limits.warn
+    yield from other_findings(finished.robot, track.poses, own, others, track.q, limit)
+
+
+def _write_labels(
+    work: EpisodeWork,
+    folder: Path,
+    episode: Episode,
+    columns: Columns,
+    arms: Sequence[DatasetArm],
+) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as parquet
+
+    added = {'row': pa.array(np.arange(len(columns)) + episode.first)}
+    for arm in arms:
+        own = arm_columns(episode.file, columns.header, arm.reading)
+        q = own.joints.units(work.reading.robot).positions(columns.chosen(own.positions))
+        start = f'{arm.label}.' if arm.label else ''
+        labels = arrow_of(labels_of(work.reading.robot, q, work.clearance))
+        added.update({start + name: array for name, array in labels.items()})
+    file = labels_file(folder, episode)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with new_file(file) as made:
+        parquet.write_table(pa.table(added), made)
+
+
+def labels_file(folder: Path, episode: Episode) -> Path:
+    """Return the file of the labels of an episode."""
+    name, _, part = episode.name.partition(':')
+    stem = str(Path(name).with_suffix(''))
+    return folder / (f'{stem}/{part.replace("/", "_")}.parquet' if part else f'{stem}.parquet')

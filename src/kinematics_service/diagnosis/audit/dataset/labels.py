@@ -1,0 +1,168 @@
+"""Labels of every row of a table: how near it is to a singular pose, and in which branch."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ....errors import JointVectorError, RecordingError
+from ....formats.datasets.arms import arms_of
+from ....formats.datasets.episodes import INSTALL
+from ....formats.datasets.vectors import taken_apart, vectors_of_table
+from ....formats.recordings.arm_columns import arm_columns
+from ....formats.recordings.joint_format import JointFormat
+from ....formats.recordings.source import Selection
+from ....formats.recordings.stamp_format import StampFormat
+from ....kernel import Floats
+from ....kinematics.singularity import Singularity, singularity
+from ....robot.robot import AnyRobot, Robot, as_robot
+
+# Of those that take long; the others are always there.
+CLEARANCE = 'clearance'
+# A branch is written as bits of the factors' signs.
+MOST_FACTORS = 31
+
+
+def _branch(found: Singularity) -> Any:
+    # One bit for each factor of the robot file that is positive, or for the determinant.
+    if found.factors is not None:
+        positive = np.asarray(found.factors.values[..., :MOST_FACTORS] > 0.0, dtype=np.int32)
+        return positive @ (1 << np.arange(positive.shape[-1], dtype=np.int32))
+    if found.determinant is None:
+        return np.zeros(np.shape(found.distance), dtype=np.int32)
+    return np.asarray(np.asarray(found.determinant) > 0.0, dtype=np.int32)
+
+
+LABELS: dict[str, Callable[[Singularity], Any]] = {
+    'distance': lambda found: found.distance,
+    'decided': lambda found: found.decided,
+    'manipulability': lambda found: found.manipulability,
+    'lost_direction': lambda found: found.lost_direction,
+    'branch': _branch,
+    CLEARANCE: lambda found: found.clearance,
+}
+
+
+def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> dict[str, Any]:
+    """
+    Return labels of joint positions (N, n), rad or m, as arrays (N,) or (N, 6); those of rows that
+    are no pose are masked.
+
+    Parameters
+    ----------
+    clearance
+        Whether the clearance is one of them, which takes several times as long.
+    """
+    good = np.all(np.isfinite(q), axis=1)
+    if robot.chain.loops:
+        good &= _closing(robot, np.where(good[:, None], q, 0.0))
+    known = singularity(robot, q[good])
+    labels = {}
+    for name, label in LABELS.items():
+        if name == CLEARANCE and not clearance:
+            continue
+        values = np.asarray(label(known))
+        whole = np.zeros((len(q), *values.shape[1:]), dtype=values.dtype)
+        whole[good] = values
+        labels[name] = np.ma.array(whole, mask=np.broadcast_to(_rows(~good, whole), whole.shape))
+    return labels
+
+
+def _rows(flags: Any, like: Any) -> Any:
+    return flags.reshape(-1, *(1,) * (like.ndim - 1))
+
+
+def _closing(robot: Robot, q: Floats) -> Any:
+    closes = np.ones(len(q), dtype=bool)
+    for k in range(len(q)):
+        try:
+            singularity(robot, q[k])
+        except JointVectorError:
+            closes[k] = False
+    return closes
+
+
+def arrow_of(labels: dict[str, Any]) -> dict[str, Any]:
+    """Return labels as Arrow arrays, null where they are masked."""
+    import pyarrow as pa
+
+    arrays = {}
+    for name, values in labels.items():
+        mask = np.ma.getmaskarray(values)
+        if values.ndim == 1:
+            arrays[name] = pa.array(values.data, mask=mask)
+            continue
+        flat = pa.array(values.data.reshape(-1))
+        arrays[name] = pa.FixedSizeListArray.from_arrays(
+            flat, values.shape[1], mask=pa.array(mask[:, 0])
+        )
+    return arrays
+
+
+def judge_table(
+    batch: Any,
+    robot: AnyRobot,
+    *,
+    columns: str | None = None,
+    joint_format: str = '',
+    joint_prefix: str = '',
+    clearance: bool = False,
+) -> Any:
+    """
+    Return an Arrow record batch, or table, with the labels of its rows as further columns.
+
+    It depends on nothing but its arguments, so that Dask, Ray or Spark can call it on the batches
+    of a table of any length.
+
+    Parameters
+    ----------
+    batch
+        A `pyarrow.RecordBatch` or `pyarrow.Table` with joint positions.
+    robot
+        The arm.
+    columns, joint_format, joint_prefix
+        As the options of `audit`: which columns the joints are (`position=state[0:6]`; default:
+        by known names), and their units.
+    clearance
+        Whether to prove a radius without singular poses, too, which takes several times as long.
+
+    Returns
+    -------
+    RecordBatch or Table
+        With `distance` (rad), `decided`, `manipulability`, `lost_direction` (6 numbers), `branch`
+        (the signs of the factors of the robot file, as bits), and `clearance` (rad) if asked for.
+        They are null in rows that are no pose. Of several arms each label begins with the arm's
+        name.
+
+    Raises
+    ------
+    RecordingError
+        The joints are not among the columns, or pyarrow is missing.
+    """
+    try:
+        import pyarrow as pa
+    except ImportError:
+        raise RecordingError(INSTALL) from None
+    robot = as_robot(robot)
+    wanted = Selection(
+        robot,
+        columns=columns,
+        joint_prefix=joint_prefix,
+        joint_format=JointFormat(joint_format),
+        stamps=StampFormat(rate=1.0),
+    )
+    found = taken_apart(vectors_of_table(batch), {})
+    arms = arms_of(found.header, wanted, 0.0)
+    added: dict[str, Any] = {}
+    for arm in arms:
+        own = arm_columns('the table', found.header, arm.reading)
+        q = own.joints.units(robot).positions(found.chosen(own.positions))
+        start = f'{arm.label}.' if arm.label else ''
+        labels = arrow_of(labels_of(robot, q, clearance))
+        added.update({start + name: array for name, array in labels.items()})
+    twice = [name for name in added if name in batch.schema.names]
+    if twice:
+        raise RecordingError(f'the table has a column {twice[0]!r} already')
+    arrays = [*batch.columns, *added.values()]
+    kind = pa.RecordBatch if isinstance(batch, pa.RecordBatch) else pa.Table
+    return kind.from_arrays(arrays, names=[*batch.schema.names, *added])

@@ -1,0 +1,189 @@
+"""The episodes of a dataset, without their numbers: where each begins in which file."""
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import RecordingError
+
+INSTALL = (
+    "datasets need pyarrow and h5py: pip install '.[dataset]' in its checkout, or pip install "
+    'pyarrow h5py'
+)
+PARQUET, ARRAYS = ('.parquet',), ('.npz',)
+HDF5 = ('.hdf5', '.h5')
+SUFFIXES = (*PARQUET, *HDF5, *ARRAYS)
+# Columns that number the episodes of a file.
+NUMBERS = ('episode_index', 'episode_id', 'episode')
+# The column of files with an episode in each row: its steps.
+STEPS = 'steps'
+
+
+@dataclass(frozen=True)
+class Episode:
+    """
+    Consecutive rows of a file.
+
+    Attributes
+    ----------
+    file, name
+        The file, and the name of the episode in the dataset.
+    place
+        The group of an HDF5 file, `STEPS` for a row with steps, else empty.
+    first, count
+        Rows; count -1: all.
+    rate : Hz
+        Of the rows as the dataset says it, 0 if it does not.
+    elements
+        Names of the elements of vectors, by column.
+    fault
+        Why the file cannot be read; empty if it can.
+    """
+
+    file: Path
+    name: str
+    place: str = ''
+    first: int = 0
+    count: int = -1
+    rate: float = 0.0
+    elements: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    fault: str = ''
+
+
+def is_dataset(path: Path) -> bool:
+    """Return whether a file or folder is a dataset, by its name and what it holds."""
+    if not path.is_dir():
+        return path.suffix.lower() in SUFFIXES
+    if (path / 'metadata.yaml').exists():
+        return False  # a bag
+    return _info_of(path).exists() or any(_files(path))
+
+
+def episodes_of(path: Path) -> Iterator[Episode]:
+    """
+    Yield the episodes of a dataset in their order; a file that cannot be read is one, too.
+
+    Raises
+    ------
+    RecordingError
+        What the folder says of itself cannot be read, or a library is missing.
+    """
+    if not path.is_dir():
+        yield from _of_file(Episode(path, path.name))
+        return
+    rate, data = 0.0, path
+    elements: dict[str, tuple[str, ...]] = {}
+    if _info_of(path).exists():
+        rate, elements = _described(_info_of(path))
+        data = path / 'data'
+    for file in _files(data):
+        name = file.relative_to(path).as_posix()
+        yield from _of_file(Episode(file, name, rate=rate, elements=elements))
+
+
+def _info_of(folder: Path) -> Path:
+    return folder / 'meta' / 'info.json'
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    return (file for file in sorted(folder.rglob('*')) if file.suffix.lower() in SUFFIXES)
+
+
+def _described(info: Path) -> tuple[float, dict[str, tuple[str, ...]]]:
+    # The rate and the names of elements, as LeRobot's info.json has them.
+    try:
+        content = json.loads(info.read_text(encoding='utf-8'))
+        names = {name: _names(one.get('names')) for name, one in content['features'].items()}
+        return float(content.get('fps') or 0.0), {key: one for key, one in names.items() if one}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise RecordingError(f'{info}: is no description of a dataset: {error}') from None
+
+
+def _names(names: Any) -> tuple[str, ...]:
+    # A list, or lists by what they are: motors, axes.
+    if isinstance(names, Mapping):
+        names = [one for part in names.values() if isinstance(part, list) for one in part]
+    return tuple(map(str, names)) if isinstance(names, list) else ()
+
+
+def _of_file(whole: Episode) -> Iterator[Episode]:
+    # The episodes of a file, of which one is given that is all of it.
+    file, name = whole.file, whole.name
+    suffix = file.suffix.lower()
+    steps, numbers, groups = 0, np.zeros(0), list[str]()
+    try:
+        if suffix in PARQUET:
+            steps, numbers = _of_parquet(file)
+        elif suffix in HDF5:
+            groups = _groups(file)
+        else:
+            numbers = _of_arrays(file)
+    except ImportError:
+        raise RecordingError(INSTALL) from None
+    except Exception as error:  # a damaged file can make a reader raise any exception
+        reason = ' '.join(str(error).split())[:200] or type(error).__name__
+        yield replace(whole, fault=f'{file}: cannot be read: {reason}')
+        return
+    if not (steps or groups or len(numbers)):
+        yield whole
+    for place in groups:
+        yield replace(whole, name=f'{name}:{place}', place=place)
+    for row in range(steps):
+        yield replace(whole, name=f'{name}:{row}', place=STEPS, first=row, count=1)
+    begins = np.flatnonzero(np.diff(numbers, prepend=np.nan) != 0).tolist()
+    for first, end in zip(begins, [*begins[1:], len(numbers)]):
+        label = f'{name}:{numbers[first]:.0f}'
+        yield replace(whole, name=label, first=first, count=end - first)
+
+
+def _of_parquet(file: Path) -> tuple[int, npt.NDArray[np.float64]]:
+    # The number of rows with steps, and the number of the episode of each row where that is told.
+    import pyarrow.parquet as parquet
+
+    with parquet.ParquetFile(file) as opened:
+        names = opened.schema_arrow.names
+        if STEPS in names:
+            return int(opened.metadata.num_rows), np.zeros(0)
+        column = next((name for name in NUMBERS if name in names), '')
+        if not column:
+            return 0, np.zeros(0)
+        numbers = opened.read([column])[column].combine_chunks()
+        if numbers.type.num_fields:  # vectors of one
+            numbers = numbers.flatten()
+        _, ids = np.unique(numbers.to_numpy(zero_copy_only=False), return_inverse=True)
+        plain = not str(numbers.type).startswith(('int', 'uint'))
+        found = ids if plain else numbers.to_numpy(zero_copy_only=False)
+        return 0, np.asarray(found, dtype=np.float64)
+
+
+def _of_arrays(file: Path) -> npt.NDArray[np.float64]:
+    with np.load(file, allow_pickle=False) as arrays:
+        column = next((name for name in NUMBERS if name in arrays), '')
+        if column:
+            return np.asarray(arrays[column], dtype=np.float64).reshape(-1)
+        if 'episode_ends' in arrays:
+            ends = np.asarray(arrays['episode_ends'], dtype=np.int64)
+            return np.repeat(np.arange(len(ends), dtype=np.float64), np.diff(ends, prepend=0))
+    return np.zeros(0)
+
+
+def _groups(file: Path) -> list[str]:
+    # The groups of an HDF5 file that are episodes: demo_0, demo_1 ...
+    import h5py
+
+    with h5py.File(file, 'r') as opened:
+        for root in ('data', '/'):
+            folder = opened.get(root)
+            if not isinstance(folder, h5py.Group):
+                continue
+            names = [one for one, part in folder.items() if isinstance(part, h5py.Group)]
+            numbered = [one for one in names if one.rpartition('_')[2].isdigit()]
+            if numbered:
+                ordered = sorted(numbered, key=lambda one: int(one.rpartition('_')[2]))
+                return [f'{root}/{one}'.lstrip('/') for one in ordered]
+    return []

@@ -1,0 +1,278 @@
+"""The columns of an arm among those of a table: by known heads, or as `--columns` says."""
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from ...errors import RecordingError
+from .joint_format import JointFormat
+from .pose_format import ACCEPTED_POSES, MAKERS, PoseFormat, pose_columns, pose_of_columns
+from .source import Selection
+from .stamp_format import StampFormat
+
+# Most columns in an error message, and most letters of each.
+SHOWN, LONGEST_NAME = 12, 60
+STAMP = 'stamp'
+# Heads of stamps where a maker's own heads have none, in small letters.
+STAMPS = (STAMP, 'timestamp', 'time')
+# Columns by their numbers from 1; elements of a vector from 0, without the last.
+NUMBERS = re.compile(r'(\d+)(?:-(\d+))?')
+SLICE = re.compile(r'(.+)\[(\d*):(\d*)\]')
+HOW = (
+    '--columns stamp=...,position=...,velocity=...,pose=... says how column names begin; without '
+    'stamps, --stamps 30Hz numbers the rows, and --stamps none says that the arm stands in each'
+)
+
+
+class ColumnNames(NamedTuple):
+    """The beginnings of the column names of a layout; the stamp's whole name."""
+
+    stamp: str
+    position: str
+    velocity: str
+    pose: str
+
+
+class Layout(NamedTuple):
+    """
+    Heads of columns that are known.
+
+    Attributes
+    ----------
+    maker
+        Whose controllers write them, one of `MAKERS`: with its units; empty: rad and m.
+    needed
+        Endings that must be there besides the joints, as nobody else writes them.
+    """
+
+    names: ColumnNames
+    maker: str = ''
+    needed: tuple[str, ...] = ()
+
+
+LAYOUTS = (
+    Layout(ColumnNames(STAMP, 'position.', 'velocity.', 'pose.')),
+    # The columns that the recorder of Universal Robots' RTDE client writes.
+    Layout(ColumnNames('timestamp', 'actual_q_', 'actual_qd_', 'actual_TCP_pose_')),
+    # AXIS_ACT and POS_ACT, jointtarget and robtarget, and positions as teach pendants show them.
+    Layout(ColumnNames('', 'A', '', ''), 'kuka', ('x', 'y', 'z', 'a', 'b', 'c')),
+    Layout(ColumnNames('', 'J', '', ''), 'fanuc', ('x', 'y', 'z', 'w', 'p', 'r')),
+    Layout(ColumnNames('', 'rax_', '', ''), 'abb'),
+    Layout(ColumnNames('', 'JT', '', ''), 'kawasaki', ('x', 'y', 'z', 'o', 'a', 't')),
+)
+
+
+class ArmColumns(NamedTuple):
+    """
+    The columns of an arm, and what their numbers are.
+
+    Attributes
+    ----------
+    stamp
+        Its column, empty if rows are numbered.
+    stamps
+        The unit of stamps, or the rate of the rows.
+    positions, velocities, poses
+        In the order of the arm's joints; none or all of the velocities; of a pose in the order of
+        its numbers.
+    joints, form
+        Units of the joints; what the numbers of a pose are.
+    names
+        The beginnings, for messages.
+    guessed
+        What no option says and the heads let suppose, each a sentence.
+    """
+
+    stamp: str
+    stamps: StampFormat
+    positions: list[str]
+    velocities: list[str]
+    poses: list[str]
+    joints: JointFormat
+    form: PoseFormat
+    names: ColumnNames
+    guessed: tuple[str, ...]
+
+
+def arm_columns(
+    file: Path | str, header: list[str], wanted: Selection, accepted: str = HOW
+) -> ArmColumns:
+    """
+    Return the columns of an arm.
+
+    Parameters
+    ----------
+    file
+        Its name, for messages.
+    accepted
+        What is accepted, for the message on a missing column.
+
+    Raises
+    ------
+    RecordingError
+        One is missing or occurs twice, or `--columns` is none.
+    """
+    name, times = Counter(header).most_common(1)[0]
+    if times > 1:
+        raise RecordingError(f'{file}: column {_cut(name)} occurs twice')
+    return _Search(file, header, wanted, accepted).found()
+
+
+class _Search:
+    def __init__(
+        self, file: Path | str, header: list[str], wanted: Selection, accepted: str
+    ) -> None:
+        self.file, self.header, self.wanted, self._accepted = file, header, wanted, accepted
+        self.joints = [wanted.joint_prefix + name for name in wanted.robot.joint_names]
+        self._given = {} if wanted.columns is None else _given(wanted.columns)
+
+    def found(self) -> ArmColumns:
+        layout = self._layout()
+        names, wanted = layout.names, self.wanted
+        guessed: list[str] = []
+        stamp = self._stamp(names.stamp)
+        joints, form = wanted.joint_format, wanted.pose_format
+        if layout.maker:
+            if joints == JointFormat():
+                joints = JointFormat('deg,mm')
+                guessed.append(
+                    f'joints {names.position}1, {names.position}2, ... are taken in degrees, as '
+                    f'{layout.maker.upper()} writes them (--joint-format says other units)'
+                )
+            if form == PoseFormat():
+                form = MAKERS[layout.maker]
+        positions, velocities = map(self._family, (names.position, names.velocity))
+        if len(positions) != len(self.joints):
+            raise RecordingError(
+                f'{self.file}: --columns position= names {len(positions)} columns; '
+                f'{wanted.robot.name} has {len(self.joints)} joints'
+            )
+        poses, form = self._poses(names.pose, form)
+        if layout.maker and poses:
+            guessed.append(
+                f'poses {", ".join(poses)} are taken as {layout.maker.upper()} writes them: '
+                f'{form.in_words()} (--pose-format says what else they are)'
+            )
+        return ArmColumns(
+            stamp, wanted.stamps, positions, velocities, poses, joints, form, names, tuple(guessed)
+        )
+
+    def _layout(self) -> Layout:
+        usual = LAYOUTS[0]
+        if self._given:
+            names = usual.names._replace(**self._given)
+            self._required(names.position)
+            return Layout(names)
+        for layout in LAYOUTS:
+            if self._fits(layout):
+                return layout
+        self._required(usual.names.position)
+        return usual
+
+    def _fits(self, layout: Layout) -> bool:
+        names = layout.names
+        if not self._family(names.position):
+            return False
+        if layout.maker:
+            ends = {name.lower() for name in self.header}
+            return ends >= set(layout.needed)
+        return names.stamp in self.header or self.wanted.stamps.rate > 0.0
+
+    def _stamp(self, name: str) -> str:
+        if self.wanted.stamps.rate:
+            return ''
+        named = {column.lower(): column for column in self.header}
+        if not name:
+            name = next((named[one] for one in STAMPS if one in named), STAMP)
+        columns = self._numbered(name)
+        if columns:
+            return columns[0]
+        if name not in self.header:
+            asked = '' if 'stamp' in self._given else ' (seconds)'
+            rest = '' if 'stamp' in self._given else f'; {self._accepted}'
+            raise RecordingError(
+                f'{self.file}: there is no column {name!r}{asked}; the header has '
+                f'{self._shown()}{rest}'
+            )
+        return name
+
+    def _required(self, beginning: str) -> None:
+        if not self._family(beginning):
+            missing = [j for j in self.joints if beginning + j not in self.header]
+            raise RecordingError(
+                f'{self.file}: there is no column {beginning + missing[0]!r} for joint '
+                f'{missing[0]!r} of {self.wanted.robot.name}; the header has {self._shown()}; '
+                f'{self._accepted}'
+            )
+
+    def _family(self, beginning: str) -> list[str]:
+        # Returns the columns of the joints, by name or by number from 0 or from 1; none if one is
+        # missing.
+        if not beginning:
+            return []
+        columns = self._numbered(beginning)
+        if columns:
+            return columns
+        n = len(self.joints)
+        for start in (beginning, f'{beginning}.'):
+            for ends in (self.joints, self.wanted.robot.joint_names, range(n), range(1, n + 1)):
+                columns = [f'{start}{end}' for end in ends]
+                if all(column in self.header for column in columns):
+                    # Numbers from 1 are also numbers from 0 with one left over.
+                    return columns
+        return []
+
+    def _numbered(self, text: str) -> list[str]:
+        # Returns the columns of numbers like 2-7, or the elements of a vector like state[0:6].
+        part = SLICE.fullmatch(text)
+        if part is not None:
+            elements = [name for name in self.header if name.startswith(f'{part[1]}.')]
+            return elements[int(part[2] or 0) : int(part[3]) if part[3] else None]
+        span = NUMBERS.fullmatch(text)
+        if span is None:
+            return []
+        first, last = int(span[1]), int(span[2] or span[1])
+        if not 1 <= first <= last <= len(self.header):
+            raise RecordingError(
+                f'{self.file}: --columns: {text} is not within the {len(self.header)} columns'
+            )
+        return self.header[first - 1 : last]
+
+    def _poses(self, text: str, form: PoseFormat) -> tuple[list[str], PoseFormat]:
+        asked = 'pose' in self._given or self.wanted.pose_format != PoseFormat()
+        parts = [part.strip() for part in text.split('+')]
+        columns = [column for part in parts for column in self._numbered(part)]
+        found = (
+            pose_of_columns(columns, form) if columns else pose_columns(self.header, parts, form)
+        )
+        if found is None and asked:
+            raise RecordingError(f'{self.file}: {text}* are no pose: {ACCEPTED_POSES}')
+        return found or ([], PoseFormat())
+
+    def _shown(self) -> str:
+        return listed([_cut(name) for name in self.header], SHOWN)
+
+
+def _given(text: str) -> dict[str, str]:
+    given = {}
+    for item in text.split(','):
+        key, equals, value = (part.strip() for part in item.partition('='))
+        if not equals or key not in ColumnNames._fields:
+            raise RecordingError(
+                f'--columns: {item!r} is not accepted; write for instance '
+                'stamp=time,position=q_,velocity=qd_,pose=tcp_'
+            )
+        given[key] = value.rstrip('*')
+    return given
+
+
+def listed(names: Sequence[str], most: int) -> str:
+    """Return names one after another, at most so many, and how many there are more."""
+    more = len(names) - most
+    return ', '.join(names[:most]) + (f' and {more} more' if more > 0 else '')
+
+
+def _cut(name: str) -> str:
+    return ascii(name if len(name) <= LONGEST_NAME else f'{name[:LONGEST_NAME]}...')

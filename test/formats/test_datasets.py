@@ -1,0 +1,234 @@
+"""Datasets: which episodes, arms and numbers are read from which files."""
+
+import sys
+
+import h5py
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as parquet
+import pytest
+from arms import robot_of
+from datasets import RPY, fixed, pose_numbers, poses_of, swinging, write_lerobot
+
+from kinematics_service.errors import RecordingError
+from kinematics_service.formats.datasets.arms import arms_of
+from kinematics_service.formats.datasets.episodes import episodes_of, is_dataset
+from kinematics_service.formats.datasets.open_episode import open_episode
+from kinematics_service.formats.datasets.vectors import columns_of_episode
+from kinematics_service.formats.recordings.joint_format import JointFormat
+from kinematics_service.formats.recordings.source import Selection
+from kinematics_service.formats.recordings.stamp_format import stamp_format
+
+# Numbers of some radians in single precision.
+SINGLE = 1e-6
+UR = robot_of('ur5e')
+Q = swinging(UR, 70, seed=8)[0]
+T = poses_of(UR, Q)
+POSE = pose_numbers(T)
+
+
+def read(path, robot=UR, **wanted):
+    """Return the joints (N, n), stamps (N,) and poses of each episode and arm of a dataset."""
+    found = {}
+    for episode in episodes_of(path):
+        columns = columns_of_episode(episode)
+        for arm in arms_of(columns.header, Selection(robot, **wanted), episode.rate):
+            source = open_episode(episode, columns, arm)
+            blocks = list(source.blocks)
+            track = source.poses()
+            key = episode.name.rpartition('/')[2], arm.label
+            found[key] = (
+                np.concatenate([block.positions for block in blocks]),
+                np.concatenate([block.stamps for block in blocks]),
+                None if track is None else track.poses,
+            )
+    return found
+
+
+def rows_of(found, key):
+    q, stamps, poses = found[key]
+    return q, np.diff(stamps) * 1e-9, poses
+
+
+@pytest.mark.parametrize('version', ['v3.0', 'v2.1'])
+def test_lerobot_folders(tmp_path, version):
+    state = np.column_stack([Q, np.zeros(70)])
+    names = [*(f'{name}.pos' for name in UR.joint_names), 'gripper.pos']
+    whole = {'observation.state': state, 'observation.ee_pose': POSE, 'action': state}
+    episodes = [
+        {name: rows[part] for name, rows in whole.items()} for part in (slice(40), slice(40, 70))
+    ]
+    folder = write_lerobot(
+        tmp_path / 'set',
+        episodes,
+        {'observation.state': {'motors': names}, 'observation.ee_pose': list(RPY)},
+        version=version,
+    )
+    assert is_dataset(folder)
+    found = read(folder)
+    first, second = found
+    assert first[0].endswith(':0')
+    assert second[0].endswith(':1')
+    q, steps, poses = rows_of(found, second)
+    assert q == pytest.approx(Q[40:], abs=SINGLE)
+    assert steps == pytest.approx(np.full(29, 1 / 30), abs=SINGLE)
+    assert poses == pytest.approx(T[40:], abs=10 * SINGLE)
+
+
+def test_names_that_are_no_joints_are_taken_in_their_order(tmp_path):
+    state = np.column_stack([Q, np.zeros(70)])
+    names = {'observation.state': [f'motor_{k}' for k in range(7)]}
+    folder = write_lerobot(tmp_path / 'set', [{'observation.state': state}], names)
+    ((q, _, poses),) = read(folder).values()
+    assert q == pytest.approx(Q, abs=SINGLE)
+    assert poses is None
+
+
+def test_two_arms_by_name_and_by_number(tmp_path):
+    other = Q[::-1]
+    state = np.column_stack([Q, np.zeros(70), other, np.ones(70)])
+    poses = np.column_stack([POSE, POSE[::-1]])
+    sides = [
+        f'{side}_{name}.pos' for side in ('left', 'right') for name in (*UR.joint_names, 'jaw')
+    ]
+    for k, names in enumerate([{'observation.state': sides}, {}]):
+        vectors = {'observation.state': state, 'observation.ee_pose': poses}
+        folder = write_lerobot(tmp_path / str(k), [vectors], names)
+        left, right = read(folder).values()
+        assert left[0] == pytest.approx(Q, abs=SINGLE)
+        assert right[0] == pytest.approx(other, abs=SINGLE)
+        assert [label for _, label in read(folder)] == ['left', 'right']
+
+
+def test_numbers_that_may_be_any_joints_are_asked_for(tmp_path):
+    folder = write_lerobot(tmp_path / 'set', [{'observation.state': np.ones((5, 10))}], {})
+    with pytest.raises(RecordingError, match=r'--columns position=observation.state\[0:6\]'):
+        read(folder)
+    ((q, _, _),) = read(folder, columns='position=observation.state[2:8]').values()
+    assert q.shape == (5, 6)
+    folder = write_lerobot(tmp_path / 'other', [{'readings': np.ones((5, 10))}], {})
+    with pytest.raises(RecordingError, match='no vector of joint positions is known among read'):
+        read(folder)
+
+
+def test_hdf5_of_robomimic(tmp_path):
+    quaternions = pose_numbers(T, 'xyzw')
+    file = tmp_path / 'demo.hdf5'
+    with h5py.File(file, 'w') as stream:
+        for k, part in ((10, slice(40, 70)), (2, slice(40))):
+            obs = stream.create_group(f'data/demo_{k}/obs')
+            obs['robot0_joint_pos'], obs['robot0_joint_vel'] = Q[part], 0.0 * Q[part]
+            obs['robot0_eef_pos'] = quaternions[part, :3]
+            obs['robot0_eef_quat'] = quaternions[part, 3:]
+            obs['agentview_image'] = np.zeros((len(Q[part]), 8, 8, 3), dtype=np.uint8)
+    found = read(file, stamps=stamp_format('20Hz'))
+    assert list(found) == [('demo_2', ''), ('demo_10', '')]
+    q, steps, poses = rows_of(found, ('demo_10', ''))
+    assert q == pytest.approx(Q[40:], abs=0)
+    assert steps == pytest.approx(np.full(29, 0.05), abs=1e-9)
+    assert poses == pytest.approx(T[40:], abs=1e-9)
+    with pytest.raises(RecordingError, match='--stamps 30Hz numbers the rows'):
+        read(file)
+
+
+def test_hdf5_of_aloha(tmp_path):
+    with h5py.File(tmp_path / 'episode_0.hdf5', 'w') as stream:
+        stream['observations/qpos'] = np.column_stack([Q, np.ones(70), Q[::-1], np.ones(70)])
+        stream['observations/images/top'] = np.zeros((70, 4, 4, 3), dtype=np.uint8)
+        stream['action'] = np.zeros((70, 14))
+    left, right = read(tmp_path, stamps=stamp_format('50Hz')).values()
+    assert left[0].tolist() == Q.tolist()
+    assert right[0].tolist() == Q[::-1].tolist()
+
+
+def test_npz_with_ends_of_episodes(tmp_path):
+    file = tmp_path / 'set.npz'
+    np.savez(file, q=np.degrees(Q), episode_ends=[30, 70])
+    found = read(file, stamps=stamp_format('10Hz'), joint_format=JointFormat('deg'))
+    first, second = found.values()
+    assert first[0] == pytest.approx(Q[:30], abs=1e-12)
+    assert second[0] == pytest.approx(Q[30:], abs=1e-12)
+
+
+def test_parquet_with_a_row_of_steps_for_each_episode(tmp_path):
+    def steps(part):
+        return [
+            {'observation': {'state': q.tolist()}, 'timestamp': 0.1 * k, 'is_last': False}
+            for k, q in enumerate(Q[part])
+        ]
+
+    file = tmp_path / 'rlds.parquet'
+    parquet.write_table(pa.table({'steps': [steps(slice(30)), steps(slice(30, 70))]}), file)
+    first, second = read(file).values()
+    assert first[0] == pytest.approx(Q[:30], abs=0)
+    assert second[0] == pytest.approx(Q[30:], abs=0)
+
+
+def test_plain_parquet_with_single_columns(tmp_path):
+    file = tmp_path / 'run.parquet'
+    columns = {f'j_{k}': Q[:, k] for k in range(6)}
+    parquet.write_table(pa.table({'time': np.arange(70) / 5, **columns}), file, row_group_size=16)
+    ((q, stamps, _),) = read(file, columns='position=j_').values()
+    assert q.tolist() == Q.tolist()
+    assert np.diff(stamps).tolist() == [200_000_000] * 69
+
+
+def test_episodes_over_several_groups_of_rows(tmp_path):
+    file = tmp_path / 'set.parquet'
+    table = pa.table(
+        {
+            'observation.state': fixed(Q),
+            'timestamp': np.arange(70) / 5,
+            'episode_index': np.repeat([3, 1, 7], [20, 25, 25]),
+        }
+    )
+    parquet.write_table(table, file, row_group_size=11)
+    found = read(file)
+    assert [name for name, _ in found] == ['set.parquet:3', 'set.parquet:1', 'set.parquet:7']
+    q = np.concatenate([one[0] for one in found.values()])
+    assert q == pytest.approx(Q, abs=SINGLE)
+
+
+def test_missing_numbers_are_none(tmp_path):
+    file = tmp_path / 'set.parquet'
+    rows = [None if k == 3 else q.tolist() for k, q in enumerate(Q[:9])]
+    vectors = pa.array(rows, pa.list_(pa.float64(), 6))
+    parquet.write_table(pa.table({'q': vectors, 'timestamp': np.arange(9.0)}), file)
+    ((q, _, _),) = read(file).values()
+    assert np.isnan(q[3]).all()
+    assert q[4].tolist() == Q[4].tolist()
+
+
+def test_a_damaged_file_is_one_episode_that_cannot_be_read(tmp_path):
+    (tmp_path / 'a.parquet').write_bytes(b'PAR1 and then nothing')
+    np.savez(tmp_path / 'b.npz', q=Q)
+    (tmp_path / 'c.hdf5').write_bytes(b'')
+    faults = [episode.fault for episode in episodes_of(tmp_path)]
+    assert [bool(one) for one in faults] == [True, False, True]
+    assert 'a.parquet: cannot be read' in faults[0]
+
+
+@pytest.mark.parametrize(
+    'content',
+    [
+        '',
+        '{}',
+        '[]',
+        '{"features": [1]}',
+        '{"features": {"a": 1}}',
+        '{"features": {}, "fps": "x"}',
+    ],
+)
+def test_a_description_that_is_none_is_refused(tmp_path, content):
+    (tmp_path / 'meta').mkdir()
+    (tmp_path / 'meta' / 'info.json').write_text(content)
+    with pytest.raises(RecordingError, match='is no description of a dataset'):
+        list(episodes_of(tmp_path))
+
+
+def test_without_the_libraries_the_sentence_says_what_to_install(tmp_path, monkeypatch):
+    parquet.write_table(pa.table({'q': fixed(Q)}), tmp_path / 'a.parquet')
+    for name in ('pyarrow', 'pyarrow.parquet', 'h5py'):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(RecordingError, match=r"pip install '.\[dataset\]'"):
+        list(episodes_of(tmp_path))
