@@ -380,6 +380,31 @@ def test_a_lag_is_undone_where_the_robot_moves(tmp_path, capsys):
     assert document['errors']['held_out']['position_rms'] < 2e-5
 
 
+def test_poses_are_proposed_among_those_of_a_table_and_in_sight(tmp_path, capsys):
+    robot, many = ks.load_robot('ur5e'), tmp_path / 'many.csv'
+    q = np.round(np.random.default_rng(2).uniform(-1.5, 1.5, (30, 6)), 4)
+    rows = [','.join(['stamp', *(f'position.{name}' for name in robot.joint_names)])]
+    rows += [','.join(map(str, [k, *row])) for k, row in enumerate(q.tolist())]
+    many.write_text('\n'.join(rows))
+    given = ['calibrate', '--robot', 'ur5e', '--propose']
+    code, out, err = run(capsys, *given, '3', '--among', many)
+    assert (code, err) == (0, '')
+    chosen = np.array([line.split(',')[1:] for line in out.splitlines()[1:]], dtype=float)
+    assert len(chosen) == 3
+    assert all(np.any(np.all(q == row, axis=1)) for row in chosen)
+    code, _, err = run(capsys, *given, '31', '--among', many)
+    assert (code, err) == (1, 'only 30 poses of those that are given can be proposed\n')
+    code, out, _ = run(capsys, *given, '2', '--line-of-sight', '2,0,1,30deg,-x')
+    assert code == 0
+    for row in out.splitlines()[1:]:
+        pose = ks.forward_kinematics(robot, [float(x) for x in row.split(',')[1:]])
+        way = np.array([2.0, 0.0, 1.0]) - pose[:3, 3]
+        assert -pose[:3, 0] @ way > np.cos(np.radians(30.1)) * np.linalg.norm(way)
+    code, _, err = run(capsys, *given[:3], '--live', '9', '--propose', '2', '--among', many)
+    assert code == 2
+    assert '--live proposes as it hears' in ' '.join(err.split())
+
+
 @pytest.mark.slow
 def test_proposed_poses_are_a_table_and_a_plan_that_audit_accepts(tmp_path, capsys):
     csv, yaml = tmp_path / 'next.csv', tmp_path / 'next.yaml'
@@ -566,6 +591,16 @@ def test_a_row_without_joints_does_not_make_the_others_evenly_spread(tmp_path, c
         (['--tolerance', '0mm'], "'0mm' is no length or angle with its unit, above 0"),
         (['--fit', ''], '--fit names nothing; without it all but gears are fitted'),
         (['--propose', '0'], '--propose: 0 is not within 1 and 200 poses'),
+        (
+            ['--among', 'a.csv'],
+            'choose proposed poses: give --propose N too',
+        ),
+        (
+            ['--propose', '2', '--line-of-sight', '2,0,1'],
+            "'2,0,1' is not accepted",
+        ),
+        (['--propose', '2', '--line-of-sight', '2,0,1,0'], 'write for instance 2.5,0,1.2,30 for'),
+        (['--propose', '2', '--line-of-sight', '2,0,nan,9'], "'2,0,nan,9' is not accepted"),
     ],
 )
 def test_what_cannot_be_meant_is_wrong_usage(options, sentence, capsys):

@@ -16,12 +16,17 @@ from ..diagnosis.calibration.output.calibration_run import (
     CalibrationOutputs,
     CalibrationRun,
     Fitting,
+    WantedPoses,
     write_proposal,
     write_report,
     write_robot_file,
 )
-from ..diagnosis.calibration.proposal import MOST
+from ..diagnosis.calibration.proposal import MOST, LineOfSight
+from ..diagnosis.calibration.reading import read_positions
 from ..errors import CalibrationError, ParameterNotFoundError
+from ..estimation.estimator import EstimatorSettings
+from ..formats.recordings.source import Selection
+from ..kernel import Floats
 from ..printing import working
 from ..robot.file.parts.parameters import ENDS
 from .frame_options import LONGEST_GAP, GapOption, given_limit
@@ -49,6 +54,7 @@ PLANS = ('.csv', '.yaml', '.yml')
 # Outputs that replace no file unless they are told to.
 OVERWRITTEN_BY_FORCE = ('--output', '--plan')
 DISTANCE = re.compile(r'([^,=]+),([^,=]+)=\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(mm|m)?')
+SIGHT = re.compile(r'([^,]+),([^,]+),([^,]+),([^,]+?)\s*(?:deg)?(?:,\s*([+-]?)([xyz]))?')
 # No two points that an arm touches are farther apart, m.
 FARTHEST = 100.0
 
@@ -98,6 +104,12 @@ def calibrate(
         'Collect poses of a running robot, until Ctrl-C at the latest.', 'SECONDS'
     ),
     propose: Optional[int] = option('Propose N poses to measure next.', 'N'),
+    among: Optional[Path] = option('Propose joint positions of this recording alone.', 'FILE'),
+    line_of_sight: Optional[str] = option(
+        'Propose poses in which this point (m, base frame) is within so many degrees of the '
+        "tool's z axis, or of another one (x, -y ...).",
+        'X,Y,Z,DEG[,AXIS]',
+    ),
     plan: Optional[list[Path]] = option(
         'Write them: a table (.csv) or a JointTrajectory (.yaml).', 'FILE'
     ),
@@ -171,6 +183,9 @@ def calibrate(
     mistake that calibration cannot mend, or the result is refused. 2: wrong usage.
     """
     plans = _plans(plan, propose)
+    if propose is None and (among is not None or line_of_sight is not None):
+        raise WrongUsage('--among and --line-of-sight choose proposed poses: give --propose N too')
+    sight = None if line_of_sight is None else _sight(line_of_sight)
     _check_outputs({'--output': output, '--html': html, '--json': json}, plans, files, force)
     outputs = CalibrationOutputs(output, html, json, plans, frames.value, anyway)
     arm = given_robot(robot)
@@ -191,13 +206,17 @@ def calibrate(
         raise WrongUsage('--distance is between points: give --same-point COLUMN too')
     if live is not None:
         _check_live(live, files, (same_point, *words))
+        if among is not None or sight is not None:
+            raise WrongUsage('--live proposes as it hears: no --among, no --line-of-sight')
     elif context.obj:
         raise WrongUsage('calibrate takes no --ros-args without --live: it needs no ROS')
-    elif not files:
+    given = None if among is None else _positions(among, reading)
+    wanted = WantedPoses(propose or 0, given, sight)
+    if live is None and not files:
         asked = (output, json, html, same_point)
         if propose is None or any(one is not None for one in asked):
             raise WrongUsage('give FILE with measured poses, or --propose N alone')
-        write_proposal(arm, propose, outputs, form.kind == 'position')
+        write_proposal(arm, wanted, outputs, form.kind == 'position')
         return
     apart = _distances(distance)
     _check_files(files or [])
@@ -226,7 +245,7 @@ def calibrate(
             raise typer.Exit(1)
     print(written, end='', file=outputs.stream)
     if propose is not None:
-        write_proposal(arm, propose, outputs, data.found.positions, data.found)
+        write_proposal(arm, wanted, outputs, data.found.positions, data.found)
 
 
 @contextmanager
@@ -309,6 +328,28 @@ def _plans(plan: list[Path] | None, propose: int | None) -> list[Path]:
         if file.suffix.lower() not in PLANS:
             raise WrongUsage(f'--plan: {file} is neither a table (.csv) nor a plan (.yaml)')
     return plan or []
+
+
+def _sight(text: str) -> LineOfSight:
+    match = SIGHT.fullmatch(text.strip())
+    try:
+        x, y, z, angle = map(float, match.group(1, 2, 3, 4) if match else [math.nan] * 4)
+    except ValueError:
+        x = y = z = angle = math.nan
+    if match is None or not (math.isfinite(x + y + z) and 0.0 < angle <= 180.0):
+        raise WrongUsage(
+            f'--line-of-sight: {text!r} is not accepted; write for instance 2.5,0,1.2,30 for a '
+            "point within 30 deg of the tool's z axis, or 2.5,0,1.2,30,-x"
+        )
+    axis = [0.0, 0.0, 0.0]
+    axis['xyz'.index(match[6] or 'z')] = -1.0 if match[5] == '-' else 1.0
+    return LineOfSight((x, y, z), math.radians(angle), axis)
+
+
+def _positions(file: Path, reading: Selection) -> Floats:
+    # Of the arm alone: poses are still to be measured.
+    alone = reading._replace(pose_topic=None)
+    return read_positions(file, alone, EstimatorSettings(reading.joint_prefix))
 
 
 def _check_outputs(

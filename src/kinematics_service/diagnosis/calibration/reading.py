@@ -105,6 +105,19 @@ def read_measured(
     return _joined(str(file), wanted.robot, track, states, gap, remarks)
 
 
+def read_positions(file: Path, wanted: Selection, settings: EstimatorSettings) -> Floats:
+    """
+    Return the joint positions (N, n), rad or m, of a file; its poses do not count.
+
+    Raises
+    ------
+    RecordingError
+        The file cannot be read.
+    """
+    with open_source(file, wanted) as source:
+        return _states(source, wanted.robot, settings).q[:]
+
+
 class _States(NamedTuple):
     stamps: Column
     q: StateTable

@@ -25,7 +25,7 @@ from ..calibration import Calibration, calibrate
 from ..checking import Measured, rigid_positions
 from ..chosen_parameters import ChosenParameters, asks_for_gears
 from ..collecting import CollectedPoses
-from ..proposal import propose_poses, table_text, trajectory_text
+from ..proposal import LineOfSight, propose_poses, table_text, trajectory_text
 from ..reading import read_measured, read_touches, without_lag
 from ..report import cells_of, document_of, kind_of, sentences_of
 from ..robot_text import CalibrationOrigin, Frames, calibrated_text
@@ -281,15 +281,24 @@ def _print_report(data: CalibratedPoses, outputs: CalibrationOutputs) -> None:
     out.print(rows)
 
 
+class WantedPoses(NamedTuple):
+    """The number of poses to measure next that are asked for, and among which they are chosen."""
+
+    number: int
+    among: Floats | None = None
+    line_of_sight: LineOfSight | None = None
+
+
 def write_proposal(
     arm: Robot,
-    count: int,
+    wanted: WantedPoses,
     outputs: CalibrationOutputs,
     positions: bool,
     after: Calibration | None = None,
 ) -> None:
     """Write the poses to measure next into plans, or print them where there are none."""
-    proposed = propose_poses(arm, count, after, positions)
+    count, among, sight = wanted
+    proposed = propose_poses(arm, count, after, positions, among=among, line_of_sight=sight)
     for file in outputs.plans:
         text = table_text if file.suffix.lower() == '.csv' else trajectory_text
         write_file(file, text(proposed))
