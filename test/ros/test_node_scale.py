@@ -213,12 +213,22 @@ def test_rules_that_are_none_are_refused(arm, robot, value, told):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('command', [(1.4, 0.0), (-0.7, -2.5), (0.5, -3.0), (0.0, 3.0)])
-def test_an_arm_that_obeys_stops_at_its_limits_and_before_the_stretched_elbow(arm, file, command):
+@pytest.mark.parametrize(
+    ('begin', 'command'),
+    [
+        ((1.4, 1.5), (1.4, 0.0)),
+        ((0.2, 0.8), (-0.7, -2.5)),
+        ((0.2, 0.8), (0.5, -3.0)),
+        ((0.2, 1.7), (0.0, 3.0)),
+    ],
+)
+def test_an_arm_that_obeys_stops_at_its_limits_and_before_the_stretched_elbow(
+    arm, file, begin, command
+):
     one = arm(str(file), ['-p', 'scale.horizon:=0.02'])
-    controller, q, qdot = Controller(one), np.array([0.2, 1.5]), np.array(command)
+    controller, q, qdot = Controller(one), np.array(begin), np.array(command)
     speeds = []
-    for _ in range(900):
+    for _ in range(400):
         one.answer(q.tolist())
         speeds.append(controller.command(qdot.tolist()) * qdot)
         q = q + STEP * speeds[-1]
