@@ -9,6 +9,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
+from rcl_interfaces.msg import Log
 from rclpy.parameter import Parameter
 from ros_harness import STEP, level_of, values_of
 from target_harness import pose_target
@@ -145,3 +146,25 @@ def test_a_pose_that_is_none_is_refused_with_the_reason(arm):
     publisher.publish(message)
     one.spin_until(lambda: one.node._reference.status_text() is not None, 'notice')
     assert 'not finite' in one.node._reference.status_text().sentence
+
+
+@pytest.mark.parametrize(
+    ('true', 'said'),
+    [
+        (
+            'ur5e',
+            'they fit the robot file of ur5e: 0 mm, 0 deg remain of 10 reference poses (rms)',
+        ),
+        ('ur10e', 'the bundled robot ur10e leaves 0 mm, 0 deg: which arm is it?'),
+    ],
+)
+def test_the_first_ten_poses_say_whether_this_is_the_robot_of_the_file(arm, true, said):
+    one, lines = arm('ur5e'), []
+    one.peer.create_subscription(Log, '/rosout', lines.append, 50)
+    watched(one, true=ks.load_robot(true))
+    told = [line for line in lines if 'reference_pose: they ' in line.msg]
+    one.spin_until(
+        lambda: told.extend(x for x in lines if 'reference_pose: they ' in x.msg) or told, 'line'
+    )
+    assert said in told[0].msg
+    assert {x.msg for x in told} == {told[0].msg}

@@ -26,6 +26,7 @@ from ..parameters.settings import ReferenceLimits
 
 if TYPE_CHECKING:
     from ...diagnosis.frame_check.diagnosis import FrameDiagnosis
+    from ...diagnosis.frame_check.other_robots import FirstLook
 
 # A pose between two joint states that are further apart (ns) is not compared.
 LONGEST_GAP = 100_000_000
@@ -40,6 +41,8 @@ WAY_STEP, WAY = 10_000_000, 6_000
 # Number of poses that the first diagnosis needs; the next one needs this many times as many, but
 # no more than so many new ones: an arm that is bumped into is told of within a round of work.
 FIRST, AGAIN, LATEST = 20, 1.25, 64
+# So many tell whether this is the robot of the file.
+FIRST_LOOK = 10
 
 
 # What helps where poses remain far off and no mistake explains it.
@@ -51,6 +54,7 @@ class Reference:
     Collects poses of a second source with the joint positions at their stamps, and compares them.
 
     Both must have the same clock. The comparison takes some 20 ms, so it has a thread of its own.
+    The first few poses are compared as they are, and the log says whether they are of this robot.
 
     Parameters
     ----------
@@ -72,7 +76,7 @@ class Reference:
         limits: Callable[[], ReferenceLimits],
     ) -> None:
         self.is_there = False
-        self._robot, self._limits = robot, limits
+        self._node, self._robot, self._limits = node, robot, limits
         self._pending: tuple[int, Floats] | None = None
         self._recent: deque[tuple[int, Floats]] = deque(maxlen=REMEMBERED)
         self._way: deque[tuple[int, Floats]] = deque(maxlen=WAY)
@@ -82,6 +86,7 @@ class Reference:
         self._thread: threading.Thread | None = None
         self._found: FrameDiagnosis | None = None
         self._notice: StatusText | None = None
+        self._first_look: FirstLook | None = None
         self._subscription = node.create_subscription(
             PoseStamped,
             REFERENCE_POSE,
@@ -97,7 +102,7 @@ class Reference:
 
     def forget(self) -> None:
         """Start again: the stamps or the arm have changed."""
-        self._pending = self._notice = self._found = None
+        self._pending = self._notice = self._found = self._first_look = None
         self.is_there = False
         self._recent.clear()
         self._way.clear()
@@ -124,6 +129,12 @@ class Reference:
             q = self._joints_at(stamp)
             if q is not None:
                 self._keep(stamp, q, pose)
+        if self._first_look is not None:
+            level, sentence = self._first_look
+            self._first_look = None
+            log = self._node.get_logger()
+            say = log.info if level == Level.OK else log.warning
+            say(f'poses of {self.topic_name}: {sentence}')
 
     def _joints_at(self, stamp: int) -> Floats | None:
         later: tuple[int, Floats] | None = None
@@ -145,6 +156,10 @@ class Reference:
             return
         self._pairs.append((stamp, q.copy(), pose))
         self._collected += 1
+        if self._collected == FIRST_LOOK:
+            given = self._robot(), self._limits(), list(self._pairs)
+            self._thread = threading.Thread(target=self._look, args=given, daemon=True)
+            self._thread.start()
         if len(self._pairs) > MOST:
             del self._pairs[1::2]
 
@@ -173,6 +188,19 @@ class Reference:
                 Level.OK, f'{self._collected} of {FIRST} different poses collected', ()
             )
         return None
+
+    def _look(
+        self, robot: Robot, limits: ReferenceLimits, pairs: list[tuple[int, Floats, Floats]]
+    ) -> None:
+        # Imported if there is a second source: most nodes have none.
+        from ...diagnosis.frame_check.errors import PoseLimit
+        from ...diagnosis.frame_check.other_robots import first_look
+
+        q, poses = (np.array(column) for column in tuple(zip(*pairs))[1:])
+        limit = PoseLimit(limits.position_warn, limits.angle_warn)
+        found = first_look(robot, q, poses, limit)
+        if threading.current_thread() is self._thread:
+            self._first_look = found
 
     def _diagnose(
         self,

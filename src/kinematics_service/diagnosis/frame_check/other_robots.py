@@ -1,0 +1,97 @@
+"""Poses that another robot would have: the model of the robot file may be the wrong one."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import KinematicsError
+from ...kernel import Floats
+from ...kinematics.tool_state import evaluate
+from ...robot.bundled import bundled_robots
+from ...robot.measures import Level
+from ...robot.robot import Robot, load_robot
+from .errors import Errors, PoseLimit, errors_of
+from .offsets import fit_offsets
+
+# Another arm is named if it leaves so many times less than this one.
+LESS = 3.0
+# A joint that goes less far (rad, prismatic joints by length) tells hardly anything of the model.
+MOVED = 0.1
+
+
+class OtherRobot(NamedTuple):
+    """A bundled robot, and what remains of poses with it."""
+
+    name: str
+    left: Errors
+
+
+class FirstLook(NamedTuple):
+    """Whether poses are those of a robot file, in words."""
+
+    level: Level
+    sentence: str
+
+
+def left_by(robot: Robot, q: Floats, poses: Floats) -> Errors | None:
+    """
+    Return what remains of poses (N, 4, 4) with joints q (N, n), offsets of base and tool fitted.
+
+    None where a closed loop does not close.
+    """
+    try:
+        A = evaluate(robot, q).pose
+    except KinematicsError:
+        return None
+    fit = fit_offsets(A[None], poses[None]).one(0)
+    return errors_of(fit.position, fit.rotation)
+
+
+def explains(left: Errors | None, errors: Errors, limit: PoseLimit) -> bool:
+    """Return whether what another arm leaves is within a limit, and far less than `errors`."""
+    return (
+        left is not None and left.within(limit) and LESS * left.position_rms < errors.position_rms
+    )
+
+
+def other_robot(
+    robot: Robot, errors: Errors, q: Floats, poses: Floats, limit: PoseLimit
+) -> OtherRobot | None:
+    """Return the bundled robot that explains what this one leaves best, None if none does."""
+    found = [(name, left_by(other, q, poses)) for name, other in _robots_like(robot)]
+    good = [
+        OtherRobot(name, left)
+        for name, left in found
+        if left is not None and explains(left, errors, limit)
+    ]
+    return min(good, key=lambda one: one.left.position_rms, default=None)
+
+
+def first_look(robot: Robot, q: Floats, poses: Floats, limit: PoseLimit) -> FirstLook | None:
+    """
+    Return whether a few poses (N, 4, 4) with joints q (N, n) are those of the robot file.
+
+    None where a closed loop does not close.
+    """
+    left = left_by(robot, q, poses)
+    if left is None:
+        return None
+    far = np.ptp(q, axis=0) / robot.task.column_scales
+    moved = f'{int(np.sum(far > MOVED))} of {robot.dof} joints moved'
+    what = f'{left.in_words()} remain of {len(q)} reference poses (rms), in which {moved}'
+    if left.within(limit):
+        return FirstLook(Level.OK, f'they fit the robot file of {robot.name}: {what}')
+    other = other_robot(robot, left, q, poses, limit)
+    hint = 'no bundled robot fits better'
+    if other is not None:
+        hint = f'the bundled robot {other.name} leaves {other.left.in_words()}: which arm is it?'
+    return FirstLook(Level.WARN, f'they do not fit the robot file of {robot.name}: {what}; {hint}')
+
+
+def _robots_like(robot: Robot) -> Iterator[tuple[str, Robot]]:
+    for name in bundled_robots():
+        other = load_robot(name)
+        same = other.dof == robot.dof and np.array_equal(other.prismatic, robot.prismatic)
+        if same and other.name != robot.name:
+            yield name, other
