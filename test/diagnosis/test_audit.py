@@ -14,6 +14,7 @@ from kinematics_service.diagnosis.audit.auditing import AuditProgress, audit
 from kinematics_service.diagnosis.audit.curves import curve_of
 from kinematics_service.diagnosis.audit.ingest import Ingest
 from kinematics_service.diagnosis.audit.report.document import document_of
+from kinematics_service.diagnosis.audit.reported_velocities import Unwrapped
 from kinematics_service.diagnosis.audit.verdict import verdict_of
 from kinematics_service.errors import RecordingError
 from kinematics_service.estimation.estimator import (
@@ -249,6 +250,33 @@ def test_late_velocities_are_found(lag):
     result, _ = audited(samples_of(robot, t, q, late), robot)
     for joint in result.joints:
         assert joint.check.lag == pytest.approx(lag, abs=3e-3)
+
+
+@pytest.mark.parametrize(('reach', 'compared'), [(5.0, False), (50.0, True)])
+def test_a_way_of_a_few_jitters_is_no_motion_to_compare(reach, compared):
+    # A fast tremor is surely a motion; where it goes no farther than a few jitters of a position,
+    # nothing can be said of what the joint reports.
+    robot, jitter, turning = robot_of('planar_2r'), 1e-4, 20.0
+    t = np.arange(4000) / 100.0
+    truth = reach * jitter * np.sin(turning * t)
+    q = np.zeros((len(t), 2))
+    q[:, 0] = truth + np.random.default_rng(6).normal(0.0, jitter, len(t))
+    qdot = np.zeros_like(q)
+    qdot[:, 0] = 3.0 * turning * reach * jitter * np.cos(turning * t)
+    result, _ = audited(samples_of(robot, t, q, qdot), robot)
+    assert (result.joints[0].check is not None) == compared
+
+
+@pytest.mark.parametrize('size', [1, 2, 7, 100])
+def test_positions_are_unwrapped_as_by_numpy_in_pieces_of_any_size(size):
+    # Steps of exactly half a turn, up and down, among others.
+    steps = np.resize([math.pi, -math.pi, 3.5, -0.2, math.pi, -math.pi, -6.0, 0.0], 100)
+    q = np.mod(np.cumsum(steps) + math.pi, math.tau) - math.pi
+    q[::7] = [0.0, math.pi] * 7 + [0.0]
+    q[1::7] = [math.pi, 0.0] * 7 + [math.pi]
+    unwrapped = Unwrapped(True)
+    pieces = [unwrapped.take(q[k : k + size]) for k in range(0, len(q), size)]
+    np.testing.assert_allclose(np.concatenate(pieces), np.unwrap(q), atol=1e-12)
 
 
 def test_limits_that_are_touched_are_told():

@@ -1,6 +1,7 @@
 """What the node answers to what it hears: the input table, a test or more for each row."""
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -546,6 +547,18 @@ def test_a_stamp_that_is_nonsense_is_answered_and_the_next_good_one_too(arm, sec
 
 
 # Silence and clocks
+
+
+def test_a_timer_that_makes_up_for_its_calls_says_the_diagnostics_once(arm, monkeypatch):
+    health, said = arm().node._health, []
+    monkeypatch.setattr(health, 'say', lambda: said.append(None))
+    health._said = time.monotonic()
+    for _ in range(3):
+        health.say_when_due()
+    assert not said
+    health._said -= 0.6  # more than half of the timer's period ago
+    health.say_when_due()
+    assert len(said) == 1
 
 
 def test_silence_is_said_once_and_ends_with_the_next_message(arm):

@@ -577,6 +577,11 @@ def test_exit_codes_and_output(capsys, tmp_path):
     broken.write_bytes(b'T = \xff')
     assert main(['compare', 'craig_3r', str(broken)]) == 2
     assert 'broken.txt:1: not UTF-8 text' in capsys.readouterr().err
+    # As Windows' Notepad and spreadsheets save Unicode text.
+    for encoding in ('utf-16', 'utf-8-sig'):
+        broken.write_bytes('J = [1 2\n'.encode(encoding))
+        assert main(['compare', 'craig_3r', str(broken)]) == 2
+        assert "broken.txt:1:8: the bracket '[' is not closed" in capsys.readouterr().err
 
 
 @pytest.mark.slow
