@@ -16,6 +16,7 @@ from ..diagnosis.audit.slowing import SlowingSettings
 from ..errors import KinematicsError
 from ..estimation.estimator import EstimatorSettings
 from ..formats.recordings.source import Selection
+from ..kinematics.servo_rule import ServoRule
 from ..output_file import say_written, write_file
 from ..robot.measures import thresholds_for
 from ..robot.robot import Robot, with_singularity
@@ -52,6 +53,7 @@ def audit(
     ),
     scale: bool = flag('--scale', 'Say where ks.scale would have slowed it, and why.'),
     reduced: bool = flag('--reduced', 'The same with the reduced speeds of the robot file.'),
+    servo: bool = flag('--servo', "The same by MoveIt Servo's rule for singular poses."),
     joint_prefix: PrefixOption = '',
     velocity_source: VelocitySource = option(
         'Source of joint velocities, as for the node.', default=VelocitySource.auto
@@ -140,6 +142,9 @@ def audit(
     form = given_format(pose_format)
     reading = Selection(arm, topic, pose_topic, columns, joint_prefix, form)
     settings = EstimatorSettings(joint_prefix, velocity_source.value, round(timeout * 1e9))
+    slowing = None
+    if scale or reduced or servo:
+        slowing = SlowingSettings(reduced, ServoRule() if servo else None)
     date = datetime.now().astimezone().isoformat(' ', 'seconds')
     runs = [
         Run(
@@ -150,7 +155,7 @@ def audit(
             settings,
             frames,
             plans,
-            SlowingSettings(reduced) if scale or reduced else None,
+            slowing,
             failures,
             html is not None,
             json is not None,
