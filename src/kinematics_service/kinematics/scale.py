@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ServoSettingsError
+from ..errors import LoopError, ServoSettingsError
 from ..kernel import Floats
 from ..robot.chain import FrozenArrays
 from ..robot.file.parts.description import SpeedLimit
@@ -287,9 +287,11 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
     due = braking.horizon + 0.5 * np.ravel(braking.stopping)
     passed, times, margins = np.zeros(len(q)), np.full(len(q), np.inf), np.full(len(q), np.nan)
     left = np.arange(len(q))
-    for _ in range(VIEWS if not robot.chain.loops else 1):  # closed loops need not close ahead
+    for _ in range(VIEWS):
+        found, closes = _seen_from(robot, q[left] + passed[left, None] * rates[left])
+        times[left[~closes]] = passed[left[~closes]]
+        left = left[closes]
         speed, ahead = speeds[left], q[left] + passed[left, None] * rates[left]
-        found = singularity(robot, ahead)
         margin = found.distance - stop
         towards = _towards(found, (ahead - found.nearest_singular) / scales, rates[left] / scales)
         times[left] = passed[left] + _times(margin, towards)
@@ -303,6 +305,17 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
     return _braked(
         Constraint(SINGULARITY, '', 'rad'), margins.reshape(shape), times.reshape(shape), braking
     )
+
+
+def _seen_from(robot: Robot, q: Floats) -> tuple[Singularity, npt.NDArray[np.bool_]]:
+    # The poses (N, n) at which the closed loops close, and which these are: a search that misses
+    # a flat position lets the motion go too far.
+    closes = np.ones(len(q), bool)
+    while True:
+        try:
+            return singularity(robot, q[closes]), closes
+        except LoopError as error:
+            closes[np.flatnonzero(closes)[error.row]] = False
 
 
 def _towards(found: Singularity, away: Floats, rates: Floats) -> Floats:
