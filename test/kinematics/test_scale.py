@@ -357,6 +357,17 @@ def test_flat_positions_that_the_motion_passes_by_slow_nothing():
     assert ks.scale(robot, q, command, horizon=0.05).value == 1.0
 
 
+def test_a_search_that_decides_nothing_is_told():
+    robot = robot_of('four_bar_arm')
+    poses = calm_poses(robot, 40)[:40]
+    decided = ks.singularity(robot, poses).decided
+    assert set(decided.tolist()) == {True, False}
+    # So slow that it is looked for from there alone.
+    found = ks.scale(robot, poses, [1e-3, -1e-3, 1e-3], horizon=0.001)
+    np.testing.assert_array_equal(found.decided, decided)
+    assert ks.scale('puma560', np.full(6, 0.3), np.full(6, 0.1)).decided
+
+
 def test_where_a_search_misses_that_a_loop_closes_no_longer_the_motion_stops_before(monkeypatch):
     robot = robot_of('excavator')
     joints = [
