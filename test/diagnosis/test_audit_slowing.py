@@ -73,6 +73,25 @@ def test_reduced_speeds_slow_more_and_are_refused_where_there_are_none(files, ca
     assert 'elbow has no reduced speed' in capsys.readouterr().err
 
 
+def test_the_rule_of_moveit_servo_is_a_choice(tmp_path, capsys):
+    robot, t = ks.load_robot('ur5e'), np.arange(0.0, 2.0, 0.02)
+    rows = [f'{100 + s:.2f},0.3,-1.0,1.2,-0.4,{0.3 - 0.3 * s:.4f},0.3' for s in t]
+    head = ','.join(['stamp', *(f'position.{name}' for name in robot.joint_names)])
+    (tmp_path / 'run.csv').write_text('\n'.join([head, *rows, '']))
+    command = ['audit', str(tmp_path / 'run.csv'), '--robot', 'ur5e', '--servo', '--json', '-']
+    main(command)
+    document = json.loads(capsys.readouterr().out)
+    series = document['series']
+    for q, qdot, told in list(zip(series['q'], series['qdot'], series['scale']))[1:]:
+        found = ks.scale(robot, q, qdot, rule=ks.ServoRule())
+        assert told == pytest.approx(found.value, abs=1e-9)
+    assert set(document['slowing']['seconds']) == {'singularity', 'leaving a singularity'}
+    text = 'stamp,position.left,position.right\n100,1.9,1.0\n101,1.8,1.1\n'
+    (tmp_path / 'run.csv').write_text(text)
+    assert main([*command[:3], 'five_bar', '--servo']) == 1
+    assert 'five_bar has closed loops' in capsys.readouterr().err
+
+
 def test_the_sentence_and_the_page_say_it_and_without_the_option_nothing(files, capsys):
     page = files / 'page.html'
     command = ['audit', str(files / 'run.csv'), '--robot', str(files / 'arm.yaml')]

@@ -8,6 +8,7 @@ import pytest
 from arms import DISTINCT, LOOPED, calm_poses, robot_of, seeded
 
 import kinematics_service as ks
+from kinematics_service.kinematics import scale as scaling
 from kinematics_service.robot.robot import build_robot
 
 ARMS = (*DISTINCT, *LOOPED)
@@ -343,6 +344,58 @@ def test_it_stops_no_earlier_than_it_must():
     (slowed,) = np.nonzero(shares < 1.0)
     must = 0.03 + 1.5 * 0.05 + 1.5**2 / (2 * 6.0)
     assert ways[slowed[0], 1] == pytest.approx(must, abs=2 * 1.5 * STEP)
+
+
+def test_flat_positions_that_the_motion_passes_by_slow_nothing():
+    robot = robot_of('four_bar_arm')
+    joints = [dataclasses.replace(one, acceleration=6.0) for one in robot.description.joints]
+    robot = build_robot(dataclasses.replace(robot.description, joints=tuple(joints)))
+    q, command = np.array([-1.89343, 1.996752, -1.668373]), np.array([0.547266, -0.061974, 1.0])
+    # All that a stop takes, and a tenth more.
+    ahead = q + np.linspace(0.0, 1.1 * (0.05 + 0.5 / 6.0), 40)[:, None] * command
+    assert np.min(ks.singularity(robot, ahead).distance) > 2.0 * robot.thresholds.stop
+    assert ks.scale(robot, q, command, horizon=0.05).value == 1.0
+
+
+def test_a_search_that_decides_nothing_is_told():
+    robot = robot_of('four_bar_arm')
+    poses = calm_poses(robot, 40)[:40]
+    decided = ks.singularity(robot, poses).decided
+    assert set(decided.tolist()) == {True, False}
+    # So slow that it is looked for from there alone.
+    found = ks.scale(robot, poses, [1e-3, -1e-3, 1e-3], horizon=0.001)
+    np.testing.assert_array_equal(found.decided, decided)
+    assert ks.scale('puma560', np.full(6, 0.3), np.full(6, 0.1)).decided
+
+
+def test_where_a_search_misses_that_a_loop_closes_no_longer_the_motion_stops_before(monkeypatch):
+    robot = robot_of('excavator')
+    joints = [
+        dataclasses.replace(one, lower=-math.inf, upper=math.inf, acceleration=6.0)
+        for one in robot.description.joints
+    ]
+    robot = build_robot(dataclasses.replace(robot.description, joints=tuple(joints)))
+    # Cylinders that are drawn in until their triangles close no longer.
+    q = calm_poses(robot_of('excavator'), 1)[0]
+    command = -q / np.max(np.abs(q))
+    for last in np.linspace(0.0, np.max(np.abs(q)), 400):
+        try:
+            ks.forward_kinematics(robot, q + last * command)
+        except ks.LoopError:
+            break
+    else:
+        pytest.fail('it closes everywhere')
+    real = scaling.singularity
+
+    def missing(robot, q):
+        found = real(robot, q)
+        return dataclasses.replace(found, distance=np.full_like(found.distance, 0.2))
+
+    monkeypatch.setattr(scaling, 'singularity', missing)
+    beside = q + (last - 0.1) * command
+    found = ks.scale(robot, [beside, beside], [command * 3.0, command * 0.0], horizon=0.05)
+    assert found.values[0, 0] < 1.0
+    assert found.values[1, 0] == 1.0
 
 
 @pytest.mark.parametrize('name', LOOPED)

@@ -1,5 +1,6 @@
 """Topics of the motion: what they say, and when they are silent."""
 
+import itertools
 import json
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from geometry_msgs.msg import AccelStamped, WrenchStamped
+from recordings import PR2, recorded
 from ros_harness import SECOND, STEP, change, joint_state, level_of, nanoseconds, values_of
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
@@ -227,6 +229,40 @@ def test_the_wrench_is_the_one_the_tool_exerts(arm):
     turned = np.concatenate([force, T[:3, :3] @ force_torque(heard[0])[3:]])
     np.testing.assert_allclose(J.T @ turned, [3.0, 0.0], rtol=0, atol=1e-11)
     assert force[1] > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('side', ['r', 'l'])
+def test_the_wrench_of_a_pr2s_arm_explains_the_efforts_of_its_bag(arm, tmp_path, side):
+    rosbags = pytest.importorskip('rosbags.highlevel', reason='needs rosbags')
+    path = tmp_path / 'pr2.yaml'
+    path.write_text(PR2.format(side=side, y=0.188))
+    one = arm(str(path))
+    heard = one.hear('wrench', WrenchStamped)
+    states = {}
+    with rosbags.AnyReader([recorded('pr2_jsk_ros1_bags/pr1012_deb3032.bag')]) as reader:
+        wanted = [c for c in reader.connections if c.topic == '/joint_states']
+        for connection, _, raw in itertools.islice(reader.messages(wanted), 0, None, 6):
+            told = reader.deserialize(raw, connection.msgtype)
+            stamp = told.header.stamp.sec * 1_000_000_000 + told.header.stamp.nanosec
+            message = joint_state(list(told.name), told.position.tolist(), told.velocity, stamp)
+            message.effort = told.effort.tolist()
+            one.publish(message)
+            places = [told.name.index(name) for name in one.names]
+            states[stamp] = told.position[places], told.effort[places]
+            one.spin_until(lambda: len(heard) == len(states), 'wrench')
+    robot, compared = one.robot, 0
+    for message in heard:
+        q, efforts = states[nanoseconds(message.header.stamp)]
+        J = ks.jacobian(robot, q, 'tool')
+        # Seven joints and six numbers: what explains the efforts best, where nothing is damped.
+        if ks.wrench_from_torques(robot, q, efforts, damping=0.025).damping > 0.0:
+            continue
+        best, *_ = np.linalg.lstsq(J.T, efforts, rcond=None)
+        np.testing.assert_allclose(force_torque(message), best, rtol=0, atol=1e-9)
+        assert np.linalg.norm(efforts) > 0.1  # it holds its weight
+        compared += 1
+    assert compared > 20
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from ..diagnosis.audit.slowing import SlowingSettings
 from ..errors import KinematicsError
 from ..estimation.estimator import EstimatorSettings
 from ..formats.datasets.episodes import is_dataset
+from ..kinematics.servo_rule import ServoRule
 from ..output_file import say_written, write_file
 from ..robot.measures import thresholds_for
 from ..robot.robot import Robot, with_singularity
@@ -66,6 +67,7 @@ def audit(
     ),
     scale: bool = flag('--scale', 'Say where ks.scale would have slowed it, and why.'),
     reduced: bool = flag('--reduced', 'The same with the reduced speeds of the robot file.'),
+    servo: bool = flag('--servo', "The same by MoveIt Servo's rule for singular poses."),
     joint_prefix: PrefixOption = '',
     velocity_source: VelocitySource = option(
         'Source of joint velocities, as for the node.', default=VelocitySource.auto
@@ -150,7 +152,8 @@ def audit(
     if jobs is not None and jobs < 1:
         raise WrongUsage(f'--jobs: {jobs} is not 1 or more')
     of_dataset = {'--labels': labels, '--clearance': clearance or None, '--resume': resume}
-    of_others = (out, topic, pose_topic, scale or None, reduced or None, speed_limit, speed_of)
+    slowed = scale or reduced or servo or None
+    of_others = (out, topic, pose_topic, slowed, speed_limit, speed_of)
     dataset = _dataset_of(files, of_dataset, of_others)
     arm = _judged(ending_at(given_robot(robot), of), warn, stop)
     frames = given_frames(pose_gap, pose_warn, pose_stop)
@@ -173,6 +176,9 @@ def audit(
         for path in own:
             if path is not None and any(_belongs_to(path, file) for file in files):
                 raise WrongUsage(f'--{name}: {path} is the recording itself')
+    slowing = None
+    if scale or reduced or servo:
+        slowing = SlowingSettings(reduced, ServoRule() if servo else None)
     runs = [
         Run(
             file,
@@ -182,7 +188,7 @@ def audit(
             settings,
             frames,
             plans,
-            SlowingSettings(reduced) if scale or reduced else None,
+            slowing,
             failures,
             html is not None,
             json is not None,
@@ -213,7 +219,7 @@ def _dataset_of(
         raise WrongUsage(f'{dataset} is a dataset: give one at a time')
     elif any(value is not None for value in of_others):
         raise WrongUsage(
-            f'{dataset} is a dataset: --out, topics, --scale, --reduced and the speeds of plans '
+            f'{dataset} is a dataset: --out, topics, --scale, --reduced, --servo and the speeds of plans '
             'are for recordings and plans'
         )
     return dataset

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ServoSettingsError
+from ..errors import LoopError, ServoSettingsError
 from ..kernel import Floats
 from ..robot.chain import FrozenArrays
 from ..robot.file.parts.description import SpeedLimit
@@ -86,9 +86,11 @@ class MotionScale(FrozenArrays):
         What has been looked at, K of them.
     values, margins, times : shape (..., K)
         The share, the margin and the time of each.
+    decided : shape (...)
+        False where a singular pose may be ahead that was not found: the share may be too large.
     """
 
-    READ_ONLY = ('values', 'margins', 'times')
+    READ_ONLY = ('values', 'margins', 'times', 'decided')
 
     value: Any
     cause: Any
@@ -99,6 +101,7 @@ class MotionScale(FrozenArrays):
     values: Floats
     margins: Floats
     times: Floats
+    decided: npt.NDArray[np.bool_]
 
 
 class _Share(NamedTuple):
@@ -106,6 +109,7 @@ class _Share(NamedTuple):
     values: Floats
     margins: Floats
     times: Floats
+    decided: npt.NDArray[np.bool_] | bool = True
 
 
 class _Braking(NamedTuple):
@@ -205,9 +209,8 @@ def _scale(columns: list[_Share]) -> MotionScale:
     shown = (value, texts[..., 0], texts[..., 1], margin, time_left)
     if not value.ndim:
         shown = tuple(one.item() for one in shown)
-    return MotionScale(
-        *shown, constraints=constraints, values=values, margins=margins, times=times
-    )
+    decided = np.all([np.broadcast_to(one.decided, value.shape) for one in columns], axis=0)
+    return MotionScale(*shown, constraints, values, margins, times, decided)
 
 
 def _braked(constraint: Constraint, margins: Floats, times: Floats, braking: _Braking) -> _Share:
@@ -286,11 +289,14 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
     speeds = np.linalg.norm(rates / scales, axis=-1)
     due = braking.horizon + 0.5 * np.ravel(braking.stopping)
     passed, times, margins = np.zeros(len(q)), np.full(len(q), np.inf), np.full(len(q), np.nan)
-    left = np.arange(len(q))
-    for _ in range(VIEWS if not robot.chain.loops else 1):  # closed loops need not close ahead
+    left, decided = np.arange(len(q)), np.ones(len(q), bool)
+    for _ in range(VIEWS):
+        found, closes = _seen_from(robot, q[left] + passed[left, None] * rates[left])
+        times[left[~closes]] = passed[left[~closes]]
+        left = left[closes]
         speed, ahead = speeds[left], q[left] + passed[left, None] * rates[left]
-        found = singularity(robot, ahead)
         margin = found.distance - stop
+        decided[left] &= found.decided
         towards = _towards(found, (ahead - found.nearest_singular) / scales, rates[left] / scales)
         times[left] = passed[left] + _times(margin, towards)
         margins[left] = np.where(passed[left] > 0.0, margins[left], margin)
@@ -299,10 +305,23 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
         left = left[open_yet & (passed[left] < due[left])]
         if not len(left):
             break
-    shape = state.q.shape[:-1]
-    return _braked(
-        Constraint(SINGULARITY, '', 'rad'), margins.reshape(shape), times.reshape(shape), braking
+    decided[left] = False  # the way is known no further
+    margins, times, decided = (
+        np.reshape(x, state.q.shape[:-1]) for x in (margins, times, decided)
     )
+    share = _braked(Constraint(SINGULARITY, '', 'rad'), margins, times, braking)
+    return share._replace(decided=decided)
+
+
+def _seen_from(robot: Robot, q: Floats) -> tuple[Singularity, npt.NDArray[np.bool_]]:
+    # The poses (N, n) at which the closed loops close, and which these are: a search that misses
+    # a flat position lets the motion go too far.
+    closes = np.ones(len(q), bool)
+    while True:
+        try:
+            return singularity(robot, q[closes]), closes
+        except LoopError as error:
+            closes[np.flatnonzero(closes)[error.row]] = False
 
 
 def _towards(found: Singularity, away: Floats, rates: Floats) -> Floats:

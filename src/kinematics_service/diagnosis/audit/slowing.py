@@ -10,6 +10,7 @@ from ...errors import RecordingError, ServoSettingsError
 from ...formats.recordings.columns import Column
 from ...kernel import Floats
 from ...kinematics.scale import scale
+from ...kinematics.servo_rule import ServoRule
 from ...robot.robot import Robot
 from .timeline import Timeline
 
@@ -74,9 +75,10 @@ class Slowing:
 
 
 class SlowingSettings(NamedTuple):
-    """Whether the `reduced` speeds of the robot file hold."""
+    """Whether the `reduced` speeds of the robot file hold, and MoveIt Servo's rule if it does."""
 
     reduced: bool = False
+    rule: ServoRule | None = None
 
 
 def slowing_of(robot: Robot, timeline: Timeline, settings: SlowingSettings) -> Slowing:
@@ -86,7 +88,8 @@ def slowing_of(robot: Robot, timeline: Timeline, settings: SlowingSettings) -> S
     Raises
     ------
     RecordingError
-        Reduced speeds are asked for, and the robot file has none.
+        Reduced speeds are asked for, and the robot file has none; MoveIt Servo's rule is, for an
+        arm with closed loops.
     """
     values, causes = Column(np.float64), Column(np.int16)
     words: list[str] = []
@@ -95,7 +98,8 @@ def slowing_of(robot: Robot, timeline: Timeline, settings: SlowingSettings) -> S
         q, qdot = timeline.q[rows], timeline.qdot[rows]
         moving = ~np.any(np.isnan(qdot), axis=1)
         try:
-            found = scale(robot, q, np.where(moving[:, None], qdot, 0.0), reduced=settings.reduced)
+            asked = np.where(moving[:, None], qdot, 0.0)
+            found = scale(robot, q, asked, reduced=settings.reduced, rule=settings.rule)
         except ServoSettingsError as error:
             raise RecordingError(str(error)) from None
         words = [one.words for one in found.constraints]

@@ -14,6 +14,16 @@ from ...robot.measures import MEASURES
 TRANSPORTS = ('bytes', 'messages')
 AXES = ('base', 'tool')
 SCALE_RULES = ('distance', 'servo')
+# The settings of the second, by their names.
+SERVO_RULE = {
+    'lower_singularity_threshold': 'Of `scale.rule` servo: condition number from which a motion '
+    'is slowed.',
+    'hard_stop_singularity_threshold': 'Likewise, from which it is stopped.',
+    'leaving_singularity_threshold_multiplier': 'Likewise: what leads away is slowed this many '
+    'times less.',
+    'singularity_step_scale': 'Likewise: the step, in m and rad, that shows which way the '
+    'condition number grows.',
+}
 ROW_ORDERS = ('linear_first', 'angular_first')
 
 
@@ -152,29 +162,9 @@ PARAMETERS = (
         'the settings that follow, named as Servo has them.',
         SCALE_RULES,
     ),
-    Parameter(
-        'scale.lower_singularity_threshold',
-        ServoRule.lower_singularity_threshold,
-        'Of `scale.rule` servo: condition number from which a motion is slowed.',
-        range=(1e-3, 1e6),
-    ),
-    Parameter(
-        'scale.hard_stop_singularity_threshold',
-        ServoRule.hard_stop_singularity_threshold,
-        'Likewise, from which it is stopped.',
-        range=(1e-3, 1e6),
-    ),
-    Parameter(
-        'scale.leaving_singularity_threshold_multiplier',
-        ServoRule.leaving_singularity_threshold_multiplier,
-        'Likewise: what leads away is slowed this many times less.',
-        range=(1e-3, 1e6),
-    ),
-    Parameter(
-        'scale.singularity_step_scale',
-        ServoRule.singularity_step_scale,
-        'Likewise: the step, in m and rad, that shows which way the condition number grows.',
-        range=(1e-9, 1.0),
+    *(
+        Parameter(f'scale.{name}', getattr(ServoRule, name), description, range=(1e-9, 1e6))
+        for name, description in SERVO_RULE.items()
     ),
     Parameter(
         'singularity.measure', 'distance', ('Measure that the warning watches.'), tuple(MEASURES)
