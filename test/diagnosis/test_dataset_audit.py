@@ -225,3 +225,15 @@ def test_a_cluster_says_the_same(dataset, cluster, capsys):
     with Client(cluster, set_as_default=False) as client:
         found = client.gather(client.map(ks.judge_table, batches, robot=ROBOT))
     assert found == [ks.judge_table(one, ROBOT) for one in batches]
+
+
+def test_ray_calls_it_on_batches():
+    ray = pytest.importorskip('ray', reason='needs ray')
+    batches = [batch_of(Q[k : k + 40]) for k in range(0, 120, 40)]
+    ray.init(num_cpus=2, include_dashboard=False, _node_ip_address='127.0.0.1')
+    try:
+        judge = ray.remote(ks.judge_table)
+        found = ray.get([judge.remote(one, 'so101') for one in batches])
+    finally:
+        ray.shutdown()
+    assert found == [ks.judge_table(one, 'so101') for one in batches]
