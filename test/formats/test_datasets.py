@@ -232,3 +232,14 @@ def test_without_the_libraries_the_sentence_says_what_to_install(tmp_path, monke
         monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(RecordingError, match=r"pip install '.\[dataset\]'"):
         list(episodes_of(tmp_path))
+
+
+@pytest.mark.parametrize('stamp', [np.nan, -1.0, np.inf, 1e300])
+def test_stamps_that_are_none_are_no_stamps(tmp_path, stamp):
+    file = tmp_path / 'set.parquet'
+    times = np.arange(70.0)
+    times[3] = stamp
+    parquet.write_table(pa.table({'q': fixed(Q), 'timestamp': times}), file)
+    ((_, stamps, _),) = read(file, stamps=stamp_format('s')).values()
+    assert stamps[3] == 0
+    assert np.diff(stamps)[4:].tolist() == [10**9] * 65
