@@ -110,6 +110,8 @@ def test_what_was_begun_with_other_options_is_not_gone_on_with(dataset, tmp_path
     run(capsys, dataset, '--robot', 'so101', '--resume', journal)
     said = refusal(capsys, dataset, '--robot', 'so101', '--resume', journal, '--pose-format', 'mm')
     assert 'was begun with other options' in said
+    said = refusal(capsys, dataset, '--robot', 'so101', '--resume', journal, '--warn', '0.2')
+    assert 'was begun with other options' in said
     for other in ('{"a": 1\n', '[1]\n', 'a note', '{"asked": "x"}\n[2]\n'):
         journal.write_text(other)
         said = refusal(capsys, dataset, '--robot', 'so101', '--resume', journal)
@@ -206,6 +208,23 @@ def test_an_empty_batch_has_the_labels_too():
     assert judged.schema == ks.judge_table(batch_of(Q[:3]), ROBOT).schema
 
 
+def test_a_gate_with_nothing_to_judge_says_so(tmp_path, capsys):
+    vectors = [{'observation.state': one['observation.state']} for one in episodes()]
+    folder = write_lerobot(tmp_path / 'set', vectors, NAMES)
+    code, out, _ = run(capsys, folder, '--robot', 'so101', '--fail-on', 'frames')
+    assert code == 1
+    assert "there is no second source of the tool's pose" in out
+    assert run(capsys, folder, '--robot', 'so101')[0] == 0
+
+
+def test_numbers_that_are_no_radians_are_asked_for(tmp_path, capsys):
+    percent = [{'observation.state': 90.0 * one['observation.state']} for one in episodes()]
+    folder = write_lerobot(tmp_path / 'set', percent, NAMES)
+    _, out, _ = run(capsys, folder, '--robot', 'so101')
+    assert '3 of 3: The joints are no radians: say what they are, --joint-format deg, perc' in out
+    assert 'no radians' not in run(capsys, folder, '--robot', 'so101', '--joint-format', 'deg')[1]
+
+
 @pytest.fixture(scope='module')
 def cluster():
     distributed = pytest.importorskip('distributed', reason='needs dask[distributed]')
@@ -225,3 +244,15 @@ def test_a_cluster_says_the_same(dataset, cluster, capsys):
     with Client(cluster, set_as_default=False) as client:
         found = client.gather(client.map(ks.judge_table, batches, robot=ROBOT))
     assert found == [ks.judge_table(one, ROBOT) for one in batches]
+
+
+def test_ray_calls_it_on_batches():
+    ray = pytest.importorskip('ray', reason='needs ray')
+    batches = [batch_of(Q[k : k + 40]) for k in range(0, 120, 40)]
+    ray.init(num_cpus=2, include_dashboard=False, _node_ip_address='127.0.0.1')
+    try:
+        judge = ray.remote(ks.judge_table)
+        found = ray.get([judge.remote(one, 'so101') for one in batches])
+    finally:
+        ray.shutdown()
+    assert found == [ks.judge_table(one, 'so101') for one in batches]

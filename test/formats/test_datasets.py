@@ -232,3 +232,31 @@ def test_without_the_libraries_the_sentence_says_what_to_install(tmp_path, monke
         monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(RecordingError, match=r"pip install '.\[dataset\]'"):
         list(episodes_of(tmp_path))
+
+
+@pytest.mark.parametrize('stamp', [np.nan, -1.0, np.inf, 1e300])
+def test_stamps_that_are_none_are_no_stamps(tmp_path, stamp):
+    file = tmp_path / 'set.parquet'
+    times = np.arange(70.0)
+    times[3] = stamp
+    parquet.write_table(pa.table({'q': fixed(Q), 'timestamp': times}), file)
+    ((_, stamps, _),) = read(file, stamps=stamp_format('s')).values()
+    assert stamps[3] == 0
+    assert np.diff(stamps)[4:].tolist() == [10**9] * 65
+
+
+def test_a_small_file_that_holds_what_fills_any_memory_is_refused(tmp_path, monkeypatch):
+    file = tmp_path / 'set.hdf5'
+    with h5py.File(file, 'w') as stream:  # nothing of it is written
+        stream.create_dataset('q', shape=(10**9, 6), dtype='f8', chunks=(10**4, 6))
+    assert file.stat().st_size < 10**5
+    with pytest.raises(RecordingError, match='6,000,000,000 numbers at once are more than'):
+        read(file)
+    parquet.write_table(
+        pa.table({'q': fixed(Q), 'timestamp': np.ones(70)}), tmp_path / 'a.parquet'
+    )
+    parquet.write_table(pa.table({'episode_index': np.ones(70)}), tmp_path / 'b.parquet')
+    monkeypatch.setattr('kinematics_service.formats.datasets.episodes.MOST_NUMBERS', 69)
+    for name, count in (('a', 490), ('b', 70)):
+        with pytest.raises(RecordingError, match=f'{count} numbers at once are more than 69'):
+            read(tmp_path / f'{name}.parquet')

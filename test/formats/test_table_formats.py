@@ -93,6 +93,22 @@ def test_rows_without_stamps_are_asked_for(tmp_path, capsys):
     assert '--stamps none says that the arm stands in each' in said
 
 
+def test_stamps_that_a_spreadsheet_has_spoilt_are_asked_for(read):
+    text = 'stamp;position.q1;position.q2\n2,02E+13;1;2\n2,02E+13;3;4\n'
+    with pytest.raises(RecordingError, match='--stamps says the unit, or the rate of the rows, o'):
+        read(text)
+    _, q, _, _ = read(text, stamps=stamp_format('none'))
+    assert q.tolist() == [[1.0, 2.0], [3.0, 4.0]]
+
+
+def test_stamps_coarser_than_the_rows_are_asked_for(read):
+    rows = ''.join(f'{k // 3},{k},0\n' for k in range(3, 33))
+    *_, remarks = read(f'stamp,position.q1,position.q2\n{rows}')
+    assert '20 of 30 rows have the stamp of the row before: --stamps 30Hz' in remarks[0]
+    *_, remarks = read(f'stamp,position.q1,position.q2\n{rows}', stamps=stamp_format('3Hz'))
+    assert not remarks
+
+
 @pytest.mark.parametrize('text', ['0Hz', '-3Hz', 'fast', 'minutes', '1e9Hz', 'nan Hz'])
 def test_stamps_that_are_none(text):
     with pytest.raises(RecordingError, match='a rate of rows like 30Hz'):

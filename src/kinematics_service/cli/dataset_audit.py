@@ -2,6 +2,7 @@
 
 import hashlib
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ from ..diagnosis.audit.dataset.episode_audit import EpisodeWork
 from ..output_file import say_written, write_file
 from ..printing import json_text
 from ..robot.bundled import find_robot_file
+from ..version import __version__
 from .options import refuse_unwritable
 
 
@@ -42,12 +44,7 @@ def audit_dataset(
     for name, file in zip(('--html', '--json', '--resume'), outputs):
         if file is not None and str(file) != '-':
             refuse_unwritable(name, file)
-    asked = (work.settings, work.frames, work.failures, work.labels, work.clearance)
-    reading = work.reading._replace(robot=None)  # type: ignore[arg-type]
-    sum_of_robot = hashlib.sha256(find_robot_file(robot).read_bytes()).hexdigest()
-    journal = None
-    if outputs.resume is not None:
-        journal = Journal(outputs.resume, f'{path} {robot} {sum_of_robot} {reading} {asked}')
+    journal = Journal(outputs.resume, _asked(path, robot, work)) if outputs.resume else None
     rows = rows_of_dataset(path, work, jobs, workers, journal)
     report = report_of(str(path), work.reading.robot.name, rows)
     printed = str(outputs.json) == '-'
@@ -67,3 +64,22 @@ def audit_dataset(
         say_written(file, sys.stderr if printed else None)
     if report.failed:
         raise typer.Exit(1)
+
+
+def _asked(path: Path, robot: str, work: EpisodeWork) -> str:
+    # Everything on which what is found depends, the rows apart.
+    arm = work.reading.robot
+    sum_of_robot = hashlib.sha256(find_robot_file(robot).read_bytes()).hexdigest()
+    scale, zero = (part.tolist() for part in work.reading.joint_format.units(arm))
+    words = (
+        path,
+        robot,
+        sum_of_robot,
+        arm.tool_frame,
+        arm.thresholds,
+        replace(work, reading=work.reading._replace(robot=None)),  # type: ignore[arg-type]
+        scale,
+        zero,
+        __version__,
+    )
+    return ' '.join(map(str, words))

@@ -20,6 +20,9 @@ HDF5 = ('.hdf5', '.h5')
 SUFFIXES = (*PARQUET, *HDF5, *ARRAYS)
 # Columns that number the episodes of a file.
 NUMBERS = ('episode_index', 'episode_id', 'episode')
+# Numbers of an episode, or of a group of rows in a parquet file, that are read (2 GiB): a small
+# file may say that it holds what fills any memory.
+MOST_NUMBERS = 2**28
 # The column of files with an episode in each row: its steps.
 STEPS = 'steps'
 
@@ -111,6 +114,30 @@ def _names(names: Any) -> tuple[str, ...]:
     return tuple(map(str, names)) if isinstance(names, list) else ()
 
 
+def fault_of(file: Path, error: Exception) -> str:
+    """Return why a file cannot be read: damaged, it can make a reader raise any exception."""
+    if isinstance(error, RecordingError):
+        return str(error)
+    reason = ' '.join(str(error).split())[:200] or type(error).__name__
+    return f'{file}: cannot be read: {reason}'
+
+
+def refuse_to_hold(file: Path, numbers: int) -> None:
+    """
+    Refuse what is too large to be read at once.
+
+    Raises
+    ------
+    RecordingError
+        There are more than `MOST_NUMBERS`.
+    """
+    if numbers > MOST_NUMBERS:
+        raise RecordingError(
+            f'{file}: {numbers:,} numbers at once are more than {MOST_NUMBERS:,}: cut it into '
+            'episodes, or groups of rows'
+        )
+
+
 def _of_file(whole: Episode) -> Iterator[Episode]:
     # The episodes of a file, of which one is given that is all of it.
     file, name = whole.file, whole.name
@@ -125,9 +152,8 @@ def _of_file(whole: Episode) -> Iterator[Episode]:
             numbers = _of_arrays(file)
     except ImportError:
         raise RecordingError(INSTALL) from None
-    except Exception as error:  # a damaged file can make a reader raise any exception
-        reason = ' '.join(str(error).split())[:200] or type(error).__name__
-        yield replace(whole, fault=f'{file}: cannot be read: {reason}')
+    except Exception as error:
+        yield replace(whole, fault=fault_of(file, error))
         return
     if not (steps or groups or len(numbers)):
         yield whole
@@ -152,6 +178,7 @@ def _of_parquet(file: Path) -> tuple[int, npt.NDArray[np.float64]]:
         column = next((name for name in NUMBERS if name in names), '')
         if not column:
             return 0, np.zeros(0)
+        refuse_to_hold(file, opened.metadata.num_rows)
         numbers = opened.read([column])[column].combine_chunks()
         if numbers.type.num_fields:  # vectors of one
             numbers = numbers.flatten()

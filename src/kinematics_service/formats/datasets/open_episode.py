@@ -8,7 +8,7 @@ from ...robot.measures import Level
 from ..recordings.arm_columns import arm_columns
 from ..recordings.block import LARGEST_BLOCK, Times
 from ..recordings.source import RecordingSource, Remark
-from ..recordings.stamp_format import UNITS, StampFormat, unit_of
+from ..recordings.stamp_format import LATEST, UNITS, StampFormat, unit_of
 from ..recordings.table_rows import TableRows
 from ..recordings.table_source import source_of
 from .arms import DatasetArm
@@ -46,5 +46,7 @@ def _stamps(columns: Columns, column: str, form: StampFormat) -> Times:
         return form.of_rows(0, len(columns))
     found = columns.chosen([column])[:, 0]
     digits = UNITS[form.unit or unit_of(float(np.nanmax(found, initial=0.0)))]
-    known = np.nan_to_num(found, nan=-1.0)
-    return np.asarray(np.rint(known * 10.0**digits), dtype=np.int64) + LATER
+    # What is no time of this century is no stamp.
+    known = (found >= 0.0) & (found * 10.0 ** (digits - 9) < LATEST)
+    nanoseconds = np.rint(np.where(known, found, 0.0) * 10.0**digits)
+    return np.where(known, nanoseconds.astype(np.int64) + LATER, 0)

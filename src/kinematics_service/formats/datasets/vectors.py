@@ -4,15 +4,18 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
+from zipfile import ZipFile
 
 import numpy as np
 
-from ...errors import KinematicsError, RecordingError
+from ...errors import RecordingError
 from ...kernel import Floats
-from .episodes import HDF5, INSTALL, PARQUET, STEPS, Episode
+from .episodes import HDF5, INSTALL, PARQUET, STEPS, Episode, fault_of, refuse_to_hold
 
 # Vectors with more elements are images and the like.
 MOST_ELEMENTS = 128
+# Bytes of an array in an npz file.
+MOST_BYTES = 2**31
 # Endings of the names of elements that say that a joint's number is its position.
 ENDS_OF_JOINTS = ('.pos', '.position')
 # Groups of rows of parquet files that are kept, for the next episode in them.
@@ -53,11 +56,8 @@ def columns_of_episode(episode: Episode) -> Columns:
         vectors = read(episode)
     except ImportError:
         raise RecordingError(INSTALL) from None
-    except KinematicsError:
-        raise
-    except Exception as error:  # a damaged file can make a reader raise any exception
-        reason = ' '.join(str(error).split())[:200] or type(error).__name__
-        raise RecordingError(f'{episode.file}: cannot be read: {reason}') from None
+    except Exception as error:
+        raise RecordingError(fault_of(episode.file, error)) from None
     found = taken_apart(vectors, episode.elements)
     if not found.header or not len(found):
         raise RecordingError(f'{episode.file}: {episode.name}: has no rows of numbers')
@@ -177,6 +177,7 @@ def _of_parquet(episode: Episode) -> dict[str, Floats]:
         if low < high:
             part = _row_group(file, episode.file.stat().st_mtime_ns, k, episode.place)
             parts.append(part.slice(low - begin, high - low))
+            refuse_to_hold(episode.file, sum(len(one) * one.num_columns for one in parts))
     table = pa.concat_tables(parts)
     if episode.place == STEPS:
         steps = table[STEPS].combine_chunks().flatten()
@@ -191,6 +192,11 @@ def _row_group(file: str, changed: int, k: int, place: str) -> Any:
 
     with parquet.ParquetFile(file) as opened:
         names = [one.name for one in opened.schema_arrow if _may_be_numbers(one.type)]
+        group = opened.metadata.row_group(k)
+        chunks = [group.column(j) for j in range(group.num_columns)]
+        read = (place,) if place else names
+        own = [one for one in chunks if one.path_in_schema.partition('.')[0] in read]
+        refuse_to_hold(Path(file), sum(one.num_values for one in own))
         return opened.read_row_group(k, columns=[place] if place else names)
 
 
@@ -215,7 +221,7 @@ def _of_hdf5(episode: Episode) -> dict[str, Floats]:
                 found[name.replace('/', '.')] = part
 
         opened[episode.place or '/'].visititems(take)
-        return _alike(found)
+        return _alike(episode.file, found)
 
 
 def _of_arrays(episode: Episode) -> dict[str, Floats]:
@@ -226,11 +232,15 @@ def _of_arrays(episode: Episode) -> dict[str, Floats]:
 
 @lru_cache(maxsize=1)
 def _arrays(file: Path, changed: int) -> dict[str, Floats]:
+    # What is larger when it is unpacked is pictures.
+    with ZipFile(file) as packed:
+        sizes = {one.filename.removesuffix('.npy'): one.file_size for one in packed.infolist()}
     with np.load(file, allow_pickle=False) as arrays:
-        return _alike({name: arrays[name] for name in arrays.files})
+        names = [name for name in arrays.files if sizes[name] <= MOST_BYTES]
+        return _alike(file, {name: arrays[name] for name in names})
 
 
-def _alike(arrays: Mapping[str, Any]) -> dict[str, Floats]:
+def _alike(file: Path, arrays: Mapping[str, Any]) -> dict[str, Floats]:
     # Those with as many rows as most have, as numbers (N,) or (N, k).
     small = {
         name: array
@@ -239,10 +249,11 @@ def _alike(arrays: Mapping[str, Any]) -> dict[str, Floats]:
     }
     counts = [len(array) for array in small.values()]
     usual = max(counts, key=counts.count, default=0)
+    small = {name: array for name, array in small.items() if len(array) == usual}
+    refuse_to_hold(file, sum(int(np.prod(array.shape)) for array in small.values()))
     return {
         name: np.asarray(array, dtype=np.float64).reshape(
             array.shape[:1] + (-1,) * (array.ndim > 1)
         )
         for name, array in small.items()
-        if len(array) == usual
     }

@@ -12,6 +12,8 @@ from .block import Times
 UNITS = {'s': 9, 'ms': 6, 'us': 3, 'ns': 0}
 RATE = re.compile(r'(\d+\.?\d*|\.\d+)\s*[Hh][Zz]')
 FASTEST = 1e6
+# Of rows in which the arm stands still, Hz: so slow that nothing moves between them.
+STANDING = 1.0
 # Stamps since 1970 of these years tell their unit: no other gives a time between them.
 EARLIEST, LATEST = 10**9, 4 * 10**9
 
@@ -26,13 +28,10 @@ class StampFormat(NamedTuple):
         One of `UNITS`; empty: seconds, unless their size tells that they are ms, us or ns.
     rate : Hz
         Of rows that are numbered instead, 0 if stamps are read.
-    still
-        Whether the arm stands in every row, so that times mean nothing.
     """
 
     unit: str = ''
     rate: float = 0.0
-    still: bool = False
 
     def of_rows(self, first: int, count: int) -> Times:
         """Return the stamps (count,), ns, of rows from one on; none is 0."""
@@ -53,7 +52,7 @@ def stamp_format(text: str) -> StampFormat:
     if word in UNITS:
         return StampFormat(word)
     if word == 'none':
-        return StampFormat(rate=1.0, still=True)
+        return StampFormat(rate=STANDING)
     match = RATE.fullmatch(word)
     if match is None or not 0.0 < float(match[1]) <= FASTEST:
         raise RecordingError(

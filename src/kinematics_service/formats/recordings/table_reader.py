@@ -21,6 +21,7 @@ AT_ONCE = 2**20
 # Lines that tell whether a table has names, and whether its numbers have commas.
 LOOKED_AT = 100
 COMMENT = '#'
+HINT = '; --stamps says the unit, or the rate of the rows, or none if the arm stands in each'
 COMMA = re.compile(r'\d,\d')
 
 
@@ -60,6 +61,7 @@ class TableReader:
 
     def __init__(self, file: Path, wanted: Selection, accepted: str) -> None:
         self.file, self.wanted = file, wanted
+        self._hint = HINT if accepted is HOW else ''
         self._table = table_of(file, accepted)
         self.header = self._table.header
         numbered = wanted.columns is None or not any(map(str.isdigit, wanted.columns))
@@ -72,7 +74,9 @@ class TableReader:
 
     def rows(self, columns: list[str], whole: bool = False) -> RowReader:
         """Return the reader of some columns of numbers; `whole` as there."""
-        return RowReader(self._table, self.columns.stamp, columns, self.columns.stamps, whole)
+        return RowReader(
+            self._table, self.columns.stamp, columns, self.columns.stamps, whole, self._hint
+        )
 
     def source(self) -> RecordingSource:
         """Return the table as a recording, with poses of the tool if it has such columns."""

@@ -82,6 +82,8 @@ class RowReader:
         Names of the column of stamps, empty if rows are numbered, and of the wanted columns.
     stamps
         The unit of stamps, or the rate of rows.
+    hint
+        What may be done about stamps that are no times, for the message on one.
     whole
         Whether each row must have as many cells as the header and finite numbers; otherwise empty
         cells and a last line that is cut off are accepted.
@@ -99,10 +101,11 @@ class RowReader:
         columns: Sequence[str],
         stamps: StampFormat,
         whole: bool = False,
+        hint: str = '',
     ) -> None:
         self.remarks: list[Remark] = []
         self._table, self._file, self._header = table, table.file, table.header
-        self._whole, self._stamps = whole, stamps
+        self._whole, self._stamps, self._hint = whole, stamps, hint
         self._stamp_at = [table.header.index(stamp)] if stamp else []
         self._at = [table.header.index(column) for column in columns]
         self._digits = UNITS[stamps.unit or self._unit()]
@@ -244,6 +247,7 @@ class RowReader:
             raise RecordingError(
                 f'{self._file}:{line}: column {self._header[self._stamp_at[0]]!r}: '
                 f'{cell[:40]!a} is not a time in {what} (0 to {LATEST.scaleb(9 - self._digits):f})'
+                f'{self._hint}'
             ) from None
 
     def _number(self, line: int, column: int, cell: str) -> float:

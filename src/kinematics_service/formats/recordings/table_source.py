@@ -11,6 +11,9 @@ from .source import MOST_POSES, PoseTrack, RecordingSource, Remark, Selection
 from .table_rows import TableRows
 from .tool_poses import PoseRows
 
+# Of as many rows with the stamp of the one before stamps are coarser than the rows.
+COARSE = 0.2
+
 
 def source_of(
     columns: ArmColumns,
@@ -43,6 +46,7 @@ def source_of(
 
     def blocks() -> Iterator[Block]:
         before: tuple[int, int] | None = None
+        count = alike = 0
         for stamps, numbers in pieces:
             q, qdot = numbers[:, :n], numbers[:, n:m]
             if not plain:
@@ -59,7 +63,14 @@ def source_of(
             steps = np.maximum(np.diff(stamps, prepend=last), 0)
             received = passed + np.cumsum(steps)
             before = int(stamps[-1]), int(received[-1])
+            count, alike = count + len(stamps), alike + int(np.sum(np.diff(stamps) == 0))
             yield Block(names, stamps, received, q, qdot)
+        if alike > COARSE * count:
+            text = (
+                f'{alike:,} of {count:,} rows have the stamp of the row before: --stamps 30Hz '
+                'numbers rows taken at such a rate, --stamps none those of an arm at rest'
+            )
+            remarks.append(Remark(Level.WARN, text))
 
     def track() -> PoseTrack | None:
         return poses.track(f'{columns.names.pose}*', '', MOST_POSES) if poses.count else None

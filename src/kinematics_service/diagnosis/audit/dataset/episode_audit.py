@@ -1,6 +1,6 @@
 """One episode of a dataset after the other: its findings, as rows of one table."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -13,7 +13,6 @@ from ....formats.datasets.arms import DatasetArm, arms_of, crossed_with
 from ....formats.datasets.episodes import Episode
 from ....formats.datasets.open_episode import open_episode
 from ....formats.datasets.vectors import Columns, columns_of_episode
-from ....formats.recordings.arm_columns import arm_columns
 from ....formats.recordings.source import PoseTrack, RecordingSource, Selection
 from ....output_file import new_file
 from ....rigid_motion import rotation_vector
@@ -23,10 +22,11 @@ from ...frame_check.errors import angle_in_words, length_in_words
 from ..auditing import Audit, audit
 from ..findings import Finding
 from ..frames import FrameReport, FrameSettings
-from ..report.audit_runs import failed_by
+from ..joints import look_like_degrees
+from ..report.audit_runs import failed_by, no_frames
 from ..verdict import verdict_of
 from .continuity import break_findings
-from .labels import arrow_of, labels_of
+from .labels import labels_of_arms
 from .other_arms import OtherState, other_findings
 
 # A base farther away than this (m, rad) from that of the robot file is another one.
@@ -136,8 +136,9 @@ def _row(
     source = open_episode(episode, columns, arm)
     robot = work.reading.robot
     finished = audit(source, robot, episode.name, work.settings, None, work.frames)
-    refused = dict(finished.refused)
-    found = [*verdict_of(finished).sentences, *_without_pose(refused), *_breaks(finished)]
+    found = [*_rows_at_fault(finished), *_breaks(finished)]
+    if missing := no_frames(finished, work.failures):
+        found.append(Finding(Level.ERROR, missing))
     if isinstance(finished.frames, FrameReport):
         crossed = [
             (other.label, open_episode(episode, columns, crossed_with(arm, other)))
@@ -145,7 +146,7 @@ def _row(
             if other is not arm
         ]
         found += _frames(finished, finished.frames, source, crossed)
-    found.sort(key=lambda one: -one.level)
+    found = sorted([*verdict_of(finished).sentences, *found], key=lambda one: -one.level)
     failed = failed_by(finished, work.failures)
     told = tuple((int(one.level), one.text) for one in found)
     return EpisodeRow(
@@ -153,12 +154,18 @@ def _row(
     )
 
 
-def _without_pose(refused: Mapping[str, int]) -> Iterator[Finding]:
+def _rows_at_fault(finished: Audit) -> Iterator[Finding]:
     # A message or two without a state are usual in a recording, and a fault in a dataset.
-    if refused:
+    if refused := dict(finished.refused):
         reasons = ', '.join(f'{reason} ({number:,})' for reason, number in refused.items())
         text = f'{counted(sum(refused.values()), "frame")} without a pose: {reasons}.'
         yield Finding(Level.WARN, text)
+    if look_like_degrees(finished.joints):
+        yield Finding(
+            Level.ERROR,
+            'The joints are no radians: say what they are, --joint-format deg, percent (of the '
+            "limits), or FILE.json with the arm's calibration or the dataset's statistics.",
+        )
 
 
 def _breaks(finished: Audit) -> Iterator[Finding]:
@@ -235,17 +242,12 @@ def _write_labels(
     import pyarrow as pa
     import pyarrow.parquet as parquet
 
-    added = {'row': pa.array(np.arange(len(columns)) + episode.first)}
-    for arm in arms:
-        own = arm_columns(episode.file, columns.header, arm.reading)
-        q = own.joints.units(work.reading.robot).positions(columns.chosen(own.positions))
-        start = f'{arm.label}.' if arm.label else ''
-        labels = arrow_of(labels_of(work.reading.robot, q, work.clearance))
-        added.update({start + name: array for name, array in labels.items()})
+    labels = labels_of_arms(episode.file, columns, arms, work.clearance)
+    rows = pa.array(np.arange(len(columns)) + episode.first)
     file = labels_file(folder, episode)
     file.parent.mkdir(parents=True, exist_ok=True)
     with new_file(file) as made:
-        parquet.write_table(pa.table(added), made)
+        parquet.write_table(pa.table({'row': rows, **labels}), made)
 
 
 def labels_file(folder: Path, episode: Episode) -> Path:

@@ -1,14 +1,15 @@
 """Labels of every row of a table: how near it is to a singular pose, and in which branch."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ....errors import JointVectorError, RecordingError
-from ....formats.datasets.arms import arms_of
+from ....formats.datasets.arms import DatasetArm, arms_of
 from ....formats.datasets.episodes import INSTALL
-from ....formats.datasets.vectors import taken_apart, vectors_of_table
+from ....formats.datasets.vectors import Columns, taken_apart, vectors_of_table
 from ....formats.recordings.arm_columns import arm_columns
 from ....formats.recordings.joint_format import JointFormat
 from ....formats.recordings.source import Selection
@@ -82,21 +83,40 @@ def _closing(robot: Robot, q: Floats) -> Any:
     return closes
 
 
-def arrow_of(labels: dict[str, Any]) -> dict[str, Any]:
-    """Return labels as Arrow arrays, null where they are masked."""
+def labels_of_arms(
+    file: Path | str,
+    columns: Columns,
+    arms: Sequence[DatasetArm],
+    clearance: bool,
+) -> dict[str, Any]:
+    """
+    Return the labels of columns of numbers as Arrow arrays, null where they are masked; of several
+    arms each name begins with the arm's.
+
+    Parameters
+    ----------
+    file
+        Its name, for messages.
+    """
+    arrays = {}
+    for arm in arms:
+        robot = arm.reading.robot
+        own = arm_columns(file, columns.header, arm.reading)
+        q = own.joints.units(robot).positions(columns.chosen(own.positions))
+        start = f'{arm.label}.' if arm.label else ''
+        for name, values in labels_of(robot, q, clearance).items():
+            arrays[start + name] = _arrow_of(values)
+    return arrays
+
+
+def _arrow_of(values: Any) -> Any:
     import pyarrow as pa
 
-    arrays = {}
-    for name, values in labels.items():
-        mask = np.ma.getmaskarray(values)
-        if values.ndim == 1:
-            arrays[name] = pa.array(values.data, mask=mask)
-            continue
-        flat = pa.array(values.data.reshape(-1))
-        arrays[name] = pa.FixedSizeListArray.from_arrays(
-            flat, values.shape[1], mask=pa.array(mask[:, 0])
-        )
-    return arrays
+    mask = np.ma.getmaskarray(values)
+    if values.ndim == 1:
+        return pa.array(values.data, mask=mask)
+    flat = pa.array(values.data.reshape(-1))
+    return pa.FixedSizeListArray.from_arrays(flat, values.shape[1], mask=pa.array(mask[:, 0]))
 
 
 def judge_table(
@@ -153,13 +173,7 @@ def judge_table(
     )
     found = taken_apart(vectors_of_table(batch), {})
     arms = arms_of(found.header, wanted, 0.0)
-    added: dict[str, Any] = {}
-    for arm in arms:
-        own = arm_columns('the table', found.header, arm.reading)
-        q = own.joints.units(robot).positions(found.chosen(own.positions))
-        start = f'{arm.label}.' if arm.label else ''
-        labels = arrow_of(labels_of(robot, q, clearance))
-        added.update({start + name: array for name, array in labels.items()})
+    added = labels_of_arms('the table', found, arms, clearance)
     twice = [name for name in added if name in batch.schema.names]
     if twice:
         raise RecordingError(f'the table has a column {twice[0]!r} already')

@@ -101,7 +101,7 @@ def outcome_of(run: Run, bar: Bar = _no_bar) -> Outcome:
         return Outcome(run, str(error))
     return Outcome(
         run,
-        _no_frames(finished, run),
+        no_frames(finished, run.failures),
         summary_of(finished),
         page_of(finished, origin_of(run.file, run.robot, run.date)) if run.html else '',
         json_text(document_of(finished)) if run.json else '',
@@ -172,13 +172,13 @@ def _closed_and_regular(plan: PlanCheck) -> list[str | None]:
     return [plan.singularity.verdict, *([] if closure is None else [closure.verdict])]
 
 
-def _no_frames(finished: Audit, run: Run) -> str:
-    # A gate that was asked for and has nothing to judge must not pass unnoticed.
-    if finished.frames is not None or 'frames' not in (run.failures or ()):
+def no_frames(finished: Audit, failures: tuple[str, ...] | None) -> str:
+    """Return the sentence on a gate that was asked for and has nothing to judge; else nothing."""
+    if finished.frames is not None or 'frames' not in (failures or ()):
         return ''
     return (
-        f"{run.file}: --fail-on frames: there is no second source of the tool's pose; name its "
-        'topic with --pose-topic (bags) or its columns with --columns pose=... (tables)'
+        f"{finished.file}: --fail-on frames: there is no second source of the tool's pose; name "
+        'its topic with --pose-topic (bags) or its columns with --columns pose=... (tables)'
     )
 
 
