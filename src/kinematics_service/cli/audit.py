@@ -219,8 +219,8 @@ def _dataset_of(
         raise WrongUsage(f'{dataset} is a dataset: give one at a time')
     elif any(value is not None for value in of_others):
         raise WrongUsage(
-            f'{dataset} is a dataset: --out, topics, --scale, --reduced, --servo and the speeds of plans '
-            'are for recordings and plans'
+            f'{dataset} is a dataset: --out, topics, --scale, --reduced, --servo and the speeds '
+            'of plans are for recordings and plans'
         )
     return dataset
 
