@@ -100,6 +100,20 @@ def test_two_arms_by_name_and_by_number(tmp_path):
         assert [label for _, label in read(folder)] == ['left', 'right']
 
 
+def test_joints_of_other_names_are_asked_for(tmp_path):
+    # Six numbers, as many as the arm has joints: but five of another arm, and its gripper.
+    names = [f'{name}.pos' for name in (*robot_of('so101').joint_names, 'gripper')]
+    given = {'observation.state': Q}
+    folder = write_lerobot(tmp_path / 'set', [given], {'observation.state': names})
+    with pytest.raises(RecordingError) as refused:
+        read(folder)
+    for words in ('names its numbers shoulder_pan, ', 'gripper, and the joints of ur5e are '):
+        assert words in str(refused.value)
+    assert str(refused.value).endswith('--columns position=observation.state[0:6]')
+    ((q, _, _),) = read(folder, columns='position=observation.state[0:6]').values()
+    assert q == pytest.approx(Q, abs=SINGLE)
+
+
 def test_numbers_that_may_be_any_joints_are_asked_for(tmp_path):
     folder = write_lerobot(tmp_path / 'set', [{'observation.state': np.ones((5, 10))}], {})
     with pytest.raises(RecordingError, match=r'--columns position=observation.state\[0:6\]'):
@@ -206,6 +220,8 @@ def test_a_damaged_file_is_one_episode_that_cannot_be_read(tmp_path):
     faults = [episode.fault for episode in episodes_of(tmp_path)]
     assert [bool(one) for one in faults] == [True, False, True]
     assert 'a.parquet: cannot be read' in faults[0]
+    (missing,) = episodes_of(tmp_path / 'none.parquet')
+    assert missing.fault == f'{tmp_path}/none.parquet: there is no such file'
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """The arms of a dataset: which elements of its vectors are whose joints, and whose poses."""
 
+import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -50,6 +51,8 @@ KNOWN = (
     KnownVectors('q', 'qd', 'pose'),
 )
 STAMPS = ('timestamp', 'stamp', 'time')
+# Names of elements that say no more than which number it is.
+NUMBERED = re.compile(r'[a-z]*[._ ]?\d+([._ ](pos|position|angle|q))?', re.IGNORECASE)
 
 
 class DatasetArm(NamedTuple):
@@ -135,6 +138,13 @@ def _parts(header: list[str], vector: str, robot: Robot) -> list[tuple[str, str]
         labels = [start.removeprefix(f'{vector}.').strip('._') for start in whole]
         return list(zip(labels, whole))
     n, count = robot.dof, len(elements)
+    own = [name.removeprefix(f'{vector}.') for name in elements]
+    if not all(map(NUMBERED.fullmatch, own)):
+        raise RecordingError(
+            f'{vector} names its numbers {listed(own, SHOWN)}, and the joints of {robot.name} are '
+            f'{", ".join(robot.joint_names)}: if they are the same in this order, say so with '
+            f'--columns position={vector}[0:{n}]'
+        )
     if count in (n, n + 1):  # the last is a gripper
         return [('', f'{vector}[0:{n}]')]
     if count in (2 * n, 2 * n + 2):

@@ -118,6 +118,8 @@ def fault_of(file: Path, error: Exception) -> str:
     """Return why a file cannot be read: damaged, it can make a reader raise any exception."""
     if isinstance(error, RecordingError):
         return str(error)
+    if isinstance(error, FileNotFoundError):
+        return f'{file}: there is no such file'
     reason = ' '.join(str(error).split())[:200] or type(error).__name__
     return f'{file}: cannot be read: {reason}'
 

@@ -102,7 +102,8 @@ def _check(path: Path) -> None:
     if path.is_dir():
         if not (path / 'metadata.yaml').exists():
             raise RecordingError(
-                f'{path}: is a directory without metadata.yaml, so it is not a rosbag2 bag'
+                f'{path}: is a directory without metadata.yaml, so it is not a rosbag2 bag, and '
+                'it holds no dataset: no meta/info.json, and no .parquet, .hdf5 or .npz file'
             )
         return
     with path.open('rb') as stream:
