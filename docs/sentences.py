@@ -52,8 +52,8 @@ TOPICS = {
     'and the cause with joint or point, margin and time left; a node that starts late gets the '
     'last one',
     '~/servo_status': 'the same as a code of MoveIt Servo: 0 nothing, 1 slowed and 2 stopped '
-    'before a singularity, 3 slowed on the way out (by its own rule alone), 6 a limit of position, '
-    '-1 refused',
+    'before a singularity, 3 slowed on the way out (by its own rule alone), 6 a limit of '
+    'position, -1 refused',
     '/diagnostics': 'once a second: input rate, age, messages by what became of them, missing '
     'joints, publishers; beside it `frames`, `velocities` and `wrench`, where there '
     'is something to say of them',
