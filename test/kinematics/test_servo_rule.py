@@ -136,6 +136,19 @@ def test_settings_that_mean_nothing_are_refused(settings, said):
         ks.ServoRule(**settings)
 
 
+@pytest.mark.parametrize('name', ['standard-1-0', 'rrp_elementary', 'modified-12-0', 'puma560'])
+@pytest.mark.parametrize('rule', [ks.ServoRule(), ks.ServoRule(1.0001, 1e6, 0.01, 1.0)])
+def test_any_arm_pose_and_speed_has_a_share(name, rule):
+    robot = robot_of(name)
+    for q in (np.zeros(robot.dof), calm_poses(robot, 1)[0], np.full(robot.dof, 1e3)):
+        for size in (0.0, 1e-300, 1.0, 1e200):
+            rates = np.full((2, 3, robot.dof), size)
+            found = ks.scale(robot, q, rates, rule=rule)
+            assert found.values.shape == (2, 3, len(found.constraints))
+            assert np.all((found.values >= 0.0) & (found.values <= 1.0))
+            assert not np.isnan(found.times).any()
+
+
 def test_closed_loops_are_refused():
     with pytest.raises(ks.ServoSettingsError, match='excavator has closed loops, for which'):
         ks.scale('excavator', np.zeros(4), np.zeros(4), rule=ks.ServoRule())

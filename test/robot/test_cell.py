@@ -338,6 +338,27 @@ def test_loops_that_the_relative_motion_cannot_have_are_told(tmp_path):
         ks.load_robot(file)
 
 
+TWO_JOINTS = """
+robot: {name}
+convention: standard
+joints:
+  - {{name: {name}_1, variable: {variable}, type: revolute}}
+  - {{name: {name}_2, variable: other, type: revolute}}
+links: [{{a: 1, alpha: 0, d: 0, theta: {variable}}}, {{a: 1, alpha: 0, d: 0, theta: other}}]
+"""
+
+
+def test_variables_of_two_arms_that_would_be_called_alike_are_told(tmp_path):
+    for name, variable in (('one', 'up_q'), ('two', 'q')):
+        (tmp_path / f'{name}.yaml').write_text(TWO_JOINTS.format(name=name, variable=variable))
+    file = tmp_path / 'cell.yaml'
+    file.write_text('cell: c\narms:\n  arm: {robot: one.yaml}\n  arm_up: {robot: two.yaml}\n')
+    with pytest.raises(RobotFileError, match='arm and arm_up both have a variable arm_up_q: give'):
+        ks.load_robot(file)
+    file.write_text(file.read_text().replace('arm_up:', 'above:'))
+    assert ks.load_robot(file).joint_names == ('one_1', 'one_2', 'two_1', 'two_2')
+
+
 def test_robot_files_with_ends_are_told(tmp_path):
     (tmp_path / 'one.yaml').write_text(HELICAL)
     with pytest.raises(RobotFileError, match='has one arm, a:b are ends of URDFs and of cells'):

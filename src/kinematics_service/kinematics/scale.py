@@ -104,12 +104,13 @@ class MotionScale(FrozenArrays):
     decided: npt.NDArray[np.bool_]
 
 
-class _Share(NamedTuple):
-    constraint: Constraint
+class _Shares(NamedTuple):
+    """What some of the constraints ask for, shape (..., their number) each."""
+
+    constraints: tuple[Constraint, ...]
     values: Floats
     margins: Floats
     times: Floats
-    decided: npt.NDArray[np.bool_] | bool = True
 
 
 class _Braking(NamedTuple):
@@ -185,19 +186,22 @@ def scale(
     with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
         stopping = np.max(np.abs(rates) / robot.acceleration_limits, axis=-1)
         braking = _Braking(horizon, stopping)
-        columns = [
-            *(_by_rule(state, rule) if rule else (_singularity(robot, state, rates, braking),)),
+        if rule is None:
+            singular, decided = _singularity(robot, state, rates, braking)
+        else:
+            singular, decided = _by_rule(state, rule), np.ones(stopping.shape, bool)
+        found = [
+            singular,
             *_joints(robot, state.q, rates, braking),
-            *(one for limit in limits for one in _speeds(robot, state, rates, limit, reduced)),
+            *(_speeds(robot, state, rates, limit, reduced) for limit in limits),
         ]
-    return _scale(columns)
+    return _scale(found, decided)
 
 
-def _scale(columns: list[_Share]) -> MotionScale:
-    constraints = tuple(column.constraint for column in columns)
+def _scale(found: list[_Shares], decided: npt.NDArray[np.bool_]) -> MotionScale:
+    constraints = tuple(constraint for one in found for constraint in one.constraints)
     values, margins, times = (
-        np.stack([getattr(column, name) for column in columns], axis=-1)
-        for name in ('values', 'margins', 'times')
+        np.concatenate([one[k] for one in found], axis=-1) for k in (1, 2, 3)
     )
     value = np.min(values, axis=-1)
     k = np.where(value < 1.0, np.argmin(values, axis=-1), np.argmin(times, axis=-1))
@@ -209,17 +213,18 @@ def _scale(columns: list[_Share]) -> MotionScale:
     shown = (value, texts[..., 0], texts[..., 1], margin, time_left)
     if not value.ndim:
         shown = tuple(one.item() for one in shown)
-    decided = np.all([np.broadcast_to(one.decided, value.shape) for one in columns], axis=0)
     return MotionScale(*shown, constraints, values, margins, times, decided)
 
 
-def _braked(constraint: Constraint, margins: Floats, times: Floats, braking: _Braking) -> _Share:
+def _braked(
+    constraints: tuple[Constraint, ...], margins: Floats, times: Floats, braking: _Braking
+) -> _Shares:
     # A share s of the motion is stopped within its time t: s T + s^2 S / 2 = t with the time S
     # that a stop of all of it takes, solved for s without cancellation.
-    T, stopping = braking
+    T, stopping = braking.horizon, braking.stopping[..., None]
     kept = 2.0 * times / (T + np.sqrt(T * T + 2.0 * times * stopping))
     values = np.where(np.isfinite(times), np.minimum(kept, 1.0), 1.0)
-    return _Share(constraint, values, margins, times)
+    return _Shares(constraints, values, margins, times)
 
 
 def _times(margins: Floats, speeds: Floats) -> Floats:
@@ -228,57 +233,53 @@ def _times(margins: Floats, speeds: Floats) -> Floats:
     return np.where(used, np.maximum(margins, 0.0) / np.where(used, speeds, 1.0), np.inf)
 
 
-def _bounded(constraint: Constraint, limits: Floats | float, speeds: Floats) -> _Share:
+def _bounded(constraints: tuple[Constraint, ...], limits: Floats, speeds: Floats) -> _Shares:
     # Of speeds that have a limit themselves.
     values = np.minimum(limits / np.maximum(speeds, np.finfo(float).tiny), 1.0)
     times = np.where(speeds > limits, 0.0, np.inf)
-    return _Share(constraint, values, limits - speeds, times)
+    return _Shares(constraints, values, limits - speeds, times)
 
 
-def _joints(robot: Robot, q: Floats, qdot: Floats, braking: _Braking) -> list[_Share]:
-    columns = []
-    for j, (name, unit) in enumerate(zip(robot.joint_names, robot.units)):
-        lower, upper = robot.limits[j]
-        x, speeds = q[..., j], np.abs(qdot[..., j])
-        margins = np.where(qdot[..., j] > 0.0, upper - x, x - lower)
-        columns += [
-            _braked(Constraint(POSITION, name, unit), margins, _times(margins, speeds), braking),
-            _bounded(Constraint(VELOCITY, name, f'{unit}/s'), robot.velocity_limits[j], speeds),
-        ]
-    return columns
+def _joints(robot: Robot, q: Floats, qdot: Floats, braking: _Braking) -> tuple[_Shares, _Shares]:
+    lower, upper = robot.limits.T
+    margins, speeds = np.where(qdot > 0.0, upper - q, q - lower), np.abs(qdot)
+    named = tuple(zip(robot.joint_names, robot.units))
+    positions = tuple(Constraint(POSITION, name, unit) for name, unit in named)
+    velocities = tuple(Constraint(VELOCITY, name, f'{unit}/s') for name, unit in named)
+    return (
+        _braked(positions, margins, _times(margins, speeds), braking),
+        _bounded(velocities, robot.velocity_limits, speeds),
+    )
 
 
 def _speeds(
     robot: Robot, state: ToolState, qdot: Floats, limit: SpeedLimit, reduced: bool
-) -> list[_Share]:
+) -> _Shares:
     V = twist(robot, state.q, qdot, of=limit.of)
     linear = min(limit.linear, limit.reduced) if reduced else limit.linear
-    return [
-        _bounded(constraint, largest, np.linalg.norm(half, axis=-1))
-        for constraint, largest, half in (
-            (Constraint(SPEED, limit.of, 'm/s'), linear, V[..., :3]),
-            (Constraint(TURNING, limit.of, 'rad/s'), limit.angular, V[..., 3:]),
-        )
-    ]
+    speeds = np.linalg.norm(V.reshape(*V.shape[:-1], 2, 3), axis=-1)
+    both = Constraint(SPEED, limit.of, 'm/s'), Constraint(TURNING, limit.of, 'rad/s')
+    return _bounded(both, np.array([linear, limit.angular]), speeds)
 
 
-def _by_rule(state: ToolState, rule: ServoRule) -> tuple[_Share, _Share]:
+def _by_rule(state: ToolState, rule: ServoRule) -> _Shares:
     found = servo_shares(state, rule)
     margins = np.maximum(rule.hard_stop_singularity_threshold - found.condition, 0.0)
     times = np.where(found.rate > 0.0, margins / found.rate, np.inf)
-    towards, away = (
-        _Share(
-            Constraint(cause, '', 'of the condition number'),
-            np.where(found.leaving == leaving, found.values, 1.0),
-            margins,
-            times,
-        )
-        for cause, leaving in ((SINGULARITY, False), (LEAVING, True))
+    leaving = np.stack([~found.leaving, found.leaving], axis=-1)
+    unit = 'of the condition number'
+    return _Shares(
+        (Constraint(SINGULARITY, '', unit), Constraint(LEAVING, '', unit)),
+        np.where(leaving, found.values[..., None], 1.0),
+        np.stack([margins, margins], axis=-1),
+        np.stack([times, times], axis=-1),
     )
-    return towards, away
 
 
-def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Share:
+def _singularity(
+    robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
+) -> tuple[_Shares, npt.NDArray[np.bool_]]:
+    # Returns whether it was decided, too.
     # No singular pose is nearer than the distance, so the motion may go on by so much before it is
     # looked for again, up to the way of a stop. Seen from the last of these poses, the surface is
     # taken to be at right angles to the way to the nearest one.
@@ -306,11 +307,10 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
         if not len(left):
             break
     decided[left] = False  # the way is known no further
-    margins, times, decided = (
-        np.reshape(x, state.q.shape[:-1]) for x in (margins, times, decided)
-    )
-    share = _braked(Constraint(SINGULARITY, '', 'rad'), margins, times, braking)
-    return share._replace(decided=decided)
+    shape = state.q.shape[:-1]
+    margins, times = (x.reshape(*shape, 1) for x in (margins, times))
+    shares = _braked((Constraint(SINGULARITY, '', 'rad'),), margins, times, braking)
+    return shares, decided.reshape(shape)
 
 
 def _seen_from(robot: Robot, q: Floats) -> tuple[Singularity, npt.NDArray[np.bool_]]:

@@ -5,7 +5,7 @@ The way from one tool down its own arm, over the floor and up the other arm is a
 other: the joints of the first arm come in reverse and turn the other way.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import replace
 from typing import NamedTuple, NoReturn
 
@@ -19,7 +19,6 @@ from .file.parts.convention_table import Axis
 from .file.parts.description import (
     IDENTITY,
     ElementaryMotion,
-    JointDescription,
     Link,
     LoopDescription,
     Placement,
@@ -125,7 +124,6 @@ def relative_motion(
     variables: dict[str, str] = {}  # by the joint's name
     chains, renamed = [], []
     for name, arm in zip(names, (first, second)):
-        _check_loops(name, arm, second.joints if arm is first else first.joints)
         for joint in arm.joints:
             variables.setdefault(joint.name, f'{name}_{joint.variable}')
         own = {one.variable: variables[one.name] for one in arm.joints}
@@ -133,6 +131,16 @@ def relative_motion(
         renamed.append(own)
         ends = arm.base.motion.matrix, arm.tool.motion.matrix
         chains.append(_chain(ends[0], table_rows(arm), ends[1], own))
+    common = {one.name for one in first.joints} & {one.name for one in second.joints}
+    both = set(renamed[0].values()) & set(renamed[1].values())
+    if twice := both.difference(variables[name] for name in common):
+        refuse(
+            first.file,
+            f'{names[0]} and {names[1]} both have a variable {min(twice)}: give one of the arms '
+            'another name',
+        )
+    for name, arm in zip(names, (first, second)):
+        _check_loops(name, arm, common)
     reverse = chains[0].reverse()
     chain = _joined(reverse, chains[1])
     if not chain.screws:
@@ -183,11 +191,8 @@ def relative_motion(
     )
 
 
-def _check_loops(name: str, arm: RobotDescription, others: Iterable[JointDescription]) -> None:
-    if not arm.loops:
-        return
-    common = {one.name for one in arm.joints} & {one.name for one in others}
-    if common:
+def _check_loops(name: str, arm: RobotDescription, common: Set[str]) -> None:
+    if arm.loops and common:
         refuse(arm.file, f'{name} has closed loops, and {min(common)} in common with another arm')
     rows = [end.row for loop in arm.loops for end in (loop.start, loop.meets)]
     if max(rows, default=0) > len(arm.links):
