@@ -183,8 +183,12 @@ def test_npz_with_ends_of_episodes(tmp_path):
     assert second[0] == pytest.approx(Q[30:], abs=1e-12)
 
 
-def test_parquet_with_a_row_of_steps_for_each_episode(tmp_path):
+@pytest.mark.parametrize('turned', [False, True], ids=['list of steps', 'lists of numbers'])
+def test_parquet_with_a_row_of_steps_for_each_episode(tmp_path, turned):
     def steps(part):
+        if turned:
+            times = [0.1 * k for k in range(len(Q[part]))]
+            return {'observation': {'state': Q[part].tolist()}, 'timestamp': times}
         return [
             {'observation': {'state': q.tolist()}, 'timestamp': 0.1 * k, 'is_last': False}
             for k, q in enumerate(Q[part])
