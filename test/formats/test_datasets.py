@@ -1,5 +1,6 @@
 """Datasets: which episodes, arms and numbers are read from which files."""
 
+import json
 import sys
 
 import h5py
@@ -125,6 +126,38 @@ def test_numbers_that_may_be_any_joints_are_asked_for(tmp_path):
         read(folder)
 
 
+def test_a_prefix_names_one_of_the_arms(tmp_path):
+    sides = [f'{side}_{name}' for side in ('left', 'right') for name in UR.joint_names]
+    state = np.column_stack([Q, Q[::-1]])
+    folder = write_lerobot(
+        tmp_path / 'set', [{'observation.state': state}], {'observation.state': sides}
+    )
+    ((q, _, _),) = read(folder, joint_prefix='right_').values()
+    assert q == pytest.approx(Q[::-1], abs=SINGLE)
+
+
+def test_a_pose_is_not_taken_for_joints(tmp_path):
+    names = {'observation.state': ['x', 'y', 'z', 'rx', 'ry', 'rz', 'gripper']}
+    folder = write_lerobot(tmp_path / 'set', [{'observation.state': np.ones((5, 7))}], names)
+    with pytest.raises(RecordingError, match='which is a pose: name the vector of the joints'):
+        read(folder)
+
+
+def test_statistics_are_those_of_the_joints_that_are_read(tmp_path):
+    low, high = -np.arange(1.0, 15.0), np.arange(2.0, 16.0)
+    normalised = np.column_stack([np.zeros((5, 7)), np.linspace(-1.0, 1.0, 35).reshape(5, 7)])
+    folder = write_lerobot(tmp_path / 'set', [{'observation.state': normalised}], {})
+    file = tmp_path / 'stats.json'
+    file.write_text(json.dumps({'observation.state': {'min': list(low), 'max': list(high)}}))
+    form = JointFormat(str(file))
+    columns = 'position=observation.state[7:13]'
+    ((q, _, _),) = read(folder, joint_format=form, columns=columns).values()
+    meant = low[7:13] + (normalised[:, 7:13] + 1.0) / 2.0 * (high - low)[7:13]
+    assert q == pytest.approx(meant, abs=20 * SINGLE)
+    with pytest.raises(RecordingError, match='is that of one arm: give one at a time'):
+        read(folder, joint_format=form)
+
+
 def test_hdf5_of_robomimic(tmp_path):
     quaternions = pose_numbers(T, 'xyzw')
     file = tmp_path / 'demo.hdf5'
@@ -164,8 +197,12 @@ def test_npz_with_ends_of_episodes(tmp_path):
     assert second[0] == pytest.approx(Q[30:], abs=1e-12)
 
 
-def test_parquet_with_a_row_of_steps_for_each_episode(tmp_path):
+@pytest.mark.parametrize('turned', [False, True], ids=['list of steps', 'lists of numbers'])
+def test_parquet_with_a_row_of_steps_for_each_episode(tmp_path, turned):
     def steps(part):
+        if turned:
+            times = [0.1 * k for k in range(len(Q[part]))]
+            return {'observation': {'state': Q[part].tolist()}, 'timestamp': times}
         return [
             {'observation': {'state': q.tolist()}, 'timestamp': 0.1 * k, 'is_last': False}
             for k, q in enumerate(Q[part])

@@ -82,7 +82,7 @@ def test_rows_without_stamps_are_numbered(read, last):
     assert np.diff(found).tolist() == [33333334] or np.diff(found).tolist() == [33333333]
     assert q.tolist() == [[1.0, 2.0], [4.0, 5.0]]
     still, _, _, _ = read(text, stamps=stamp_format('none'))
-    assert np.diff(still).tolist() == [10**9]
+    assert np.diff(still).tolist() == [10**10]
 
 
 def test_rows_without_stamps_are_asked_for(tmp_path, capsys):
@@ -109,7 +109,9 @@ def test_stamps_coarser_than_the_rows_are_asked_for(read):
     assert not remarks
 
 
-@pytest.mark.parametrize('text', ['0Hz', '-3Hz', 'fast', 'minutes', '1e9Hz', 'nan Hz'])
+@pytest.mark.parametrize(
+    'text', ['0Hz', '-3Hz', '0.000001Hz', 'fast', 'minutes', '1e9Hz', 'nan Hz']
+)
 def test_stamps_that_are_none(text):
     with pytest.raises(RecordingError, match='a rate of rows like 30Hz'):
         stamp_format(text)
@@ -271,6 +273,7 @@ def test_heads_of_makers_tell_units_and_angles(read, maker):
     assert q == pytest.approx(Q, abs=PRINTED)
     assert track.poses == pytest.approx(T, abs=PRINTED)
     assert sum(maker.upper() in one for one in remarks) == 2
+    assert track.name == ' '.join(head.split()[6:])
     # What is guessed gives way to what is said.
     _, q, _, _ = read(text, UR, joint_format=JointFormat('rad'))
     assert q == pytest.approx(np.degrees(Q), abs=PRINTED * 60)
@@ -298,6 +301,21 @@ def test_a_maker_is_a_word_for_its_pose(read, word, kind, length, numbers):
         stamps=stamp_format('none'),
     )
     assert track.poses == pytest.approx(T, abs=PRINTED)
+
+
+def test_two_makers_exclude_each_other():
+    with pytest.raises(RecordingError, match='KUKA and abb exclude each other'):
+        pose_format('KUKA,abb')
+
+
+def test_poses_at_rest_have_no_speed(tmp_path, capsys):
+    q = np.random.default_rng(6).uniform(-3.0, 3.0, (20, 6))
+    file = tmp_path / 'rest.csv'
+    file.write_text(table(JOINTS, q))
+    _, out, _ = run(capsys, file, '--robot', 'ur5e', '--stamps', 'none')
+    assert 'Faster' not in out
+    assert 'jump' not in out
+    assert 'Faster' in run(capsys, file, '--robot', 'ur5e', '--stamps', '1Hz')[1]
 
 
 def test_audit_and_calibrate_take_the_same_options(tmp_path, capsys):

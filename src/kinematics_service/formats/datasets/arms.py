@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ...errors import RecordingError
-from ...robot.robot import Robot
 from ..recordings.arm_columns import SHOWN, listed
 from ..recordings.source import Selection
 
@@ -105,6 +104,12 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
     names = max(there, key=lambda one: _elements(header, one.pose.split('+')[0]) != [])
     if names.kind and not wanted.pose_format.kind:
         wanted = wanted._replace(pose_format=wanted.pose_format._replace(kind=names.kind))
+    parts = _parts(header, names.position, wanted)
+    if len(parts) > 1 and '.json' in wanted.joint_format.text:
+        raise RecordingError(
+            'a file of --joint-format is that of one arm: give one at a time, --columns '
+            f'position={parts[0][1]}'
+        )
     return tuple(
         DatasetArm(
             label,
@@ -112,7 +117,6 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
             part,
             f'{part} is taken for the joints {", ".join(wanted.robot.joint_names)}',
         )
-        for parts in (_parts(header, names.position, wanted.robot),)
         for k, (label, part) in enumerate(parts)
     )
 
@@ -128,16 +132,23 @@ def _elements(header: Sequence[str], vector: str) -> list[str]:
     return [name for name in header if name.startswith(f'{vector}.')]
 
 
-def _parts(header: list[str], vector: str, robot: Robot) -> list[tuple[str, str]]:
+def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str, str]]:
     # The arms' labels, and the beginnings or the elements of their joints.
-    elements = _elements(header, vector)
+    elements, robot = _elements(header, vector), wanted.robot
     first = robot.joint_names[0]
     starts = [name.removesuffix(first) for name in elements if name.endswith(first)]
     whole = [s for s in starts if all(s + joint in elements for joint in robot.joint_names)]
+    if f'{vector}.{wanted.joint_prefix}' in whole and wanted.joint_prefix:
+        return [('', f'{vector}.{wanted.joint_prefix}')]
     if whole:
         labels = [start.removeprefix(f'{vector}.').strip('._') for start in whole]
         return list(zip(labels, whole))
     n, count = robot.dof, len(elements)
+    if {f'{vector}.{axis}' for axis in 'xyz'} <= set(elements):
+        raise RecordingError(
+            f'{vector} holds {listed(elements, SHOWN)}, which is a pose: name the vector of the '
+            'joints, --columns position=VECTOR'
+        )
     own = [name.removeprefix(f'{vector}.') for name in elements]
     if not all(map(NUMBERED.fullmatch, own)):
         raise RecordingError(

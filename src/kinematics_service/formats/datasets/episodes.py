@@ -184,9 +184,9 @@ def _of_parquet(file: Path) -> tuple[int, npt.NDArray[np.float64]]:
         numbers = opened.read([column])[column].combine_chunks()
         if numbers.type.num_fields:  # vectors of one
             numbers = numbers.flatten()
-        _, ids = np.unique(numbers.to_numpy(zero_copy_only=False), return_inverse=True)
-        plain = not str(numbers.type).startswith(('int', 'uint'))
-        found = ids if plain else numbers.to_numpy(zero_copy_only=False)
+        found = numbers.to_numpy(zero_copy_only=False)
+        if not str(numbers.type).startswith(('int', 'uint')):  # names of episodes
+            _, found = np.unique(found.astype(str), return_inverse=True)
         return 0, np.asarray(found, dtype=np.float64)
 
 

@@ -100,8 +100,7 @@ def vectors_of_table(table: Any) -> dict[str, Floats]:
 
     if isinstance(table, pa.RecordBatch):
         table = pa.Table.from_batches([table])
-    while any(pa.types.is_struct(field.type) for field in table.schema):
-        table = table.flatten()
+    table = _without_structs(table)
     found = {name: _numbers(table[name]) for name in table.column_names}
     return {name: numbers for name, numbers in found.items() if numbers is not None}
 
@@ -180,9 +179,26 @@ def _of_parquet(episode: Episode) -> dict[str, Floats]:
             refuse_to_hold(episode.file, sum(len(one) * one.num_columns for one in parts))
     table = pa.concat_tables(parts)
     if episode.place == STEPS:
-        steps = table[STEPS].combine_chunks().flatten()
-        table = pa.Table.from_struct_array(steps)
+        table = _steps_of(table[STEPS].combine_chunks())
     return vectors_of_table(table)
+
+
+def _steps_of(row: Any) -> Any:
+    # The table in one row: a list of steps, or a list for each number of a step.
+    import pyarrow as pa
+
+    if not pa.types.is_struct(row.type):
+        return pa.Table.from_struct_array(row.flatten())
+    table = _without_structs(pa.Table.from_struct_array(row))
+    return pa.table({name: table[name].combine_chunks().flatten() for name in table.column_names})
+
+
+def _without_structs(table: Any) -> Any:
+    import pyarrow as pa
+
+    while any(pa.types.is_struct(field.type) for field in table.schema):
+        table = table.flatten()
+    return table
 
 
 @lru_cache(maxsize=KEPT)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...errors import RecordingError
-from .joint_format import JointFormat
+from .joint_format import STATE, JointFormat
 from .pose_format import ACCEPTED_POSES, MAKERS, PoseFormat, pose_columns, pose_of_columns
 from .source import Selection
 from .stamp_format import StampFormat
@@ -149,6 +149,9 @@ class _Search:
                 f'{self.file}: --columns position= names {len(positions)} columns; '
                 f'{wanted.robot.name} has {len(self.joints)} joints'
             )
+        state = [name for name in self.header if name.startswith(f'{STATE}.')]
+        if positions[0] in state:
+            joints = joints._replace(first=state.index(positions[0]))
         poses, form = self._poses(names.pose, form)
         if layout.maker and poses:
             guessed.append(

@@ -20,6 +20,8 @@ LENGTHS = {'m': 1.0, 'mm': 1e-3}
 PERCENT = 'percent'
 # Ticks a turn, negative where the encoder counts the other way; the tick at zero.
 TICKS = re.compile(r'(-?\d+(?:\.\d+)?)(?:@(-?\d+(?:\.\d+)?))?')
+# The vector whose statistics are asked.
+STATE = 'observation.state'
 # Of the servos whose calibration LeRobot writes: ticks of a turn.
 SERVO_TURN = 4095.0
 ACCEPTED = (
@@ -45,10 +47,12 @@ class JointFormat(NamedTuple):
     The units of joint columns, in words with commas; empty: rad and m.
 
     Each word is for all joints that it fits, or for the one that it names: `deg,mm`,
-    `turns,wrist=4096@2048`, or a file.
+    `turns,wrist=4096@2048`, or a file. `first` is the place of the arm's first joint in the state
+    of a dataset, of which a file may have the statistics.
     """
 
     text: str = ''
+    first: int = 0
 
     def units(self, robot: Robot) -> JointUnits:
         """
@@ -62,7 +66,7 @@ class JointFormat(NamedTuple):
         units = JointUnits(np.ones(robot.dof), np.zeros(robot.dof))
         for word in (part.strip() for part in self.text.split(',') if part.strip()):
             if word.endswith('.json'):
-                _take_file(units, robot, Path(word))
+                _take_file(units, robot, Path(word), self.first)
                 continue
             name, named, unit = word.rpartition('=')
             joints = range(robot.dof)
@@ -107,7 +111,7 @@ def _take_range(
     units.scale[j], units.zero[j] = scale, 0.5 * sum(numbers) - 0.5 * sum(meant) / scale
 
 
-def _take_file(units: JointUnits, robot: Robot, file: Path) -> None:
+def _take_file(units: JointUnits, robot: Robot, file: Path, first: int) -> None:
     try:
         content = json.loads(file.read_text(encoding='utf-8'))
         if not isinstance(content, Mapping):
@@ -116,7 +120,7 @@ def _take_file(units: JointUnits, robot: Robot, file: Path) -> None:
         if motors:
             _take_calibration(units, robot, motors)
             return
-        least, most = _range_of_state(content, robot.dof)
+        least, most = _range_of_state(content, first, first + robot.dof)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RecordingError(
             f'--joint-format: {file}: is neither a calibration (range_min and range_max of every '
@@ -139,10 +143,12 @@ def _take_calibration(units: JointUnits, robot: Robot, motors: Mapping[str, Any]
         units.scale[j], units.zero[j] = sign * math.tau * reach / SERVO_TURN / 100.0, 0.0
 
 
-def _range_of_state(content: Mapping[str, Any], dof: int) -> tuple[list[float], list[float]]:
+def _range_of_state(
+    content: Mapping[str, Any], first: int, end: int
+) -> tuple[list[float], list[float]]:
     # Numbers were mapped from these to -1 to 1.
-    state = content['observation.state']
-    least, most = ([float(x) for x in state[name][:dof]] for name in ('min', 'max'))
-    if min(len(least), len(most)) < dof:
-        raise ValueError(f'there are fewer numbers than {dof} joints')
+    state = content[STATE]
+    least, most = ([float(x) for x in state[name][first:end]] for name in ('min', 'max'))
+    if min(len(least), len(most)) < end - first:
+        raise ValueError('there are fewer numbers than joints')
     return least, most

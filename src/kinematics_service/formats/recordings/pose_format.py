@@ -118,11 +118,12 @@ def pose_format(text: str) -> PoseFormat:
     """
     fields = {'kind': KINDS, 'length': LENGTHS, 'angle': ANGLES}
     found: dict[str, str] = {}
-    usual = PoseFormat()
-    for word in (part.strip() for part in text.split(',')):
-        if word.lower() in MAKERS:
-            usual = MAKERS[word.lower()]
-            continue
+    words = [part.strip() for part in text.split(',')]
+    makers = [word for word in words if word.lower() in MAKERS]
+    if len(makers) > 1:
+        raise RecordingError(f'{makers[0]} and {makers[1]} exclude each other')
+    usual = MAKERS[makers[0].lower()] if makers else PoseFormat()
+    for word in (one for one in words if one not in makers):
         field = next((name for name, words in fields.items() if word in words), None)
         if field is None:
             named = (*(one for one in KINDS if one not in EULER_ORDERS), *LENGTHS, *ANGLES)

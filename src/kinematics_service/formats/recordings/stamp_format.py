@@ -11,9 +11,10 @@ from .block import Times
 # Decimal places of a second.
 UNITS = {'s': 9, 'ms': 6, 'us': 3, 'ns': 0}
 RATE = re.compile(r'(\d+\.?\d*|\.\d+)\s*[Hh][Zz]')
-FASTEST = 1e6
-# Of rows in which the arm stands still, Hz: so slow that nothing moves between them.
-STANDING = 1.0
+# Of rows that are numbered, Hz.
+SLOWEST, FASTEST = 0.01, 1e6
+# Of rows in which the arm stands still, Hz: so slow that the way between two of them is no speed.
+STANDING = 0.1
 # Stamps since 1970 of these years tell their unit: no other gives a time between them.
 EARLIEST, LATEST = 10**9, 4 * 10**9
 
@@ -54,7 +55,7 @@ def stamp_format(text: str) -> StampFormat:
     if word == 'none':
         return StampFormat(rate=STANDING)
     match = RATE.fullmatch(word)
-    if match is None or not 0.0 < float(match[1]) <= FASTEST:
+    if match is None or not SLOWEST <= float(match[1]) <= FASTEST:
         raise RecordingError(
             f'{word!r} is not one of {", ".join(UNITS)}, a rate of rows like 30Hz, or none, '
             'which means that the arm stands still in each row'

@@ -73,7 +73,9 @@ def source_of(
             remarks.append(Remark(Level.WARN, text))
 
     def track() -> PoseTrack | None:
-        return poses.track(f'{columns.names.pose}*', '', MOST_POSES) if poses.count else None
+        beginning = columns.names.pose
+        name = f'{beginning}*' if beginning else ' '.join(columns.poses)
+        return poses.track(name, '', MOST_POSES) if poses.count else None
 
     topic = f'{columns.names.position}*'
     return RecordingSource(what, topic, False, total, blocks(), track, remarks)

@@ -10,10 +10,11 @@ from ....robot.measures import Level
 from ....typography import counted
 from ..findings import Finding
 
-# A step over a missing frame is about twice as long as those around it, and goes the same way.
-LEAST, MOST, WAY = 1.6, 6.0, 0.97
-# The steps before and after differ by less than this factor, and by less than this share.
-ALIKE = 1.6
+# A step over missing frames is nearly a multiple of those around it, at most this one, and goes
+# the same way (cosine): a person's motion may take a fast step as well.
+MULTIPLE_BY, MOST, WAY = 0.25, 6.0, 0.97
+# Of the two steps before and the two after, each differs from the next by less than this share.
+ALIKE = 0.4
 # A motion stands out of its noise if its steps are this many times those that change at random.
 CLEAR = 6.0
 # A row is off if it is this many times the noise, this far (rad, m), and more than this many times
@@ -51,10 +52,15 @@ def breaks_of(q: Floats) -> Breaks:
     with np.errstate(invalid='ignore', divide='ignore'):
         cosine = np.sum(own * (before + after), axis=1) / (2.0 * size * around)
         straight = np.sum(before * after, axis=1) / (first * last)
-        times = size / around
-    alike = np.linalg.norm(after - before, axis=1) < (ALIKE - 1.0) * around
+        times = np.where(around > 0.0, size / around, 0.0)
     clear = np.minimum(first, last) > CLEAR * noise
-    missing = clear & alike & (times > LEAST) & (times < MOST) & (cosine > WAY)
+    changes = np.linalg.norm(np.diff(steps, axis=0), axis=1)
+    near = ALIKE * around + 2.0 * noise
+    alike = np.linalg.norm(after - before, axis=1) < near
+    alike[:1] = alike[-1:] = False  # two steps before and after are needed
+    alike[1:-1] &= np.maximum(changes[:-3], changes[3:]) < near[1:-1]
+    whole = (times > 1.5) & (times < MOST) & (np.abs(times - np.rint(times)) < MULTIPLE_BY)
+    missing = clear & alike & whole & (cosine > WAY)
     repeated = clear & (size == 0.0) & (straight > WAY)
     middle = np.linalg.norm(q[1:-1] - 0.5 * (q[:-2] + q[2:]), axis=1)
     way = np.linalg.norm(q[2:] - q[:-2], axis=1)
