@@ -63,6 +63,18 @@ def test_one_table_and_one_page_for_all_worst_first(dataset, tmp_path, capsys):
     assert run(capsys, dataset, '--robot', 'so101')[0] == 0
 
 
+def test_of_many_that_disagree_some_are_asked_for_the_cause(tmp_path, capsys, monkeypatch):
+    run_of = 'kinematics_service.diagnosis.audit.dataset.dataset_run'
+    made = episodes(lambda k, q, poses: (q, np.linalg.inv(poses)))
+    folder = write_lerobot(tmp_path / 'set', made, NAMES)
+    for name, value in (('MANY', 2), ('SOUGHT_OF_MANY', 1), ('SOUGHT', 1)):
+        monkeypatch.setattr(f'{run_of}.{name}', value)
+    _, out, _ = run(capsys, folder, '--robot', 'so101', '--json', '-')
+    found = [str(one['findings']) for one in json.loads(out)['episodes']]
+    assert sum('those of the base in the tool frame' in text for text in found) == 1
+    assert all('apart (rms)' in text or 'base in the tool' in text for text in found)
+
+
 def test_a_damaged_file_costs_that_file(dataset, tmp_path, capsys):
     file = dataset / 'data' / 'chunk-000' / 'episode_000000.parquet'
     file.write_bytes(file.read_bytes()[:200])

@@ -218,11 +218,9 @@ FAULTS = {
     'a frame dropped': Fault('panda', without(150, 1), '1 frame is missing'),
     'frames dropped': Fault('pair of ur5e', without(200, 3), '1 frame is missing|3 frames are'),
     'a frame repeated': Fault('panda', frozen(210), '1 frame repeats'),
-    'a spike': Fault('so101', spike(100), '1 frame is far from its'),
+    'a spike': Fault('so101', spike(100), '1 frame is far from'),
     'a row without numbers': Fault('pair of ur5e', unknown(77), '1 frame without a pose'),
 }  # fmt: skip
-# As many of them as must be named at least.
-SHARE = 0.95
 
 
 def findings(tmp_path, one):
@@ -271,4 +269,4 @@ def test_planted_faults_are_named(tmp_path):
         if not any(re.search(fault.named, text) for text in found):
             missed[name] = found
     assert len(FAULTS) >= 30
-    assert len(missed) <= (1.0 - SHARE) * len(tried), missed
+    assert not missed

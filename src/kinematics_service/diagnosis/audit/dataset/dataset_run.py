@@ -16,6 +16,9 @@ MOST_FRAMES, MOST_EPISODES = 2**16, 64
 # About so many episodes are asked for the cause of a remainder that gives no warning: a mistake
 # that small is one of the whole dataset, and the search takes longer than all else.
 SOUGHT = 200
+# Of more episodes than this, so many of a batch at most are asked for the cause where they
+# disagree: what is wrong in most of them is the same, and is named in these.
+MANY, SOUGHT_OF_MANY = 2000, 2
 # Of the file of what is done.
 BEGINNING = '{"asked": '
 
@@ -113,7 +116,8 @@ def rows_of_dataset(
     found = {key: known[key] for key in keys if key in known}
     stride = math.ceil(len(episodes) / SOUGHT)
     waiting = [(one, k % stride == 0) for k, one in enumerate(episodes) if keys[k] not in found]
-    batches = list(_batches(work, waiting))
+    most = SOUGHT_OF_MANY if len(episodes) > MANY else MOST_EPISODES
+    batches = list(_batches(work, most, waiting))
     with shown_bar(len(waiting), 'episodes') as progress:
         results = spread(rows_of_batch, batches, jobs, workers)
         for batch, results_of_batch in zip(batches, results):
@@ -135,15 +139,15 @@ def _key(episode: Episode) -> str:
 
 
 def _batches(
-    work: EpisodeWork, episodes: Sequence[tuple[Episode, bool]]
+    work: EpisodeWork, most: int, episodes: Sequence[tuple[Episode, bool]]
 ) -> Iterator[EpisodeBatch]:
     held: list[tuple[Episode, bool]] = []
     frames = 0
     for one in episodes:
         if held and (frames > MOST_FRAMES or len(held) >= MOST_EPISODES):
-            yield EpisodeBatch(work, *zip(*held))
+            yield EpisodeBatch(work, most, *zip(*held))
             held, frames = [], 0
         held.append(one)
         frames += max(one[0].count, 0)
     if held:
-        yield EpisodeBatch(work, *zip(*held))
+        yield EpisodeBatch(work, most, *zip(*held))

@@ -1,5 +1,6 @@
 """One episode of a dataset after the other: its findings, as rows of one table."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,7 +19,7 @@ from ....output_file import new_file
 from ....rigid_motion import rotation_vector
 from ....robot.measures import Level
 from ....typography import counted
-from ...frame_check.errors import angle_in_words, length_in_words
+from ...frame_check.errors import PoseLimit, angle_in_words, length_in_words
 from ..auditing import Audit, audit
 from ..findings import Finding
 from ..frames import FrameReport, FrameSettings
@@ -31,6 +32,8 @@ from .other_arms import OtherState, other_findings
 
 # A base farther away than this (m, rad) from that of the robot file is another one.
 SAME_BASE, SAME_BASE_ANGLE = 0.01, 0.02
+# A remainder of any size, of which no cause is looked for.
+ANY = PoseLimit(math.inf, math.inf)
 
 
 @dataclass(frozen=True)
@@ -72,6 +75,8 @@ class EpisodeRow(NamedTuple):
         Whether it has what shall not be, or cannot be read.
     error
         Why it cannot be judged; empty if it is.
+    disagrees
+        Whether poses are farther from the arm's than they may be.
     findings
         Level and sentence of each, worst first.
     """
@@ -82,6 +87,7 @@ class EpisodeRow(NamedTuple):
     seconds: float
     failed: bool
     error: str
+    disagrees: bool
     findings: tuple[tuple[int, str], ...]
 
     @property
@@ -94,23 +100,25 @@ class EpisodeBatch(NamedTuple):
     """
     Episodes for one process, most of them of one file.
 
-    `sought` says of each whether the cause of a small remainder is looked for.
+    `sought` says of each whether the cause of a small remainder is looked for; of a large one it
+    is in the first `most` that disagree.
     """
 
     work: EpisodeWork
+    most: int
     episodes: tuple[Episode, ...]
     sought: tuple[bool, ...]
 
 
 def rows_of_batch(batch: EpisodeBatch) -> list[list[EpisodeRow]]:
     """Return the rows of each episode; one that cannot be read is a row, too."""
-    work = batch.work
-    frames = work.frames._replace(fine=work.frames.limits.warn)
-    coarse = replace(work, frames=frames)
-    return [
-        _rows(work if sought else coarse, episode)
-        for episode, sought in zip(batch.episodes, batch.sought)
-    ]
+    frames, found, left = batch.work.frames, [], batch.most
+    for episode, sought in zip(batch.episodes, batch.sought):
+        fine = frames.fine if sought else frames.limits.warn if left > 0 else ANY
+        work = replace(batch.work, frames=frames._replace(fine=fine))
+        found.append(_rows(work, episode))
+        left -= any(row.disagrees for row in found[-1])
+    return found
 
 
 def _rows(work: EpisodeWork, episode: Episode) -> list[EpisodeRow]:
@@ -122,7 +130,7 @@ def _rows(work: EpisodeWork, episode: Episode) -> list[EpisodeRow]:
         if work.labels is not None:
             _write_labels(work, work.labels, episode, columns, arms)
     except KinematicsError as error:
-        return [EpisodeRow(episode.name, '', 0, 0.0, True, str(error), ())]
+        return [EpisodeRow(episode.name, '', 0, 0.0, True, str(error), False, ())]
     return rows
 
 
@@ -139,18 +147,21 @@ def _row(
     found = [*_rows_at_fault(finished), *_breaks(finished)]
     if missing := no_frames(finished, work.failures):
         found.append(Finding(Level.ERROR, missing))
+    disagrees = False
     if isinstance(finished.frames, FrameReport):
+        disagrees = finished.frames.level > Level.OK
         crossed = [
             (other.label, open_episode(episode, columns, crossed_with(arm, other)))
             for other in arms
             if other is not arm
         ]
-        found += _frames(finished, finished.frames, source, crossed)
+        if work.frames.fine != ANY:
+            found += _frames(finished, finished.frames, source, crossed)
     found = sorted([*verdict_of(finished).sentences, *found], key=lambda one: -one.level)
     failed = failed_by(finished, work.failures)
     told = tuple((int(one.level), one.text) for one in found)
     return EpisodeRow(
-        episode.name, arm.label, len(columns), finished.timeline.end, failed, '', told
+        episode.name, arm.label, len(columns), finished.timeline.end, failed, '', disagrees, told
     )
 
 
