@@ -234,6 +234,10 @@ def test_numbers_that_are_no_radians_are_asked_for(tmp_path, capsys):
     folder = write_lerobot(tmp_path / 'set', percent, NAMES)
     _, out, _ = run(capsys, folder, '--robot', 'so101')
     assert '3 of 3: The joints are no radians: say what they are, --joint-format deg, perc' in out
+    # What was taken for what, and then the cause before what it does to the motion.
+    lines = out.splitlines()[2:4]
+    assert lines[0].startswith('observation.state is taken for the joints shoulder_pan, ')
+    assert 'no radians' in lines[1]
     assert 'no radians' not in run(capsys, folder, '--robot', 'so101', '--joint-format', 'deg')[1]
 
 

@@ -50,6 +50,8 @@ KNOWN = (
     KnownVectors('q', 'qd', 'pose'),
 )
 STAMPS = ('timestamp', 'stamp', 'time')
+# Of numbers that no option says what they are.
+TAKEN = 'is taken for the joints'
 # Names of elements that say no more than which number it is.
 NUMBERED = re.compile(r'[a-z]*[._ ]?\d+([._ ](pos|position|angle|q))?', re.IGNORECASE)
 
@@ -115,7 +117,7 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
             label,
             wanted._replace(columns=_columns(header, names, stamp, part, k, len(parts))),
             part,
-            f'{part} is taken for the joints {", ".join(wanted.robot.joint_names)}',
+            f'{part.rstrip(".")} {TAKEN} {", ".join(wanted.robot.joint_names)}',
         )
         for k, (label, part) in enumerate(parts)
     )

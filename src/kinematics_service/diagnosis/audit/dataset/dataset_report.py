@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from rich.text import Text
 
+from ....formats.datasets.arms import TAKEN
 from ....page import TableColumn, document, table_of
 from ....printing import Output, heading, plain, table
 from ....robot.measures import Level
@@ -52,6 +53,12 @@ class DatasetReport(NamedTuple):
     def failed(self) -> bool:
         """Return whether an episode fails."""
         return any(row.failed for row in self.rows)
+
+    @property
+    def taken(self) -> list[str]:
+        """Return which numbers were taken for which joints, where no option said it."""
+        texts = dict.fromkeys(text for row in self.rows for _, text in row.findings)
+        return [text for text in texts if TAKEN in text]
 
     def in_words(self) -> str:
         """Return what it is, with its size."""
@@ -103,6 +110,8 @@ def print_report(report: DatasetReport) -> None:
     out = Output()
     out.print(heading(report.in_words()))
     out.print(Text(report.levels()))
+    for text in report.taken:
+        out.print(plain(text))
     for kind in report.kinds[:MOST_SHOWN]:
         of = f'{kind.episodes} of {len(report.rows)}: '
         style = STYLES[kind.level]

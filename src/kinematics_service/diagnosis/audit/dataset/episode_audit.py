@@ -157,7 +157,8 @@ def _row(
         ]
         if work.frames.fine != ANY:
             found += _frames(finished, finished.frames, source, crossed)
-    found = sorted([*verdict_of(finished).sentences, *found], key=lambda one: -one.level)
+    # What is a cause comes before what it does to the motion.
+    found = sorted([*found, *verdict_of(finished).sentences], key=lambda one: -one.level)
     failed = failed_by(finished, work.failures)
     told = tuple((int(one.level), one.text) for one in found)
     return EpisodeRow(
