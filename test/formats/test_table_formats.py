@@ -333,3 +333,52 @@ def test_audit_and_calibrate_take_the_same_options(tmp_path, capsys):
     assert code == 0, out + err
     assert main(['calibrate', str(file), *words]) == 0
     assert 'refused' not in capsys.readouterr().out
+
+
+def bare(path, head, rows, joined=','):
+    path.write_text('\n'.join(joined.join(map(str, row)) for row in [head, *rows]))
+    return path
+
+
+def test_columns_named_as_the_joints_are_read_and_their_units_said(tmp_path):
+    robot = robot_of('planar_2r')
+    file = bare(tmp_path / 'a.csv', ['time', 'q2', 'note', 'q1'], [[0, 2, 7, 1], [1, 4, 7, 3]])
+    with open_source(file, Selection(robot)) as source:
+        (block,) = source.blocks
+        told = [remark.text for remark in source.remarks]
+    assert block.positions.tolist() == [[1.0, 2.0], [3.0, 4.0]]
+    assert told == ['q1, q2 are taken in rad and m (--joint-format says other units)']
+    # Given by hand, also where the usual beginnings are there.
+    head = ['stamp', 'position.q1', 'position.q2', 'q1', 'q2']
+    both = bare(tmp_path / 'b.csv', head, [[0, 5, 6, 1, 2]])
+    for columns, expected in ((None, [5.0, 6.0]), ('position=', [1.0, 2.0])):
+        with open_source(both, Selection(robot, columns=columns)) as source:
+            assert next(iter(source.blocks)).positions.tolist() == [expected]
+
+
+@pytest.mark.parametrize(
+    ('head', 'reason'),
+    [
+        (['q1', 'q2'], r"there is no column 'stamp' \(seconds\).*--stamps none"),
+        (['stamp', 'q1'], "there is no column 'position.q1' for joint 'q1'"),
+    ],
+)
+def test_of_a_table_of_joints_what_is_missing_is_said(tmp_path, head, reason):
+    file, wanted = bare(tmp_path / 'a.csv', head, [[1, 2]]), Selection(robot_of('planar_2r'))
+    with pytest.raises(RecordingError, match=reason), open_source(file, wanted):
+        pass
+
+
+def test_the_joints_of_a_gantry_are_no_pose(tmp_path):
+    text = (
+        'robot: gantry\nconvention: standard\njoints:\n'
+        '  - {name: x, variable: q1, type: prismatic}\n'
+        '  - {name: y, variable: q2, type: prismatic}\n'
+        '  - {name: z, variable: q3, type: prismatic}\n'
+        'links: [{theta: 0, d: q1, a: 0, alpha: pi/2}, {theta: pi/2, d: q2, a: 0, alpha: pi/2}, '
+        '{theta: 0, d: q3, a: 0, alpha: 0}]\n'
+    )
+    file = bare(tmp_path / 'a.csv', ['time', 'x', 'y', 'z'], [[0, 1, 2, 3]])
+    with open_source(file, Selection(ks.robot_from_text(text))) as source:
+        assert next(iter(source.blocks)).positions.tolist() == [[1.0, 2.0, 3.0]]
+        assert source.poses() is None

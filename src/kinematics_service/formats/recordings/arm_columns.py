@@ -27,7 +27,11 @@ HOW = (
 
 
 class ColumnNames(NamedTuple):
-    """The beginnings of the column names of a layout; the stamp's whole name."""
+    """
+    The beginnings of the column names of a layout; the stamp's whole name.
+
+    Positions that begin with nothing are named as the joints; of velocities there are none then.
+    """
 
     stamp: str
     position: str
@@ -56,6 +60,8 @@ LAYOUTS = (
     Layout(ColumnNames(STAMP, 'position.', 'velocity.', 'pose.')),
     # The columns that the recorder of Universal Robots' RTDE client writes.
     Layout(ColumnNames('timestamp', 'actual_q_', 'actual_qd_', 'actual_TCP_pose_')),
+    # As people write them: the names of the joints, and x y z with what tells the orientation.
+    Layout(ColumnNames('', '', '', '')),
     # AXIS_ACT and POS_ACT, jointtarget and robtarget, and positions as teach pendants show them.
     Layout(ColumnNames('', 'A', '', ''), 'kuka', ('x', 'y', 'z', 'a', 'b', 'c')),
     Layout(ColumnNames('', 'J', '', ''), 'fanuc', ('x', 'y', 'z', 'w', 'p', 'r')),
@@ -143,7 +149,7 @@ class _Search:
                 )
             if form == PoseFormat():
                 form = MAKERS[layout.maker]
-        positions, velocities = map(self._family, (names.position, names.velocity))
+        positions, velocities = self._positions(names.position), self._family(names.velocity)
         if len(positions) != len(self.joints):
             raise RecordingError(
                 f'{self.file}: --columns position= names {len(positions)} columns; '
@@ -152,7 +158,14 @@ class _Search:
         state = [name for name in self.header if name.startswith(f'{STATE}.')]
         if positions[0] in state:
             joints = joints._replace(first=state.index(positions[0]))
+        if not names.position and joints == JointFormat():
+            guessed.append(
+                f'{listed(positions, SHOWN)} are taken in rad and m (--joint-format says other '
+                'units)'
+            )
         poses, form = self._poses(names.pose, form)
+        if set(poses) & set(positions):
+            poses, form = [], PoseFormat()  # of a gantry x, y and z are joints
         if layout.maker and poses:
             guessed.append(
                 f'poses {", ".join(poses)} are taken as {layout.maker.upper()} writes them: '
@@ -176,12 +189,13 @@ class _Search:
 
     def _fits(self, layout: Layout) -> bool:
         names = layout.names
-        if not self._family(names.position):
+        if not self._positions(names.position):
             return False
         if layout.maker:
             ends = {name.lower() for name in self.header}
             return ends >= set(layout.needed)
-        return names.stamp in self.header or self.wanted.stamps.rate > 0.0
+        # A table of joints that lacks stamps alone is told so.
+        return not names.position or names.stamp in self.header or self.wanted.stamps.rate > 0.0
 
     def _stamp(self, name: str) -> str:
         if self.wanted.stamps.rate:
@@ -202,13 +216,20 @@ class _Search:
         return name
 
     def _required(self, beginning: str) -> None:
-        if not self._family(beginning):
+        if not self._positions(beginning):
             missing = [j for j in self.joints if beginning + j not in self.header]
             raise RecordingError(
                 f'{self.file}: there is no column {beginning + missing[0]!r} for joint '
                 f'{missing[0]!r} of {self.wanted.robot.name}; the header has {self._shown()}; '
                 f'{self._accepted}'
             )
+
+    def _positions(self, beginning: str) -> list[str]:
+        # Likewise; where they begin with nothing, the names of the joints themselves.
+        if beginning:
+            return self._family(beginning)
+        both = self.joints, self.wanted.robot.joint_names
+        return next((list(own) for own in both if set(own) <= set(self.header)), [])
 
     def _family(self, beginning: str) -> list[str]:
         # Returns the columns of the joints, by name or by number from 0 or from 1; none if one is
