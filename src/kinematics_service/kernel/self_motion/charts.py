@@ -1,0 +1,405 @@
+"""
+A chart of the solutions next to one: a piece of their curve, and a tube that holds no other.
+
+The joints, one more than equations, are complex. Near a solution the motions of all joints, u,
+move the tool from the target by g(u). One joint, the parameter s, is given; A is the inverse of
+the other columns of g's derivative, w the tangent and b the bend of the curve (A g'' w w = -b).
+Krawczyk's operator u - A g(u) maps the ball of radius r about s w + s^2 b / 2 into itself, and
+contracts it, for each complex s up to h: so each has exactly one solution in its ball. The second
+derivative is computed; the third is bounded by the joints' twists, whose norms are the units of u.
+"""
+
+import math
+
+from ..forward import vectors
+from ..layout import arrays, places
+from ..layout.arrays import Flat, FlatIntegers, Floats, Vector
+from ..six_joints import complex_numbers, pairs
+from ..six_joints.complex_product import Product
+from ..six_joints.pairs import Complex
+
+# Round-off of a number of the equations, in units of the sum of the twists.
+ROUND_OFF = 4e-15
+# Newton's steps, and what is round-off after one.
+MOST_STEPS, STANDS = 12, 1e-7
+LONGEST = 0.5
+# The radius of a tube, and the shortest piece, as a share of h |w| and in units of u.
+RADIUS, SHORTEST = 0.25, 1e-9
+# Where the sum of motions is less a rotation whose skew part vanishes is none, and the operator
+# contracts by this share at least.
+FARTHEST, CONTRACTS = 0.69, 0.9
+SHRINK = 0.85
+ANY = -1
+
+
+class Chart:
+    """
+    A chart of the solutions of an arm, at one of them.
+
+    Parameters
+    ----------
+    screws : shape (n, 7)
+        Each joint at rest: its axis, a point on it, 1 where it slides; at most one more than there
+        are equations.
+    motion : shape (4, 4)
+        From rest to the target; of a position the translation alone counts.
+    centre : shape (3,), m
+        The point whose position counts where the rotation does not: the target's.
+    whole
+        Whether the rotation counts.
+    length
+        What a rad counts, m.
+
+    Attributes
+    ----------
+    parameter
+        The joint that is the parameter.
+    h, r
+        How far the chart reaches, in units of the parameter's motion, and the tube's radius.
+    """
+
+    n: int
+    rows: int
+    width: int
+    whole: bool
+    length: float
+    parameter: int
+    h: float
+    r: float
+    inverse: float
+    second: float
+    along: float
+    bending: float
+    left: float
+
+    def __init__(
+        self, screws: Floats, motion: Floats, centre: Floats, whole: bool, length: float
+    ) -> None:
+        self.n, self.rows = arrays.extent(screws, 0), 6 if whole else 3
+        if self.n != self.rows + 1:
+            raise TypeError('a self-motion has one joint more than its target has rows')
+        self.whole, self.length = whole, length
+        self.width = self.n + 1 + self.rows
+        self.screws: Flat = arrays.numbers(screws, 7 * self.n)
+        self.motion: Flat = arrays.numbers(motion, 16)
+        self.given: Flat = arrays.numbers(centre, 3)
+        self.product: Product = Product(self.n)
+        n = self.n
+        self.room: Flat = arrays.scratch(22 * n + 12 * self.width + 18)
+        self.t: Flat = self.room
+        self.linear: Flat = arrays.after(self.t, 2 * n)
+        self.angular: Flat = arrays.after(self.linear, 6 * n)
+        self.sizes: Flat = arrays.after(self.angular, 6 * n)
+        self.W: Flat = arrays.after(self.sizes, n)
+        self.w: Flat = arrays.after(self.W, 2 * 6 * self.width)
+        self.b: Flat = arrays.after(self.w, 2 * n)
+        self.predicted: Flat = arrays.after(self.b, 2 * n)
+        self.kept: Flat = arrays.after(self.predicted, 2 * n)
+        self.column: Flat = arrays.after(self.kept, n)
+        self.order: FlatIntegers = arrays.as_whole(arrays.after(self.column, 12))
+        self.parameter, self.h, self.r = 0, 0.0, 0.0
+        self.inverse, self.second, self.along, self.bending, self.left = 0.0, 0.0, 0.0, 0.0, 0.0
+        self._arrays: tuple[object, ...] = screws, motion, centre
+
+    def __dealloc__(self) -> None:
+        """Give the room back."""
+        arrays.give_back(self.room)
+
+    def improve(self, parameter: int) -> bool:
+        """
+        Move t to a solution, the parameter held; return whether the steps ended at one.
+
+        `ANY`: the joint that moves most is held in each step.
+        """
+        for _ in range(MOST_STEPS):
+            self._linearise()
+            if not self._solve(parameter, self.n + 1):
+                return False
+            square = 0.0
+            for i in range(self.rows):
+                square += pairs.square_of(pairs.pair(self.W, self.width * i + self.n))
+            step = math.sqrt(square)
+            if not step < 1e6:
+                return False
+            share = min(1.0, LONGEST / step) if step > 0.0 else 1.0
+            for i in range(self.rows):
+                j = self.order[i]
+                way = pairs.pair(self.W, self.width * i + self.n)
+                self._move(j, -share * way[0], -share * way[1])
+                if abs(self.t[2 * j + 1]) > complex_numbers.FARTHEST:
+                    return False
+            if step < STANDS:
+                return True
+        return False
+
+    def open(self, parameter: int, radius: float) -> bool:
+        """Chart the solutions next to t; return False where that is singular."""
+        self._linearise()
+        if not self._solve(parameter, self.width):
+            return False
+        self._differentiate()
+        self.r = radius
+        return self._reach(radius)
+
+    def follow(self, s: float) -> bool:
+        """Move t along the curve to s of the parameter; return whether it ended in the tube."""
+        for j in range(self.n):
+            # The units stay those of the chart until the end is known.
+            self.kept[j] = self.sizes[j]
+            for e in range(2):
+                way = s * self.w[2 * j + e] + 0.5 * s * s * self.b[2 * j + e]
+                self.t[2 * j + e] += way / self.sizes[j]
+                self.predicted[2 * j + e] = self.t[2 * j + e]
+        if not self.improve(self.parameter):
+            return False
+        square = 0.0
+        for j in range(self.n):
+            for e in range(2):
+                way = self.kept[j] * (self.t[2 * j + e] - self.predicted[2 * j + e])
+                square += way * way
+        return math.sqrt(square) <= self.r
+
+    def holds(self, other: Flat, share: float) -> bool:
+        """
+        Return whether a solution (n pairs) is on this chart's curve, up to a share of h.
+
+        Full turns of joints that turn do not count.
+        """
+        j = self.parameter
+        s: Complex = self._away(other, j)
+        if not math.sqrt(pairs.square_of(s)) <= share * self.h:
+            return False
+        squared = pairs.times(s, s)
+        square = 0.0
+        for j in range(self.n):
+            way = self._away(other, j)
+            way = pairs.plus(way, -1.0, pairs.times(s, pairs.pair(self.w, j)))
+            way = pairs.plus(way, -0.5, pairs.times(squared, pairs.pair(self.b, j)))
+            square += pairs.square_of(way)
+        return math.sqrt(square) <= self.r
+
+    def along_parameter(self, other: Flat) -> float:
+        """Return where a solution (n pairs) is along the parameter, its real part."""
+        way = self._away(other, self.parameter)
+        return way[0]
+
+    def _away(self, other: Flat, j: int) -> Complex:
+        re, im = other[2 * j] - self.t[2 * j], other[2 * j + 1] - self.t[2 * j + 1]
+        if not vectors.slides(self.screws, j):
+            re -= places.TAU * math.floor(re / places.TAU + 0.5)
+        return (self.sizes[j] * re, self.sizes[j] * im)
+
+    def _move(self, j: int, re: float, im: float) -> None:
+        # Moves joint j by so much in units of u.
+        self.t[2 * j] += re / self.sizes[j]
+        self.t[2 * j + 1] += im / self.sizes[j]
+
+    def _linearise(self) -> None:
+        # Twists and their sizes at t, and in W the columns in units of u, what is left, identity.
+        n, width = self.n, self.width
+        self.product.multiply(self.screws, self.t)
+        axes = self.product.axes
+        centre = self._centre()
+        for k in range(n):
+            slides = vectors.slides(self.screws, k)
+            square = 0.0
+            for i in range(3):
+                z: Complex = pairs.pair(axes, 3 * k + i)
+                linear: Complex = z
+                if slides:
+                    z = (0.0, 0.0)
+                else:
+                    a, b = (i + 1) % 3, (i + 2) % 3
+                    linear = pairs.plus(
+                        self._moment(k, a, b, centre), -1.0, self._moment(k, b, a, centre)
+                    )
+                linear = (linear[0] / self.length, linear[1] / self.length)
+                square += pairs.square_of(linear) + pairs.square_of(z)
+                pairs.put(self.linear, 3 * k + i, linear)
+                pairs.put(self.angular, 3 * k + i, z)
+            size = max(math.sqrt(square), 1e-300)
+            self.sizes[k] = size
+            for i in range(self.rows):
+                v = pairs.pair(self.linear, 3 * k + i)
+                if i >= 3:
+                    v = pairs.pair(self.angular, 3 * k + i - 3)
+                pairs.put(self.W, width * i + k, (v[0] / size, v[1] / size))
+        self._write_left(centre)
+        for i in range(self.rows):
+            for k in range(self.rows):
+                one = 1.0 if i == k else 0.0
+                pairs.put(self.W, width * i + n + 1 + k, (one, 0.0))
+
+    def _centre(self) -> Vector:
+        # Of a pose any point at the target will do: the middle of the arm is near to all axes.
+        if not self.whole:
+            return (self.given[0], self.given[1], self.given[2])
+        centre: Vector = (0.0, 0.0, 0.0)
+        for k in range(self.n):
+            o = arrays.after(self.product.points, 6 * k)
+            centre = vectors.plus(centre, 1.0 / self.n, (o[0], o[2], o[4]))
+        return centre
+
+    def _moment(self, k: int, a: int, b: int, centre: Vector) -> Complex:
+        o = pairs.pair(self.product.points, 3 * k + b)
+        c = centre[0] if b == 0 else centre[1] if b == 1 else centre[2]
+        return pairs.times(pairs.pair(self.product.axes, 3 * k + a), (c - o[0], -o[1]))
+
+    def _write_left(self, centre: Vector) -> None:
+        # By how much the centre, and the half of what is skew in R goal^T, miss the target.
+        R, p, goal, n, width = self.product.R, self.product.p, self.motion, self.n, self.width
+        back = [0.0] * 3
+        for i in range(3):
+            for m in range(3):
+                c = centre[0] if m == 0 else centre[1] if m == 1 else centre[2]
+                back[i] += goal[4 * m + i] * (c - goal[4 * m + 3])
+        for i in range(3):
+            at = self.product.row_times(i, (back[0], back[1], back[2]))
+            c = centre[0] if i == 0 else centre[1] if i == 1 else centre[2]
+            left = ((at[0] + p[2 * i] - c) / self.length, (at[1] + p[2 * i + 1]) / self.length)
+            pairs.put(self.W, width * i + n, left)
+        if not self.whole:
+            return
+        for i in range(3):
+            a, b = (i + 1) % 3, (i + 2) % 3
+            re, im = 0.0, 0.0
+            for m in range(3):
+                # Entry (b, a) less (a, b).
+                u, v = pairs.pair(R, 3 * b + m), pairs.pair(R, 3 * a + m)
+                re += u[0] * goal[4 * a + m] - v[0] * goal[4 * b + m]
+                im += u[1] * goal[4 * a + m] - v[1] * goal[4 * b + m]
+            pairs.put(self.W, width * (3 + i) + n, (0.5 * re, 0.5 * im))
+
+    def _solve(self, parameter: int, width: int) -> bool:
+        # Gauss and Jordan with complete pivoting: `order` says which joint each row gives, the one
+        # that is left is the parameter.
+        rows, n, wide = self.rows, self.n, self.width
+        W, order = self.W, self.order
+        for i in range(rows):
+            order[i] = -1
+        used = [0] * 16
+        if parameter >= 0:
+            used[parameter] = 1
+        for k in range(rows):
+            p, q, best = k, 0, 0.0
+            for i in range(k, rows):
+                for j in range(n):
+                    if used[j] == 0:
+                        square = pairs.square_of(pairs.pair(W, wide * i + j))
+                        if square > best:
+                            best, p, q = square, i, j
+            if not 1e-30 < best < 1e300:
+                return False
+            used[q] = 1
+            order[k] = q
+            if p != k:
+                for j in range(2 * width):
+                    x = W[2 * wide * k + j]
+                    W[2 * wide * k + j] = W[2 * wide * p + j]
+                    W[2 * wide * p + j] = x
+            inverse = pairs.over((1.0, 0.0), pairs.pair(W, wide * k + q))
+            for j in range(width):
+                pairs.put(W, wide * k + j, pairs.times(pairs.pair(W, wide * k + j), inverse))
+            for i in range(rows):
+                if i != k:
+                    share = pairs.pair(W, wide * i + q)
+                    self._subtract(i, k, width, share[0], share[1])
+        if parameter >= 0:
+            self.parameter = parameter
+        else:
+            for j in range(n):
+                if used[j] == 0:
+                    self.parameter = j
+        return True
+
+    def _subtract(self, i: int, k: int, width: int, re: float, im: float) -> None:
+        # Row i less a multiple of row k.
+        to = arrays.after(self.W, 2 * self.width * i)
+        row = arrays.after(self.W, 2 * self.width * k)
+        for j in range(width):
+            x, y = row[2 * j], row[2 * j + 1]
+            to[2 * j] -= re * x - im * y
+            to[2 * j + 1] -= re * y + im * x
+
+    def _differentiate(self) -> None:
+        # Tangent, bend, and the norms that the chart's reach follows from.
+        n, rows, width, W = self.n, self.rows, self.width, self.W
+        for j in range(2 * n):
+            self.w[j] = 0.0
+            self.b[j] = 0.0
+        self.w[2 * self.parameter] = 1.0
+        left, inverse, sizes = 0.0, 0.0, 0.0
+        for i in range(rows):
+            v = pairs.pair(W, width * i + self.parameter)
+            pairs.put(self.w, self.order[i], (-v[0], -v[1]))
+            left += pairs.square_of(pairs.pair(W, width * i + n))
+            for k in range(rows):
+                inverse += pairs.square_of(pairs.pair(W, width * i + n + 1 + k))
+        second = 0.0
+        for k in range(n):
+            sizes += self.sizes[k]
+            for j in range(k + 1):
+                second += self._second_of(j, k)
+        self.inverse, self.second = math.sqrt(inverse), math.sqrt(second)
+        self.left = math.sqrt(left) + self.inverse * ROUND_OFF * sizes
+        along, bending = 0.0, 0.0
+        for j in range(n):
+            along += pairs.square_of(pairs.pair(self.w, j))
+            bending += pairs.square_of(pairs.pair(self.b, j))
+        self.along, self.bending = math.sqrt(along), math.sqrt(bending)
+
+    def _second_of(self, j: int, k: int) -> float:
+        # Adds what joints j <= k bend to b, and returns the square of A g''_jk, counted twice
+        # where they differ: screw j moves the velocity that k gives.
+        share = 1.0 / (self.sizes[j] * self.sizes[k])
+        w = arrays.after(self.angular, 6 * j)
+        self._write_cross(w, arrays.after(self.linear, 6 * k), 0, share)
+        if self.whole:
+            self._write_cross(w, arrays.after(self.angular, 6 * k), 3, 0.5 * share)
+        times = 1.0 if j == k else 2.0
+        both = pairs.times(pairs.pair(self.w, j), pairs.pair(self.w, k))
+        square = 0.0
+        for i in range(self.rows):
+            re, im = 0.0, 0.0
+            row = arrays.after(self.W, 2 * (self.width * i + self.n + 1))
+            for m in range(self.rows):
+                x, y, u, v = row[2 * m], row[2 * m + 1], self.column[2 * m], self.column[2 * m + 1]
+                re += x * u - y * v
+                im += x * v + y * u
+            square += re * re + im * im
+            at = self.order[i]
+            bend = pairs.times(both, (re, im))
+            pairs.put(self.b, at, pairs.plus(pairs.pair(self.b, at), -times, bend))
+        return times * square
+
+    def _write_cross(self, a: Flat, b: Flat, at: int, share: float) -> None:
+        for i in range(3):
+            k, m = (i + 1) % 3, (i + 2) % 3
+            one = pairs.times(pairs.pair(a, k), pairs.pair(b, m))
+            two = pairs.times(pairs.pair(a, m), pairs.pair(b, k))
+            pairs.put(self.column, at + i, (share * (one[0] - two[0]), share * (one[1] - two[1])))
+
+    def _reach(self, radius: float) -> bool:
+        # The largest h, up to a factor, for which Krawczyk's operator is proved to contract.
+        h = CONTRACTS / max(self.second * self.along * (1.0 + radius), self.along)
+        while h * self.along > SHORTEST:
+            self.h, self.r = h, radius * h * self.along
+            if self._contracts():
+                return True
+            h *= SHRINK
+        return False
+
+    def _contracts(self) -> bool:
+        h, n = self.h, float(self.n)
+        path = h * self.along + 0.5 * h * h * self.bending
+        far = path + self.r
+        if math.sqrt(n) * far > FARTHEST:
+            return False
+        third = self.inverse * math.sqrt(2.0 * n) * n * math.exp(math.sqrt(n) * far)
+        share = self.second * far + 0.5 * third * far * far
+        if share > CONTRACTS:
+            return False
+        bend = h * h * self.bending
+        left = self.left + self.second * bend * (0.5 * h * self.along + 0.125 * bend)
+        left += third * path * path * path / 6.0
+        return left <= (1.0 - share) * self.r

@@ -1,0 +1,243 @@
+"""Curves of solutions, followed from chart to chart: real ones until they close, others by slices."""
+
+import math
+
+from ..layout import arrays
+from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
+from . import charts
+from .charts import Chart
+
+# How a curve ended: at its start, at a slice, where it cannot be followed, or the room is used up.
+CLOSED, REACHED, STOPPED, LONG = 0, 1, 2, 3
+# Pieces are no longer, in units of the parameter: a curve has to be seen between them.
+LONGEST = 0.1
+
+
+def trace(chart: Chart, start: Floats, side: float, samples: Floats, ended: Integers) -> int:
+    """
+    Follow the curve of real solutions from one of them until it closes; return how many samples.
+
+    Parameters
+    ----------
+    chart
+        Of the arm and its target.
+    start : shape (n,), rad or m
+        Near a solution: positions of the screws.
+    side
+        1 or -1: in which direction.
+    samples : shape (m, 2 n + 1)
+        Positions, tangent (unit, unscaled), and a lower bound of the smallest singular value, in
+        units of the twists.
+    ended : shape (1,)
+        How it ended.
+    """
+    arrays.given(chart)
+    n = chart.n
+    most = arrays.extent(samples, 0)
+    rows, how = arrays.results(samples, most * (2 * n + 1)), arrays.whole_results(ended, 1)
+    begin, room = arrays.numbers(start, n), arrays.scratch(4 * n)
+    for j in range(n):
+        chart.t[2 * j], chart.t[2 * j + 1] = begin[j], 0.0
+    count = 0
+    how[0] = STOPPED
+    lock = arrays.let_go()
+    if chart.improve(charts.ANY):
+        count = _traced(chart, side, room, rows, most, how)
+    arrays.take_back(lock)
+    arrays.give_back(room)
+    return count
+
+
+def _traced(
+    chart: Chart, side: float, room: Flat, rows: Flat, most: int, how: FlatIntegers
+) -> int:
+    n = chart.n
+    first, before = room, arrays.after(room, 2 * n)
+    for j in range(2 * n):
+        first[j] = chart.t[j]
+        before[j] = 0.0
+    for count in range(most):
+        opened = chart.open(charts.ANY, charts.RADIUS)
+        if not opened:
+            return count
+        turn, size = 0.0, 0.0
+        for j in range(n):
+            way = chart.w[2 * j] / chart.sizes[j]
+            turn += way * before[j]
+            size += way * way
+        sign = -1.0 if turn < 0.0 else 1.0
+        if count == 0:
+            sign = side
+        row = arrays.after(rows, count * (2 * n + 1))
+        for j in range(n):
+            before[j] = sign * chart.w[2 * j] / chart.sizes[j] / math.sqrt(size)
+            row[j], row[n + j] = chart.t[2 * j], before[j]
+        row[2 * n] = 1.0 / chart.inverse
+        if count > 0 and sign * chart.along_parameter(first) > 0.0 and chart.holds(first, 1.0):
+            how[0] = CLOSED
+            return count + 1
+        h = min(chart.h, LONGEST)
+        if not chart.follow(sign * h):
+            return count + 1
+    how[0] = LONG
+    return most
+
+
+def follow(chart: Chart, t: Floats, joint: int, end: float, shortest: float) -> int:
+    """
+    Follow a complex solution while one joint, real, moves to an end; return how that ended.
+
+    Parameters
+    ----------
+    chart
+        Of the arm and its target.
+    t : shape (n, 2), rad or m
+        Positions of the screws, real and imaginary parts; overwritten with the last ones.
+    joint
+        Which of them moves.
+    end : rad or m
+        Where to.
+    shortest : rad or m
+        Pieces that are shorter stop it.
+    """
+    arrays.given(chart)
+    n = chart.n
+    at = arrays.results(t, 2 * n)
+    if not 0 <= joint < n:
+        raise TypeError('an arm has no such joint')
+    for j in range(2 * n):
+        chart.t[j] = at[j]
+    lock = arrays.let_go()
+    ended = _followed(chart, joint, end, shortest)
+    arrays.take_back(lock)
+    for j in range(2 * n):
+        at[j] = chart.t[j]
+    return ended
+
+
+def _followed(chart: Chart, joint: int, end: float, shortest: float) -> int:
+    if not chart.improve(joint):
+        return STOPPED
+    while chart.t[2 * joint] != end:
+        if not chart.open(joint, charts.RADIUS):
+            return STOPPED
+        left = end - chart.t[2 * joint]
+        h = chart.h / chart.sizes[joint]
+        if h < shortest and h < abs(left):
+            return STOPPED
+        if h >= abs(left):
+            if not chart.follow(left * chart.sizes[joint]):
+                return STOPPED
+            chart.t[2 * joint] = end
+        elif not chart.follow(chart.h if left > 0.0 else -chart.h):
+            return STOPPED
+    return REACHED
+
+
+def corrected(chart: Chart, t: Floats, joint: int) -> bool:
+    """Move positions (n, 2) of screws to a solution, one joint held (-1: whichever moves most)."""
+    arrays.given(chart)
+    n = chart.n
+    at = arrays.results(t, 2 * n)
+    if not -1 <= joint < n:
+        raise TypeError('an arm has no such joint')
+    for j in range(2 * n):
+        chart.t[j] = at[j]
+    arrived = chart.improve(joint)
+    for j in range(2 * n):
+        at[j] = chart.t[j]
+    return arrived
+
+
+def tangent_at(chart: Chart, t: Floats, tangent: Floats) -> bool:
+    """
+    Fill in the tangent at a real solution (n, 2), of unit length; return False where singular.
+
+    Its sign is that of the motion of the chart's parameter.
+    """
+    arrays.given(chart)
+    n = chart.n
+    at, written = arrays.numbers(t, 2 * n), arrays.results(tangent, n)
+    for j in range(2 * n):
+        chart.t[j] = at[j]
+    if not chart.open(charts.ANY, charts.RADIUS):
+        return False
+    size = 0.0
+    for j in range(n):
+        written[j] = chart.w[2 * j] / chart.sizes[j]
+        size += written[j] * written[j]
+    for j in range(n):
+        written[j] /= math.sqrt(size)
+    return True
+
+
+def fold_at(chart: Chart, t: Floats, joint: int, radius: float, fold: Floats) -> bool:
+    """
+    Chart the solutions next to a fold of a joint; return False where that is singular.
+
+    Parameters
+    ----------
+    chart
+        Of the arm and its target; it stays at the fold, for `holds`.
+    t : shape (n, 2), rad or m
+        The fold: the joint is at an end of its range.
+    joint
+        Which joint.
+    radius
+        Of the tube, as a share of its length.
+    fold : shape (3,)
+        1 where there are two more real solutions above, -1 where there are below; how far from it
+        (rad or m) the joint may be and have exactly two solutions in the chart; and up to which
+        share of it these are.
+    """
+    arrays.given(chart)
+    n = chart.n
+    at, written = arrays.numbers(t, 2 * n), arrays.results(fold, 3)
+    for j in range(2 * n):
+        chart.t[j] = at[j]
+    written[0], written[1], written[2] = 0.0, 0.0, 0.0
+    if not chart.open(charts.ANY, radius) or chart.parameter == joint:
+        return False
+    # The joint is w s + b s^2 / 2 + R(s), |R| <= r (|s| / h)^3 by Schwarz; by Rouche it has two
+    # solutions where the square is the largest of these.
+    bend, slope = chart.b[2 * joint], abs(chart.w[2 * joint]) * chart.h
+    square = 0.5 * abs(bend) * chart.h * chart.h
+    share = min(1.0, 2.0 * square / max(3.0 * chart.r, 1e-300))
+    room = square * share * share - chart.r * share * share * share - slope * share
+    written[0] = 1.0 if bend > 0.0 else -1.0
+    written[1] = room / chart.sizes[joint]
+    written[2] = share
+    return room > 0.0
+
+
+def write_beside_fold(chart: Chart, joint: int, away: float, t: Floats) -> None:
+    """
+    Write about where one of the two solutions next to a fold is, not real: positions (n, 2).
+
+    Parameters
+    ----------
+    chart
+        At the fold.
+    joint
+        Whose range ends there.
+    away : rad or m
+        How far it is beyond the end.
+    t : shape (n, 2), rad or m
+        Positions of the screws.
+    """
+    arrays.given(chart)
+    at = arrays.results(t, 2 * chart.n)
+    if not 0 <= joint < chart.n:
+        raise TypeError('an arm has no such joint')
+    # w s + b s^2 / 2, s imaginary.
+    square = -2.0 * abs(away) * chart.sizes[joint] / max(abs(chart.b[2 * joint]), 1e-300)
+    s = math.sqrt(-square)
+    for j in range(chart.n):
+        at[2 * j] = chart.t[2 * j] + 0.5 * square * chart.b[2 * j] / chart.sizes[j]
+        at[2 * j + 1] = s * chart.w[2 * j] / chart.sizes[j]
+
+
+def holds(chart: Chart, t: Floats, share: float) -> bool:
+    """Return whether a solution (n, 2) is on a chart's curve, up to a share of its reach."""
+    arrays.given(chart)
+    return chart.holds(arrays.numbers(t, 2 * chart.n), share)
