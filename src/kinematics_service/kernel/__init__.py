@@ -75,6 +75,7 @@ from .outgoing import fill_messages as fill_messages
 from .self_motion.charts import Chart as Chart
 from .self_motion.curves import corrected as corrected
 from .self_motion.curves import fold_at as fold_at
+from .self_motion.curves import fold_near as fold_near
 from .self_motion.curves import follow as follow
 from .self_motion.curves import holds as holds
 from .self_motion.curves import tangent_at as tangent_at

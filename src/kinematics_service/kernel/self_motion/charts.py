@@ -29,6 +29,8 @@ RADIUS, SHORTEST = 0.25, 1e-9
 # contracts by this share at least.
 FARTHEST, CONTRACTS = 0.69, 0.9
 SHRINK = 0.85
+# Steps to a fold are no longer, in units of the parameter.
+NEAR_FOLD = 0.1
 ANY = -1
 
 
@@ -141,23 +143,40 @@ class Chart:
         self.r = radius
         return self._reach(radius)
 
-    def follow(self, s: float) -> bool:
+    def follow(self, s: Complex) -> bool:
         """Move t along the curve to s of the parameter; return whether it ended in the tube."""
+        square = pairs.times(s, s)
         for j in range(self.n):
             # The units stay those of the chart until the end is known.
             self.kept[j] = self.sizes[j]
-            for e in range(2):
-                way = s * self.w[2 * j + e] + 0.5 * s * s * self.b[2 * j + e]
-                self.t[2 * j + e] += way / self.sizes[j]
-                self.predicted[2 * j + e] = self.t[2 * j + e]
+            way = pairs.times(s, pairs.pair(self.w, j))
+            way = pairs.plus(way, 0.5, pairs.times(square, pairs.pair(self.b, j)))
+            self._move(j, way[0], way[1])
+            pairs.put(self.predicted, j, pairs.pair(self.t, j))
         if not self.improve(self.parameter):
             return False
-        square = 0.0
+        away = 0.0
         for j in range(self.n):
             for e in range(2):
-                way = self.kept[j] * (self.t[2 * j + e] - self.predicted[2 * j + e])
-                square += way * way
-        return math.sqrt(square) <= self.r
+                way_of = self.kept[j] * (self.t[2 * j + e] - self.predicted[2 * j + e])
+                away += way_of * way_of
+        return math.sqrt(away) <= self.r
+
+    def move_to_fold(self, joint: int) -> bool:
+        """Move t to where a joint is at an end of its range; return whether the steps ended."""
+        for _ in range(2 * MOST_STEPS):
+            if not self.open(ANY, RADIUS) or self.parameter == joint:
+                return False
+            w, b = pairs.pair(self.w, joint), pairs.pair(self.b, joint)
+            if not pairs.square_of(b) > 1e-24:
+                return False
+            s = pairs.over((-w[0], -w[1]), b)
+            size = math.sqrt(pairs.square_of(s))
+            share = min(1.0, NEAR_FOLD / size) if size > 0.0 else 1.0
+            self.follow((share * s[0], share * s[1]))
+            if size < STANDS:
+                return True
+        return False
 
     def holds(self, other: Flat, share: float) -> bool:
         """

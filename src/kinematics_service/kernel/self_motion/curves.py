@@ -4,16 +4,15 @@ import math
 
 from ..layout import arrays
 from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
+from ..six_joints import complex_numbers, pairs
 from . import charts
 from .charts import Chart
 
-# How a curve ended: at its start, at a slice, where it cannot be followed, or the room is used up.
-CLOSED, REACHED, STOPPED, LONG = 0, 1, 2, 3
 # Pieces are no longer, in units of the parameter: a curve has to be seen between them.
 LONGEST = 0.1
 
 
-def trace(chart: Chart, start: Floats, side: float, samples: Floats, ended: Integers) -> int:
+def trace(chart: Chart, start: Floats, side: float, samples: Floats, closed: Integers) -> int:
     """
     Follow the curve of real solutions from one of them until it closes; return how many samples.
 
@@ -28,18 +27,18 @@ def trace(chart: Chart, start: Floats, side: float, samples: Floats, ended: Inte
     samples : shape (m, 2 n + 1)
         Positions, tangent (unit, unscaled), and a lower bound of the smallest singular value, in
         units of the twists.
-    ended : shape (1,)
-        How it ended.
+    closed : shape (1,)
+        1 where the curve closed, 0 where it could not be followed or the room was used up.
     """
     arrays.given(chart)
     n = chart.n
     most = arrays.extent(samples, 0)
-    rows, how = arrays.results(samples, most * (2 * n + 1)), arrays.whole_results(ended, 1)
+    rows, how = arrays.results(samples, most * (2 * n + 1)), arrays.whole_results(closed, 1)
     begin, room = arrays.numbers(start, n), arrays.scratch(4 * n)
     for j in range(n):
         chart.t[2 * j], chart.t[2 * j + 1] = begin[j], 0.0
     count = 0
-    how[0] = STOPPED
+    how[0] = 0
     lock = arrays.let_go()
     if chart.improve(charts.ANY):
         count = _traced(chart, side, room, rows, most, how)
@@ -74,18 +73,17 @@ def _traced(
             row[j], row[n + j] = chart.t[2 * j], before[j]
         row[2 * n] = 1.0 / chart.inverse
         if count > 0 and sign * chart.along_parameter(first) > 0.0 and chart.holds(first, 1.0):
-            how[0] = CLOSED
+            how[0] = 1
             return count + 1
         h = min(chart.h, LONGEST)
-        if not chart.follow(sign * h):
+        if not chart.follow((sign * h, 0.0)):
             return count + 1
-    how[0] = LONG
     return most
 
 
-def follow(chart: Chart, t: Floats, joint: int, end: float, shortest: float) -> int:
+def follow(chart: Chart, t: Floats, joint: int, end: float, shortest: float) -> bool:
     """
-    Follow a complex solution while one joint, real, moves to an end; return how that ended.
+    Follow a complex solution while one joint, real, moves to an end; return whether it is there.
 
     Parameters
     ----------
@@ -108,30 +106,30 @@ def follow(chart: Chart, t: Floats, joint: int, end: float, shortest: float) -> 
     for j in range(2 * n):
         chart.t[j] = at[j]
     lock = arrays.let_go()
-    ended = _followed(chart, joint, end, shortest)
+    arrived = _followed(chart, joint, end, shortest)
     arrays.take_back(lock)
     for j in range(2 * n):
         at[j] = chart.t[j]
-    return ended
+    return arrived
 
 
-def _followed(chart: Chart, joint: int, end: float, shortest: float) -> int:
+def _followed(chart: Chart, joint: int, end: float, shortest: float) -> bool:
     if not chart.improve(joint):
-        return STOPPED
+        return False
     while chart.t[2 * joint] != end:
         if not chart.open(joint, charts.RADIUS):
-            return STOPPED
+            return False
         left = end - chart.t[2 * joint]
         h = chart.h / chart.sizes[joint]
         if h < shortest and h < abs(left):
-            return STOPPED
+            return False
         if h >= abs(left):
-            if not chart.follow(left * chart.sizes[joint]):
-                return STOPPED
+            if not chart.follow((left * chart.sizes[joint], 0.0)):
+                return False
             chart.t[2 * joint] = end
-        elif not chart.follow(chart.h if left > 0.0 else -chart.h):
-            return STOPPED
-    return REACHED
+        elif not chart.follow((chart.h if left > 0.0 else -chart.h, 0.0)):
+            return False
+    return True
 
 
 def corrected(chart: Chart, t: Floats, joint: int) -> bool:
@@ -171,6 +169,32 @@ def tangent_at(chart: Chart, t: Floats, tangent: Floats) -> bool:
     return True
 
 
+def fold_near(chart: Chart, t: Floats, joint: int) -> bool:
+    """
+    Move positions to where a joint is at an end of its range, real or not: the next fold.
+
+    Parameters
+    ----------
+    chart
+        Of the arm and its target.
+    t : shape (n, 2), rad or m
+        A solution; overwritten.
+    joint
+        Which of the screws.
+    """
+    arrays.given(chart)
+    n = chart.n
+    at = arrays.results(t, 2 * n)
+    if not 0 <= joint < n:
+        raise TypeError('an arm has no such joint')
+    for j in range(2 * n):
+        chart.t[j] = at[j]
+    arrived = chart.move_to_fold(joint)
+    for j in range(2 * n):
+        at[j] = chart.t[j]
+    return arrived
+
+
 def fold_at(chart: Chart, t: Floats, joint: int, radius: float, fold: Floats) -> bool:
     """
     Chart the solutions next to a fold of a joint; return False where that is singular.
@@ -178,41 +202,45 @@ def fold_at(chart: Chart, t: Floats, joint: int, radius: float, fold: Floats) ->
     Parameters
     ----------
     chart
-        Of the arm and its target; it stays at the fold, for `holds`.
+        Of the arm and its target; it stays at the fold, for `holds` and `write_beside_fold`.
     t : shape (n, 2), rad or m
         The fold: the joint is at an end of its range.
     joint
         Which joint.
     radius
         Of the tube, as a share of its length.
-    fold : shape (3,)
-        1 where there are two more real solutions above, -1 where there are below; how far from it
-        (rad or m) the joint may be and have exactly two solutions in the chart; and up to which
-        share of it these are.
+    fold : shape (4,)
+        Whether two more real solutions are above a real fold (1) or below (-1); how far from it
+        (rad or m) the joint may be and have exactly two solutions in the chart; up to which share
+        of it these are; and how far any of them is from it, in units of u.
     """
     arrays.given(chart)
     n = chart.n
-    at, written = arrays.numbers(t, 2 * n), arrays.results(fold, 3)
+    at, written = arrays.numbers(t, 2 * n), arrays.results(fold, 4)
+    if not 0 <= joint < n:
+        raise TypeError('an arm has no such joint')
     for j in range(2 * n):
         chart.t[j] = at[j]
-    written[0], written[1], written[2] = 0.0, 0.0, 0.0
     if not chart.open(charts.ANY, radius) or chart.parameter == joint:
         return False
     # The joint is w s + b s^2 / 2 + R(s), |R| <= r (|s| / h)^3 by Schwarz; by Rouche it has two
     # solutions where the square is the largest of these.
-    bend, slope = chart.b[2 * joint], abs(chart.w[2 * joint]) * chart.h
-    square = 0.5 * abs(bend) * chart.h * chart.h
+    bend = math.sqrt(pairs.square_of(pairs.pair(chart.b, joint)))
+    slope = math.sqrt(pairs.square_of(pairs.pair(chart.w, joint))) * chart.h
+    square = 0.5 * bend * chart.h * chart.h
     share = min(1.0, 2.0 * square / max(3.0 * chart.r, 1e-300))
     room = square * share * share - chart.r * share * share * share - slope * share
-    written[0] = 1.0 if bend > 0.0 else -1.0
+    reach = share * chart.h
+    written[0] = 1.0 if chart.b[2 * joint] > 0.0 else -1.0
     written[1] = room / chart.sizes[joint]
     written[2] = share
+    written[3] = reach * chart.along + 0.5 * reach * reach * chart.bending + chart.r
     return room > 0.0
 
 
-def write_beside_fold(chart: Chart, joint: int, away: float, t: Floats) -> None:
+def write_beside_fold(chart: Chart, joint: int, away: float, side: float, t: Floats) -> None:
     """
-    Write about where one of the two solutions next to a fold is, not real: positions (n, 2).
+    Write about where one of the two solutions next to a fold is: positions (n, 2).
 
     Parameters
     ----------
@@ -221,7 +249,9 @@ def write_beside_fold(chart: Chart, joint: int, away: float, t: Floats) -> None:
     joint
         Whose range ends there.
     away : rad or m
-        How far it is beyond the end.
+        How far it is from the end.
+    side
+        1 or -1: which of the two.
     t : shape (n, 2), rad or m
         Positions of the screws.
     """
@@ -229,12 +259,14 @@ def write_beside_fold(chart: Chart, joint: int, away: float, t: Floats) -> None:
     at = arrays.results(t, 2 * chart.n)
     if not 0 <= joint < chart.n:
         raise TypeError('an arm has no such joint')
-    # w s + b s^2 / 2, s imaginary.
-    square = -2.0 * abs(away) * chart.sizes[joint] / max(abs(chart.b[2 * joint]), 1e-300)
-    s = math.sqrt(-square)
+    # The joint moves by b s^2 / 2.
+    square = pairs.over((2.0 * away * chart.sizes[joint], 0.0), pairs.pair(chart.b, joint))
+    s = complex_numbers.root(square)
     for j in range(chart.n):
-        at[2 * j] = chart.t[2 * j] + 0.5 * square * chart.b[2 * j] / chart.sizes[j]
-        at[2 * j + 1] = s * chart.w[2 * j] / chart.sizes[j]
+        w = pairs.times(s, pairs.pair(chart.w, j))
+        b = pairs.times(square, pairs.pair(chart.b, j))
+        for e in range(2):
+            at[2 * j + e] = chart.t[2 * j + e] + (side * w[e] + 0.5 * b[e]) / chart.sizes[j]
 
 
 def holds(chart: Chart, t: Floats, share: float) -> bool:
