@@ -24,7 +24,7 @@ ROUND_OFF = 4e-15
 MOST_STEPS, STANDS = 12, 1e-7
 LONGEST = 0.5
 # The radius of a tube, and the shortest piece, as a share of h |w| and in units of u.
-RADIUS, SHORTEST = 0.25, 1e-9
+RADIUS, SHORTEST = 0.1, 1e-12
 # Where the sum of motions is less a rotation whose skew part vanishes is none, and the operator
 # contracts by this share at least.
 FARTHEST, CONTRACTS = 0.69, 0.9
@@ -70,8 +70,10 @@ class Chart:
     r: float
     inverse: float
     second: float
+    turned: float
     along: float
     bending: float
+    cubic: float
     left: float
 
     def __init__(
@@ -87,7 +89,7 @@ class Chart:
         self.given: Flat = arrays.numbers(centre, 3)
         self.product: Product = Product(self.n)
         n = self.n
-        self.room: Flat = arrays.scratch(22 * n + 12 * self.width + 18)
+        self.room: Flat = arrays.scratch(36 * n + 12 * self.width + 66)
         self.t: Flat = self.room
         self.linear: Flat = arrays.after(self.t, 2 * n)
         self.angular: Flat = arrays.after(self.linear, 6 * n)
@@ -95,12 +97,16 @@ class Chart:
         self.W: Flat = arrays.after(self.sizes, n)
         self.w: Flat = arrays.after(self.W, 2 * 6 * self.width)
         self.b: Flat = arrays.after(self.w, 2 * n)
-        self.predicted: Flat = arrays.after(self.b, 2 * n)
+        self.c: Flat = arrays.after(self.b, 2 * n)
+        self.predicted: Flat = arrays.after(self.c, 2 * n)
         self.kept: Flat = arrays.after(self.predicted, 2 * n)
-        self.column: Flat = arrays.after(self.kept, n)
-        self.order: FlatIntegers = arrays.as_whole(arrays.after(self.column, 12))
+        self.turning: Flat = arrays.after(self.kept, n)
+        self.column: Flat = arrays.after(self.turning, 12 * n)
+        self.series: Flat = arrays.after(self.column, 12)
+        self.order: FlatIntegers = arrays.as_whole(arrays.after(self.series, 48))
         self.parameter, self.h, self.r = 0, 0.0, 0.0
-        self.inverse, self.second, self.along, self.bending, self.left = 0.0, 0.0, 0.0, 0.0, 0.0
+        self.inverse, self.second, self.turned = 0.0, 0.0, 0.0
+        self.along, self.bending, self.cubic, self.left = 0.0, 0.0, 0.0, 0.0
         self._arrays: tuple[object, ...] = screws, motion, centre
 
     def __dealloc__(self) -> None:
@@ -140,17 +146,19 @@ class Chart:
         if not self._solve(parameter, self.width):
             return False
         self._differentiate()
-        self.r = radius
+        return self._reach(radius)
+
+    def bend_further(self, radius: float) -> bool:
+        """Give an open chart its path's third derivative, too: a narrower tube."""
+        self._write_third()
         return self._reach(radius)
 
     def follow(self, s: Complex) -> bool:
         """Move t along the curve to s of the parameter; return whether it ended in the tube."""
-        square = pairs.times(s, s)
         for j in range(self.n):
             # The units stay those of the chart until the end is known.
             self.kept[j] = self.sizes[j]
-            way = pairs.times(s, pairs.pair(self.w, j))
-            way = pairs.plus(way, 0.5, pairs.times(square, pairs.pair(self.b, j)))
+            way = self.path(s, j)
             self._move(j, way[0], way[1])
             pairs.put(self.predicted, j, pairs.pair(self.t, j))
         if not self.improve(self.parameter):
@@ -188,14 +196,17 @@ class Chart:
         s: Complex = self._away(other, j)
         if not math.sqrt(pairs.square_of(s)) <= share * self.h:
             return False
-        squared = pairs.times(s, s)
         square = 0.0
         for j in range(self.n):
-            way = self._away(other, j)
-            way = pairs.plus(way, -1.0, pairs.times(s, pairs.pair(self.w, j)))
-            way = pairs.plus(way, -0.5, pairs.times(squared, pairs.pair(self.b, j)))
+            way = pairs.plus(self._away(other, j), -1.0, self.path(s, j))
             square += pairs.square_of(way)
         return math.sqrt(square) <= self.r
+
+    def path(self, s: Complex, j: int) -> Complex:
+        """Return how far joint j is along the middle of the tube, in units of u."""
+        way = pairs.plus(pairs.pair(self.b, j), 1.0 / 3.0, pairs.times(s, pairs.pair(self.c, j)))
+        way = pairs.plus(pairs.pair(self.w, j), 0.5, pairs.times(s, way))
+        return pairs.times(s, way)
 
     def along_parameter(self, other: Flat) -> float:
         """Return where a solution (n pairs) is along the parameter, its real part."""
@@ -346,6 +357,7 @@ class Chart:
         for j in range(2 * n):
             self.w[j] = 0.0
             self.b[j] = 0.0
+            self.c[j] = 0.0
         self.w[2 * self.parameter] = 1.0
         left, inverse, sizes = 0.0, 0.0, 0.0
         for i in range(rows):
@@ -354,18 +366,26 @@ class Chart:
             left += pairs.square_of(pairs.pair(W, width * i + n))
             for k in range(rows):
                 inverse += pairs.square_of(pairs.pair(W, width * i + n + 1 + k))
-        second = 0.0
+        second, turning = 0.0, 0.0
+        for k in range(12 * n):
+            self.turning[k] = 0.0
         for k in range(n):
             sizes += self.sizes[k]
             for j in range(k + 1):
                 second += self._second_of(j, k)
+        for k in range(n):
+            # Only the joints that are not given are solved for.
+            if k != self.parameter:
+                for i in range(rows):
+                    turning += pairs.square_of(pairs.pair(self.turning, 6 * k + i))
         self.inverse, self.second = math.sqrt(inverse), math.sqrt(second)
+        self.turned = math.sqrt(turning)
         self.left = math.sqrt(left) + self.inverse * ROUND_OFF * sizes
         along, bending = 0.0, 0.0
         for j in range(n):
             along += pairs.square_of(pairs.pair(self.w, j))
             bending += pairs.square_of(pairs.pair(self.b, j))
-        self.along, self.bending = math.sqrt(along), math.sqrt(bending)
+        self.along, self.bending, self.cubic = math.sqrt(along), math.sqrt(bending), 0.0
 
     def _second_of(self, j: int, k: int) -> float:
         # Adds what joints j <= k bend to b, and returns the square of A g''_jk, counted twice
@@ -388,19 +408,26 @@ class Chart:
             square += re * re + im * im
             at = self.order[i]
             bend = pairs.times(both, (re, im))
+            self._add_turning(j, i, pairs.times(pairs.pair(self.w, k), (re, im)))
+            if j != k:
+                self._add_turning(k, i, pairs.times(pairs.pair(self.w, j), (re, im)))
             pairs.put(self.b, at, pairs.plus(pairs.pair(self.b, at), -times, bend))
         return times * square
 
+    def _add_turning(self, j: int, i: int, way: Complex) -> None:
+        # Along the tangent, column j of A g' changes by so much in row i.
+        at = 6 * j + i
+        pairs.put(self.turning, at, pairs.plus(pairs.pair(self.turning, at), 1.0, way))
+
     def _write_cross(self, a: Flat, b: Flat, at: int, share: float) -> None:
-        for i in range(3):
-            k, m = (i + 1) % 3, (i + 2) % 3
-            one = pairs.times(pairs.pair(a, k), pairs.pair(b, m))
-            two = pairs.times(pairs.pair(a, m), pairs.pair(b, k))
-            pairs.put(self.column, at + i, (share * (one[0] - two[0]), share * (one[1] - two[1])))
+        cross = arrays.after(self.column, 2 * at)
+        _write_moved(a, b, cross)
+        for i in range(6):
+            cross[i] *= share
 
     def _reach(self, radius: float) -> bool:
         # The largest h, up to a factor, for which Krawczyk's operator is proved to contract.
-        h = CONTRACTS / max(self.second * self.along * (1.0 + radius), self.along)
+        h = CONTRACTS / max(self.turned + self.second * radius * self.along, self.along)
         while h * self.along > SHORTEST:
             self.h, self.r = h, radius * h * self.along
             if self._contracts():
@@ -409,16 +436,108 @@ class Chart:
         return False
 
     def _contracts(self) -> bool:
-        h, n = self.h, float(self.n)
-        path = h * self.along + 0.5 * h * h * self.bending
+        h, root = self.h, math.sqrt(float(self.n))
+        one, two = h * self.along, 0.5 * h * h * self.bending
+        three = h * h * h * self.cubic / 6.0
+        path = one + two + three
         far = path + self.r
-        if math.sqrt(n) * far > FARTHEST:
+        if root * far > FARTHEST:
             return False
-        third = self.inverse * math.sqrt(2.0 * n) * n * math.exp(math.sqrt(n) * far)
-        share = self.second * far + 0.5 * third * far * far
+        # A bound of g's third derivative, by the norms of products of the twists.
+        third = self.inverse * math.sqrt(2.0) * root * root * root * math.exp(root * far)
+        share = self.turned * h + self.second * (two + three + self.r) + 0.5 * third * far * far
         if share > CONTRACTS:
             return False
-        bend = h * h * self.bending
-        left = self.left + self.second * bend * (0.5 * h * self.along + 0.125 * bend)
-        left += third * path * path * path / 6.0
+        left = self.left
+        if self.cubic == 0.0:
+            left += self.second * two * (one + 0.5 * two) + third * path * path * path / 6.0
+        else:
+            left += math.sqrt(2.0) * self.inverse * _of_fourth_order(root * one, root * two, root * three)
         return left <= (1.0 - share) * self.r
+
+    def _write_third(self) -> None:
+        # The third derivative of the path: what is left of third order along w s + b s^2 / 2.
+        n, x = self.n, self.series
+        for of in range(4 if self.whole else 1):
+            for i in range(24):
+                x[i] = 0.0
+            if of > 0:
+                x[2 * (of - 1)] = 1.0
+            for i in range(n):
+                self._move_series(n - 1 - i, of == 0)
+            for i in range(3):
+                if of == 0:
+                    pairs.put(self.column, i, pairs.pair(x, 9 + i))
+                    pairs.put(self.column, 3 + i, (0.0, 0.0))
+                else:
+                    # Column k of the rotation: half of what is skew in it.
+                    k = of - 1
+                    if i != k:
+                        sign = 0.5 if (k + 1) % 3 == i else -0.5
+                        to = 3 + 3 - i - k
+                        way = pairs.plus(pairs.pair(self.column, to), sign, pairs.pair(x, 9 + i))
+                        pairs.put(self.column, to, way)
+        square = 0.0
+        for i in range(self.rows):
+            way = (0.0, 0.0)
+            for m in range(self.rows):
+                a = pairs.pair(self.W, self.width * i + self.n + 1 + m)
+                way = pairs.plus(way, -6.0, pairs.times(a, pairs.pair(self.column, m)))
+            pairs.put(self.c, self.order[i], way)
+            square += pairs.square_of(way)
+        self.cubic = math.sqrt(square)
+
+    def _move_series(self, j: int, is_point: bool) -> None:
+        # Moves a point or a vector, a power series in s up to s^3, by screw j, which moves by the
+        # path w s + b s^2 / 2: exp(p S) = 1 + p S + p^2 S^2 / 2 + p^3 S^3 / 6.
+        x, size = self.series, 1.0 / self.sizes[j]
+        w, b = pairs.pair(self.w, j), pairs.pair(self.b, j)
+        p, q = (size * w[0], size * w[1]), (0.5 * size * b[0], 0.5 * size * b[1])
+        square = pairs.times(p, p)
+        axis = arrays.after(self.angular, 6 * j)
+        y, z = arrays.after(x, 24), arrays.after(x, 30)
+        # S^2 and S of the coefficients of s and s^2.
+        _write_moved(axis, arrays.after(x, 12), y)
+        _add_share(x, 9, p, y)
+        _write_moved(axis, arrays.after(x, 6), y)
+        _add_share(x, 9, q, y)
+        _add_share(x, 6, p, y)
+        _write_moved(axis, y, z)
+        _add_share(x, 9, (0.5 * square[0], 0.5 * square[1]), z)
+        # Of the constant one.
+        if is_point:
+            for i in range(6):
+                y[i] = self.linear[6 * j + i]
+        else:
+            _write_moved(axis, x, y)
+        _add_share(x, 3, p, y)
+        _add_share(x, 6, q, y)
+        _write_moved(axis, y, z)
+        _add_share(x, 6, (0.5 * square[0], 0.5 * square[1]), z)
+        _add_share(x, 9, pairs.times(p, q), z)
+        _write_moved(axis, z, y)
+        cube = pairs.times(square, p)
+        _add_share(x, 9, (cube[0] / 6.0, cube[1] / 6.0), y)
+
+
+def _write_moved(axis: Flat, v: Flat, moved: Flat) -> None:
+    for i in range(3):
+        k, m = (i + 1) % 3, (i + 2) % 3
+        one = pairs.times(pairs.pair(axis, k), pairs.pair(v, m))
+        two = pairs.times(pairs.pair(axis, m), pairs.pair(v, k))
+        pairs.put(moved, i, (one[0] - two[0], one[1] - two[1]))
+
+
+def _add_share(x: Flat, at: int, share: Complex, v: Flat) -> None:
+    for i in range(3):
+        way = pairs.times(share, pairs.pair(v, i))
+        pairs.put(x, at + i, pairs.plus(pairs.pair(x, at + i), 1.0, way))
+
+
+def _of_fourth_order(one: float, two: float, three: float) -> float:
+    # exp(one s + two s^2 + three s^3) at s = 1 without the terms up to s^3: what bounds those of
+    # the product of the screws.
+    total = one + two + three
+    rest = total * total * total * total * math.exp(total) / 24.0
+    rest += one * three + 0.5 * two * two + two * three + 0.5 * three * three
+    return rest + (total * total * total - one * one * one) / 6.0

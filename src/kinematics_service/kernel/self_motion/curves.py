@@ -10,6 +10,8 @@ from .charts import Chart
 
 # Pieces are no longer, in units of the parameter: a curve has to be seen between them.
 LONGEST = 0.1
+# Discs about a fold that are tried, each smaller than the last.
+SHARES = 60
 
 
 def trace(chart: Chart, start: Floats, side: float, samples: Floats, closed: Integers) -> int:
@@ -221,20 +223,27 @@ def fold_at(chart: Chart, t: Floats, joint: int, radius: float, fold: Floats) ->
         raise TypeError('an arm has no such joint')
     for j in range(2 * n):
         chart.t[j] = at[j]
-    if not chart.open(charts.ANY, radius) or chart.parameter == joint:
+    if not chart.open(charts.ANY, charts.RADIUS) or chart.parameter == joint:
         return False
-    # The joint is w s + b s^2 / 2 + R(s), |R| <= r (|s| / h)^3 by Schwarz; by Rouche it has two
-    # solutions where the square is the largest of these.
-    bend = math.sqrt(pairs.square_of(pairs.pair(chart.b, joint)))
+    if not chart.bend_further(radius):
+        return False
+    # The joint is w s + b s^2 / 2 + c s^3 / 6 + R(s), |R| <= r (|s| / h)^4 by Schwarz; by Rouche
+    # it has two solutions where the square is larger than the others and its way from the fold.
     slope = math.sqrt(pairs.square_of(pairs.pair(chart.w, joint))) * chart.h
-    square = 0.5 * bend * chart.h * chart.h
-    share = min(1.0, 2.0 * square / max(3.0 * chart.r, 1e-300))
-    room = square * share * share - chart.r * share * share * share - slope * share
+    square = 0.5 * math.sqrt(pairs.square_of(pairs.pair(chart.b, joint))) * chart.h * chart.h
+    cube = math.sqrt(pairs.square_of(pairs.pair(chart.c, joint))) * chart.h * chart.h * chart.h
+    room, share, x = 0.0, 0.0, 1.0
+    for _ in range(SHARES):
+        left = x * (x * (square - x * (cube / 6.0 + x * chart.r)) - slope)
+        if left > room:
+            room, share = left, x
+        x *= 0.9
     reach = share * chart.h
     written[0] = 1.0 if chart.b[2 * joint] > 0.0 else -1.0
     written[1] = room / chart.sizes[joint]
     written[2] = share
     written[3] = reach * chart.along + 0.5 * reach * reach * chart.bending + chart.r
+    written[3] += reach * reach * reach * chart.cubic / 6.0
     return room > 0.0
 
 

@@ -22,9 +22,9 @@ from .sliced_arm import TRIED, SlicedArm, Slices
 from .target import IkTarget
 
 # Pieces of a complex solution's path that are shorter are at a fold, or end it (rad).
-SHORTEST = 1e-12
+SHORTEST = 1e-8
 # Tubes about a fold that are tried: the one that leaves most room.
-TUBES = (0.25, 0.1, 0.03, 0.01)
+TUBES = (0.1, 0.03, 0.01, 0.003, 0.001)
 # Solutions of a slice are the same as points of a curve (rad or m).
 SAME = 1e-7
 # A point of a curve is in the tube of one of so many samples nearest to it.
@@ -181,35 +181,30 @@ class _Turn:
 
     def _follow(self, t: Floats) -> int | None:
         # Follows a complex solution to the end of the turn (None), or to a fold (its number).
-        end = self.position + math.tau
-        for _ in range(MOST_FOLDS):
-            met = self._follow_to_a_fold(t)
+        passed: set[int] = set()
+        while True:
+            met = self._next(float(t[self.joint, 0]), passed)
+            stop = self.position + math.tau
             if met is not None:
-                return met
-            if not self._stands(t) and kernel.follow(self.chart, t, self.joint, end, SHORTEST):
-                return None
-            self._find_fold(t)
-        raise _Unproved(f'a complex solution cannot be followed at {float(t[self.joint, 0]):.6g}')
+                fold = self.folds[met]
+                stop = max(fold.position - 0.5 * fold.room, float(t[self.joint, 0]))
+            if kernel.follow(self.chart, t, self.joint, stop, SHORTEST):
+                if met is None or self.folds[met].holds(t):
+                    return met
+                passed.add(met)
+            else:
+                self._find_fold(t)
 
-    def _follow_to_a_fold(self, t: Floats) -> int | None:
-        here = float(t[self.joint, 0])
+    def _next(self, here: float, passed: set[int]) -> int | None:
+        # The next fold that a path may lead to.
         ahead = [
             (fold.position, k)
             for k, fold in enumerate(self.folds)
-            if self.met[k] < fold.takes() and fold.position + fold.room > here
+            if k not in passed
+            and self.met[k] < fold.takes()
+            and fold.position + fold.room > here
         ]
-        for position, k in sorted(ahead):
-            stop = max(position - 0.5 * self.folds[k].room, float(t[self.joint, 0]))
-            if not kernel.follow(self.chart, t, self.joint, stop, SHORTEST):
-                return None
-            if self.folds[k].holds(t):
-                return k
-        return None
-
-    def _stands(self, t: Floats) -> bool:
-        # Whether the path has no way on here.
-        here = float(t[self.joint, 0])
-        return not kernel.follow(self.chart, t.copy(), self.joint, here + SHORTEST, SHORTEST)
+        return min(ahead)[1] if ahead else None
 
     def _find_fold(self, t: Floats) -> None:
         # A path ends at a fold that is not known yet: of a curve, or of complex solutions.
@@ -217,8 +212,11 @@ class _Turn:
         if not kernel.fold_near(self.chart, at, self.joint):
             raise _Unproved(f'a slice is singular at {float(t[self.joint, 0]):.6g}')
         if np.max(np.abs(at[:, 1])) < SAME:
+            known = len(self.search.curves)
             self.search.take(at[:, 0].copy())
             self._add_folds_of_curves()
+            if len(self.search.curves) == known:
+                raise _Unproved(f'a path ends before a fold at {float(at[self.joint, 0]):.6g}')
             return
         fold = self._fold(at)
         if fold is None or any(_are_one(fold.t, other.t) for other in self.folds):
