@@ -22,7 +22,7 @@ from .sliced_arm import TRIED, SlicedArm, Slices
 from .target import IkTarget
 
 # Pieces of a complex solution's path that are shorter are at a fold, or end it (rad).
-SHORTEST = 1e-8
+SHORTEST = 1e-10
 # Tubes about a fold that are tried: the one that leaves most room.
 TUBES = (0.1, 0.03, 0.01, 0.003, 0.001)
 # Solutions of a slice are the same as points of a curve (rad or m).
@@ -200,9 +200,7 @@ class _Turn:
         ahead = [
             (fold.position, k)
             for k, fold in enumerate(self.folds)
-            if k not in passed
-            and self.met[k] < fold.takes()
-            and fold.position + fold.room > here
+            if k not in passed and self.met[k] < fold.takes() and fold.position > here
         ]
         return min(ahead)[1] if ahead else None
 
