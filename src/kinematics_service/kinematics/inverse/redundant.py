@@ -1,19 +1,92 @@
 """
-Arms with more joints than the target has rows: a continuum for every target, and one pose of it.
+Arms with more joints than the target has rows: a continuum for every target.
+
+With one joint more it is curves, all of which are found; otherwise one pose of it is.
 """
+
+from dataclasses import replace
 
 import numpy as np
 
 from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
+from .answer import family_of, moving_joints, not_exact, representatives, result_of
+from .arcs import JointCurve
 from .families import SolutionFamily, nearer, tangent
 from .plan import InversePlan
-from .search import LeastError, refined, starts
+from .problem import IkProblem
+from .result import Arc, IkFamily, IkResult
+from .search import DistinctSolutions, LeastError, errors_at, refined, starts
+from .self_motion import self_motion_of
+from .sliced_arm import sliced_arm_of
 from .target import IkTarget
 
 # Number of starts inside the limits, at first and if those fail.
 FEW, MANY = 24, 240
+
+
+def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
+    """Return the result of a redundant arm: all curves of it, or one pose of its continuum."""
+    robot, target, plan, near, *_ = problem
+    arm = sliced_arm_of(robot, target.rows, target.axis) if problem.curves else None
+    motion = None if arm is None else self_motion_of(arm, target, robot.task.length)
+    if arm is not None and motion is not None and motion.curves:
+        families = tuple(
+            _family_of_curve(problem, JointCurve(robot, plan, arm, curve))
+            for curve in motion.curves
+        )
+        return _of_families(problem, families, motion.proved, respect_limits)
+    family, best = redundant_family(robot, target, plan, near, problem.random())
+    alone = () if family is None else (family,)
+    nothing = DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
+    result = result_of(problem, nothing, alone, 'search', best, respect_limits)
+    return replace(result, complete='partial') if alone else result
+
+
+def _of_families(
+    problem: IkProblem, families: tuple[IkFamily, ...], proved: bool, respect_limits: bool
+) -> IkResult:
+    nothing = DistinctSolutions(np.empty((0, problem.robot.dof)), np.empty(0))
+    best = LeastError(families[0].q, families[0].residual)
+    by = 'algebraic' if proved else 'search'
+    away = [float(np.linalg.norm((f.q - problem.near) / problem.plan.scales)) for f in families]
+    ordered = [families[k] for k in np.argsort(away, kind='stable')]
+    result = result_of(problem, nothing, (), by, best, respect_limits, None, tuple(ordered))
+    result = replace(result, complete='proved' if proved else 'found')
+    if result.status != 'family':
+        return result
+    arcs = sum(len(family.intervals) for family in families)
+    closed = sum(arc.closed for family in families for arc in family.intervals)
+    joints = ', '.join(dict.fromkeys(name for f in families for name in f.joints))
+    reason = (
+        f'the tool stays at the target along {arcs} {"arc" if arcs == 1 else "arcs"} inside the '
+        f'limits, {closed} of them closed, in which these joints move: {joints}'
+    )
+    worst = max(family.residual for family in families)
+    return replace(result, status='solved', reason=reason + not_exact(problem.target, worst))
+
+
+def _family_of_curve(problem: IkProblem, curve: JointCurve) -> IkFamily:
+    robot, target, plan, near, *_ = problem
+    arcs = curve.arcs()
+    if arcs:
+        q = min(arcs, key=lambda arc: _away(problem, arc)).nearest_to(near)
+    else:
+        # The pose of it that is beyond the limits by least.
+        known = representatives(robot, plan, curve.samples, near)
+        q = known.q[int(np.argmax(known.margin))]
+    error = float(errors_at(target, plan, q[None])[0])
+    motions = tangent(robot, target, plan, q, dimension(robot, target))
+    family = family_of(problem, SolutionFamily(q, error, motions, False))
+    moved = np.ptp(curve.samples, axis=0)[None]
+    return replace(
+        family, joints=moving_joints(robot, moved), intervals=arcs, closed=curve.curve.closed
+    )
+
+
+def _away(problem: IkProblem, arc: Arc) -> float:
+    return float(np.min(np.linalg.norm((arc.q - problem.near) / problem.plan.scales, axis=1)))
 
 
 def redundant_family(

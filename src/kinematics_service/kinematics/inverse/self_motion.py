@@ -108,8 +108,9 @@ def self_motion_of(arm: SlicedArm, target: IkTarget, length: float) -> SelfMotio
             try:
                 search.prove(slices, position, slice_solutions)
             except _Unproved as found:
+                # Another slice would meet the same, within the turn.
                 gap = str(found)
-                continue
+                break
             return SelfMotion(tuple(search.curves), True, '')
     return SelfMotion(tuple(search.curves), False, gap)
 
