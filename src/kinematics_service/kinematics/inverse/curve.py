@@ -92,10 +92,10 @@ class Curve(FrozenArrays):
 
         `places` are those of its folds: between them it rises or falls.
         """
-        ends = sorted({*map(float, range(len(self.psi))), *places})
-        at = np.concatenate([self.psi @ direction, [self.at(x) @ direction for x in places]])
-        order = np.argsort(np.concatenate([np.arange(len(self.psi)), places]), kind='stable')
-        values = at[order] - value
+        among = {x: float(self.at(x) @ direction) for x in places}
+        among.update(enumerate((self.psi @ direction).tolist()))
+        ends = sorted(among)
+        values = np.array([among[x] for x in ends]) - value
         found = []
         for i in np.flatnonzero((values[1:] > 0.0) != (values[:-1] > 0.0)).tolist():
             a, b = ends[i], ends[i + 1]

@@ -64,7 +64,8 @@ def _of_families(
         f'limits, {closed} of them closed, in which these joints move: {joints}'
     )
     worst = max(family.residual for family in families)
-    return replace(result, status='solved', reason=reason + not_exact(problem.target, worst))
+    reason += not_exact(problem.target, worst)
+    return replace(result, status='solved', reason=reason, nearest=None)
 
 
 def _family_of_curve(problem: IkProblem, curve: JointCurve) -> IkFamily:

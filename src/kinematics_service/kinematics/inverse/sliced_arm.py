@@ -156,7 +156,7 @@ def _slices(arm: SlicedArm, robot: Robot, held: int) -> Slices | None:
     for q in seeded_poses(robot.limits, robot.prismatic)[:8]:
         T = forward_kinematics(robot, q) @ inverse(screws.home)
         if not arm.whole:
-            T = turn_about(np.array([0.0, 0.6, 0.8]), float(q[0])) @ T
+            T[:3, :3] = T[:3, :3] @ TURN
         turn = _motion_of(screws, held, -float(arm.to_screws(q)[held]))
         motions.append(turn @ T if held == 0 else T @ turn)
     form = six_joints_of(six, np.array(motions))
