@@ -100,17 +100,19 @@ def self_motion_of(arm: SlicedArm, target: IkTarget, length: float) -> SelfMotio
     search = _Search(arm, target, length)
     gap = 'no slice was found of which all solutions are known'
     for slices in arm.slices:
+        tried = False
         for position in TRIED:
-            slice_solutions = arm.solutions(slices, target, position)
-            search.take_real(slice_solutions)
-            if len(slice_solutions) != slices.bound:
+            solutions = arm.solutions(slices, target, position)
+            search.take_real(solutions)
+            # Another slice would meet the same hindrance, within the turn.
+            if tried or len(solutions) != slices.bound:
                 continue
+            tried = True
             try:
-                search.prove(slices, position, slice_solutions)
+                search.prove(slices, position, solutions)
             except _Unproved as found:
-                # Another slice would meet the same, within the turn.
                 gap = str(found)
-                break
+                continue
             return SelfMotion(tuple(search.curves), True, '')
     return SelfMotion(tuple(search.curves), False, gap)
 
