@@ -33,14 +33,15 @@ def redundant_arm(name):
 
 
 def random_arm(kinds, seed, limits=LIMITS):
-    """Return an arm of random lengths and angles, with the same limits for each joint."""
+    """Return an arm of random lengths and angles; `limits` are each joint's, or one for all."""
     random = np.random.default_rng([seed, *kinds.encode()])
     n = len(kinds)
     lengths, angles = random.uniform(-0.5, 0.5, (n, 2)), random.uniform(-math.pi, math.pi, (n, 2))
     rows = [
         (*map(float, (a, alpha, d, theta)),) for (a, d), (alpha, theta) in zip(lengths, angles)
     ]
-    bounds = [(-0.4, 0.6) if kind == 'P' else limits for kind in kinds]
+    each = limits if isinstance(limits, list) else [limits] * n
+    bounds = [(-0.4, 0.6) if kind == 'P' else one for kind, one in zip(kinds, each)]
     return ks.robot_from_text(general_arms.text_of('standard', rows, kinds, bounds))
 
 
@@ -73,8 +74,14 @@ def farthest_from_curves(robot, result, q):
             if np.min(np.max(np.abs(away), axis=1)) < 0.2:
                 near = arc.q[int(np.argmin(np.max(np.abs(away), axis=1)))]
                 turns = np.where(np.isfinite(family.periods), np.round((q - near) / math.tau), 0)
-                least = min(least, float(np.max(np.abs(arc.nearest_to(q - math.tau * turns)
-                    - (q - math.tau * turns)))))
+                least = min(
+                    least,
+                    float(
+                        np.max(
+                            np.abs(arc.nearest_to(q - math.tau * turns) - (q - math.tau * turns))
+                        )
+                    ),
+                )
     return least
 
 

@@ -452,7 +452,11 @@ class Chart:
         if self.cubic == 0.0:
             left += self.second * two * (one + 0.5 * two) + third * path * path * path / 6.0
         else:
-            left += math.sqrt(2.0) * self.inverse * _of_fourth_order(root * one, root * two, root * three)
+            left += (
+                math.sqrt(2.0)
+                * self.inverse
+                * _of_fourth_order(root * one, root * two, root * three)
+            )
         return left <= (1.0 - share) * self.r
 
     def _write_third(self) -> None:

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,8 @@ from .result import Arc, ArcEnd
 from .sliced_arm import SlicedArm
 
 SIDES = ('lower', 'upper')
+# Crossings as near to each other are one, as a share of the way between samples.
+ONE = 1e-7
 Turns = tuple[int, ...]
 
 
@@ -54,7 +57,7 @@ class JointCurve:
 
     def arcs(self) -> tuple[Arc, ...]:
         """Return the arcs inside the limits; those that differ by full turns once."""
-        crossings = sorted(self._crossings())
+        crossings = _once(sorted(self._crossings()))
         if not self.curve.closed:
             stop = ArcEnd('', 'singular')
             crossings = [_Crossing(0.0, stop), *crossings, _Crossing(float(self.last), stop)]
@@ -70,8 +73,11 @@ class JointCurve:
                 continue
             laps, last = divmod(first + count, pieces) if self.curve.closed else (0, first + count)
             end = crossings[last].place + laps * self.last
-            ends = () if closed else (crossings[first].end, crossings[last].end)
-            arcs[first, count] = self._arc(crossings[first].place, end, turns, ends)
+            arc = self._arc(crossings[first].place, end, turns)
+            if not closed:
+                ends = crossings[first].end, crossings[last].end
+                arc = replace(arc, closed=False, ends=self._with_sides(ends, arc.q))
+            arcs[first, count] = arc
         return tuple(arcs.values())
 
     def _crossings(self) -> list[_Crossing]:
@@ -92,7 +98,10 @@ class JointCurve:
         choices = []
         for value, (low, high), period in zip(q, self.plan.limits, self.plan.periods):
             if math.isfinite(low) and math.isfinite(high) and math.isfinite(period):
-                first, last = math.ceil((low - value) / period), math.floor((high - value) / period)
+                first, last = (
+                    math.ceil((low - value) / period),
+                    math.floor((high - value) / period),
+                )
                 choices.append(range(first, last + 1))
             else:
                 choices.append(range(0, 1 if low <= value <= high else 0))
@@ -123,15 +132,24 @@ class JointCurve:
         ways = np.where(limited, np.round(laps), 0.0).astype(int).tolist()
         return 0, tuple(k + way for k, way in zip(turns, ways))
 
-    def _arc(self, begin: float, end: float, turns: Turns, ends: tuple[ArcEnd, ...]) -> Arc:
+    def _with_sides(self, ends: tuple[ArcEnd, ...], q: Floats) -> tuple[ArcEnd, ...]:
+        # Where a lower limit is an upper one a turn farther, the turns tell which it is.
+        sided = []
+        for end, at in zip(ends, (q[0], q[-1])):
+            if end.joint:
+                j = self.robot.joint_names.index(end.joint)
+                side = SIDES[int(np.argmin(np.abs(self.plan.limits[j] - at[j])))]
+                end = ArcEnd(end.joint, side)
+            sided.append(end)
+        return tuple(sided)
+
+    def _arc(self, begin: float, end: float, turns: Turns) -> Arc:
         laps = range(int(end // self.last) + 1)
         folds = (x + lap * self.last for row in self.folds for x in row for lap in laps)
         special = {begin, end, *(x for x in folds if begin < x < end)}
         whole = set(range(math.ceil(begin), math.floor(end) + 1)) - special
         places = np.array(sorted([*special, *map(float, whole)]))
-        offset = np.array(turns) * np.where(
-            np.isfinite(self.plan.periods), self.plan.periods, 0.0
-        )
+        offset = np.array(turns) * np.where(np.isfinite(self.plan.periods), self.plan.periods, 0.0)
         rows = []
         for place in places.tolist():
             if place in special:
@@ -146,7 +164,19 @@ class JointCurve:
         def along(at: float) -> Floats:
             return self.at(float(np.interp(at, s, places))) + offset
 
-        return Arc(q, s, not ends, ends, 1, self.plan.limits.copy(), self.plan.scales.copy(), along)
+        return Arc(q, s, True, (), 1, self.plan.limits.copy(), self.plan.scales.copy(), along)
+
+
+def _once(crossings: list[_Crossing]) -> list[_Crossing]:
+    # Of crossings of a joint at one place the first one.
+    kept: list[_Crossing] = []
+    for one in crossings:
+        same = (
+            other.end.joint == one.end.joint for other in kept if one.place - other.place < ONE
+        )
+        if not any(same):
+            kept.append(one)
+    return kept
 
 
 def _lifts(limit: float, low: float, high: float, period: float) -> list[float]:

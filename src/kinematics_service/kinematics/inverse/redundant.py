@@ -16,10 +16,10 @@ from .arcs import JointCurve
 from .families import SolutionFamily, nearer, tangent
 from .plan import InversePlan
 from .problem import IkProblem
-from .result import Arc, IkFamily, IkResult
+from .result import Arc, IkFamily, IkResult, Method
 from .search import DistinctSolutions, LeastError, errors_at, refined, starts
-from .self_motion import self_motion_of
-from .sliced_arm import sliced_arm_of
+from .self_motion import NO_CURVES, SelfMotion, self_motion_of, with_curve_through
+from .sliced_arm import SlicedArm, sliced_arm_of
 from .target import IkTarget
 
 # Number of starts inside the limits, at first and if those fail.
@@ -30,41 +30,51 @@ def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
     """Return the result of a redundant arm: all curves of it, or one pose of its continuum."""
     robot, target, plan, near, *_ = problem
     arm = sliced_arm_of(robot, target.rows, target.axis) if problem.curves else None
-    motion = None if arm is None else self_motion_of(arm, target, robot.task.length)
-    if arm is not None and motion is not None and motion.curves:
-        families = tuple(
-            _family_of_curve(problem, JointCurve(robot, plan, arm, curve))
-            for curve in motion.curves
-        )
-        return _of_families(problem, families, motion.proved, respect_limits)
+    motion = NO_CURVES if arm is None else self_motion_of(arm, target)
+    if arm is not None and motion.curves and motion.proved:
+        return _of_curves(problem, arm, motion, respect_limits)
     family, best = redundant_family(robot, target, plan, near, problem.random())
     alone = () if family is None else (family,)
-    nothing = DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
-    result = result_of(problem, nothing, alone, 'search', best, respect_limits)
+    if arm is not None and motion.curves:
+        if family is not None and not target.axis:
+            # What is on no curve may be singular itself, and stands alone.
+            motion, is_on = with_curve_through(motion, arm, target, arm.to_screws(family.q))
+            alone = () if is_on else alone
+        return _of_curves(problem, arm, motion, respect_limits, alone)
+    by: Method = 'algebraic' if motion.proved and not alone else 'search'
+    result = result_of(problem, _nothing(robot), alone, by, best, respect_limits)
     return replace(result, complete='partial') if alone else result
 
 
-def _of_families(
-    problem: IkProblem, families: tuple[IkFamily, ...], proved: bool, respect_limits: bool
+def _of_curves(
+    problem: IkProblem,
+    arm: SlicedArm,
+    motion: SelfMotion,
+    respect_limits: bool,
+    alone: tuple[SolutionFamily, ...] = (),
 ) -> IkResult:
-    nothing = DistinctSolutions(np.empty((0, problem.robot.dof)), np.empty(0))
-    best = LeastError(families[0].q, families[0].residual)
-    by = 'algebraic' if proved else 'search'
-    away = [float(np.linalg.norm((f.q - problem.near) / problem.plan.scales)) for f in families]
-    ordered = [families[k] for k in np.argsort(away, kind='stable')]
-    result = result_of(problem, nothing, (), by, best, respect_limits, None, tuple(ordered))
-    result = replace(result, complete='proved' if proved else 'found')
-    if result.status != 'family':
+    robot, plan = problem.robot, problem.plan
+    families = [
+        _family_of_curve(problem, JointCurve(robot, plan, arm, curve)) for curve in motion.curves
+    ]
+    families += [family_of(problem, family) for family in alone]
+    away = [float(np.linalg.norm((f.q - problem.near) / plan.scales)) for f in families]
+    ordered = tuple(families[k] for k in np.argsort(away, kind='stable'))
+    best = LeastError(ordered[0].q, ordered[0].residual)
+    by: Method = 'algebraic' if motion.proved else 'search'
+    result = result_of(problem, _nothing(robot), (), by, best, respect_limits, None, ordered)
+    result = replace(result, complete='proved' if motion.proved else 'found')
+    arcs = [arc for family in families for arc in family.intervals]
+    if result.status != 'family' or not arcs:
         return result
-    arcs = sum(len(family.intervals) for family in families)
-    closed = sum(arc.closed for family in families for arc in family.intervals)
     joints = ', '.join(dict.fromkeys(name for f in families for name in f.joints))
     reason = (
-        f'the tool stays at the target along {arcs} {"arc" if arcs == 1 else "arcs"} inside the '
-        f'limits, {closed} of them closed, in which these joints move: {joints}'
+        f'the tool stays at the target along {len(arcs)} {"arc" if len(arcs) == 1 else "arcs"}'
     )
-    worst = max(family.residual for family in families)
-    reason += not_exact(problem.target, worst)
+    if closed := sum(arc.closed for arc in arcs):
+        reason += f', {closed} of them closed,'
+    reason += f' inside the limits; these joints move: {joints}'
+    reason += not_exact(problem.target, max(family.residual for family in families))
     return replace(result, status='solved', reason=reason, nearest=None)
 
 
@@ -124,6 +134,10 @@ def redundant_family(
 def dimension(robot: Robot, target: IkTarget) -> int:
     """Return the dimension of the families of a redundant arm."""
     return max(robot.chain.dof - target.equations, 1)
+
+
+def _nothing(robot: Robot) -> DistinctSolutions:
+    return DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
 
 
 def into_limits(robot: Robot, q: Floats, random: np.random.Generator) -> Floats:

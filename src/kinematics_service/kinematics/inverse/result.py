@@ -158,7 +158,9 @@ class Arc(FrozenArrays):
 
     def margins(self) -> Floats:
         """Return the distance of each of `q` to the nearest limit, shape (m,), rad or m."""
-        return np.asarray(np.minimum(self.q - self.limits[:, 0], self.limits[:, 1] - self.q).min(1))
+        return np.asarray(
+            np.minimum(self.q - self.limits[:, 0], self.limits[:, 1] - self.q).min(1)
+        )
 
     def with_largest_margin(self) -> Floats:
         """Return the joint positions (n,) farthest from their limits."""

@@ -11,6 +11,7 @@ would have more.
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +30,8 @@ TUBES = (0.1, 0.03, 0.01, 0.003, 0.001)
 SAME = 1e-7
 # A point of a curve is in the tube of one of so many samples nearest to it.
 NEXT = 4
+# Positions of the held joint for slices that are to find, not to prove (rad).
+MORE = np.linspace(-math.pi, math.pi, 24, endpoint=False) + 0.05
 # Curves and pieces of complex solutions at most.
 MOST_CURVES, MOST_FOLDS, MOST_PATHS = 64, 64, 256
 SINGULAR = 'a curve cannot be followed: it passes a singular pose'
@@ -95,34 +98,58 @@ class _Unproved(Exception):
     """The proof has a gap, in words."""
 
 
-def self_motion_of(arm: SlicedArm, target: IkTarget, length: float) -> SelfMotion:
-    """Return the curves of solutions of a target; `length` is what a rad counts, m."""
-    search = _Search(arm, target, length)
+NO_CURVES = SelfMotion((), False, 'no slice was looked at')
+
+
+def with_curve_through(
+    motion: SelfMotion, arm: SlicedArm, target: IkTarget, psi: Floats
+) -> tuple[SelfMotion, bool]:
+    """
+    Return curves of a target with that through one more solution, and whether there is one.
+
+    `psi` are positions of the screws, shape (n,); there is none where they are singular.
+    """
+    if any(_is_on(curve, psi) for curve in motion.curves):
+        return motion, True
+    curve = traced(arm.chart(target), psi, arm.turning)
+    if len(curve.psi) < 2:
+        return motion, False
+    return motion._replace(curves=(*motion.curves, curve)), True
+
+
+def self_motion_of(arm: SlicedArm, target: IkTarget) -> SelfMotion:
+    """Return the curves of solutions of a target."""
+    search = _Search(arm, target)
     gap = 'no slice was found of which all solutions are known'
     for slices in arm.slices:
-        tried = False
+        most: tuple[float, Floats] = (TRIED[0], np.empty((0, len(arm.table), 2)))
         for position in TRIED:
             solutions = arm.solutions(slices, target, position)
             search.take_real(solutions)
-            # Another slice would meet the same hindrance, within the turn.
-            if tried or len(solutions) != slices.bound:
-                continue
-            tried = True
-            try:
-                search.prove(slices, position, solutions)
-            except _Unproved as found:
-                gap = str(found)
-                continue
-            return SelfMotion(tuple(search.curves), True, '')
+            if len(solutions) > len(most[1]):
+                most = position, solutions
+            if len(solutions) == slices.bound:
+                break
+        # Where some are missing, the others may lead to curves all the same.
+        turn = _Turn(search, slices.joint, most[0])
+        hindrance = turn.follow_all(most[1])
+        if len(most[1]) == slices.bound:
+            if not hindrance:
+                return SelfMotion(tuple(search.curves), True, '')
+            gap = hindrance
+    # Without a proof more slices find more.
+    for slices in arm.slices:
+        for position in MORE:
+            search.take_real(arm.solutions(slices, target, float(position)))
     return SelfMotion(tuple(search.curves), False, gap)
 
 
 class _Search:
     """The curves of a target that are known so far."""
 
-    def __init__(self, arm: SlicedArm, target: IkTarget, length: float) -> None:
-        self.arm, self.target, self.length = arm, target, length
-        self.chart = arm.chart(target, length)
+    def __init__(self, arm: SlicedArm, target: IkTarget) -> None:
+        self.arm, self.target = arm, target
+        self.chart = arm.chart(target)
         self.curves: list[Curve] = []
 
     def take_real(self, solutions: Floats) -> None:
@@ -138,17 +165,6 @@ class _Search:
         if len(curve.psi) > 1:
             self.curves.append(curve)
 
-    def prove(self, slices: Slices, position: float, solutions: Floats) -> None:
-        """Follow all solutions of a slice through a whole turn, or raise what hinders it."""
-        if not all(curve.closed for curve in self.curves):
-            raise _Unproved(SINGULAR)
-        turn = _Turn(self, slices.joint, position)
-        complex_ones = solutions[np.max(np.abs(solutions[:, :, 1]), axis=1) >= SAME]
-        paths = [one.copy() for one in _one_of_each_pair(complex_ones)]
-        if 2 * len(paths) != len(complex_ones):
-            raise _Unproved('a complex solution has no conjugate')
-        turn.follow_all(paths)
-
 
 class _Turn:
     """The way of all complex solutions, one of each pair, through a whole turn of a joint."""
@@ -161,26 +177,42 @@ class _Turn:
         self.met: list[int] = []
         self.paths: list[Floats] = []
         self.counted = 0
-        self._add_folds_of_curves()
+        self.hindrance = ''
 
-    def follow_all(self, paths: list[Floats]) -> None:
-        """Follow paths to the end of the turn; raise what hinders it."""
-        begun, ended = len(paths), 0
-        self.paths += paths
+    def follow_all(self, solutions: Floats) -> str:
+        """Follow the solutions (m, n, 2) of a slice; return what hinders the proof, or nothing."""
+        complex_ones = solutions[np.max(np.abs(solutions[:, :, 1]), axis=1) >= SAME]
+        self.paths = [one.copy() for one in _one_of_each_pair(complex_ones)]
+        begun, ended = len(self.paths), 0
+        if 2 * begun != len(complex_ones):
+            self.hindrance = 'a complex solution has no conjugate'
+        self._try(self._add_folds_of_curves)
         for _ in range(MOST_PATHS):
             if not self.paths:
                 break
-            met = self._follow(self.paths.pop())
-            if met is None:
-                ended += 1
-                continue
-            self.met[met] += 1
-            fold = self.folds[met]
-            if self.met[met] == 1 and not fold.side:
-                self.paths += [self._beside(fold, 1.0), self._beside(fold, -1.0)]
+            ended += self._try(self._follow_one)
         matched = all(met == fold.takes() for met, fold in zip(self.met, self.folds))
         if self.paths or not matched or begun != ended:
-            raise _Unproved('complex solutions and folds do not match')
+            self.hindrance = self.hindrance or 'complex solutions and folds do not match'
+        return self.hindrance
+
+    def _try(self, step: Callable[[], int]) -> int:
+        try:
+            return step()
+        except _Unproved as gap:
+            self.hindrance = self.hindrance or str(gap)
+            return 0
+
+    def _follow_one(self) -> int:
+        # Follows a path; 1 if it came to the end of the turn.
+        met = self._follow(self.paths.pop())
+        if met is None:
+            return 1
+        self.met[met] += 1
+        fold = self.folds[met]
+        if self.met[met] == 1 and not fold.side:
+            self.paths += [self._beside(fold, 1.0), self._beside(fold, -1.0)]
+        return 0
 
     def _follow(self, t: Floats) -> int | None:
         # Follows a complex solution to the end of the turn (None), or to a fold (its number).
@@ -234,8 +266,10 @@ class _Turn:
             raise _Unproved('the complex solutions beyond a fold were not found')
         return t
 
-    def _add_folds_of_curves(self) -> None:
-        for curve in self.search.curves[self.counted :]:
+    def _add_folds_of_curves(self) -> int:
+        while self.counted < len(self.search.curves):
+            curve = self.search.curves[self.counted]
+            self.counted += 1
             if not curve.closed:
                 raise _Unproved(SINGULAR)
             for place in curve.folds(self.direction):
@@ -245,7 +279,7 @@ class _Turn:
                 if fold is None:
                     raise _Unproved('a fold of a curve is nearly one of higher order')
                 self._add(fold)
-        self.counted = len(self.search.curves)
+        return 0
 
     def _add(self, fold: Fold) -> None:
         self.folds.append(fold)
@@ -260,7 +294,7 @@ class _Turn:
         away = np.max(np.abs(t[:, 1]))
         real = bool(away < SAME)
         for radius in TUBES:
-            chart = self.search.arm.chart(self.search.target, self.search.length)
+            chart = self.search.arm.chart(self.search.target)
             if not kernel.fold_at(chart, t, self.joint, radius, said):
                 continue
             side, room, share, far = said.tolist()

@@ -63,6 +63,8 @@ class SlicedArm(NamedTuple):
         The same for the kernel.
     whole
         Whether the rotation counts.
+    length
+        What a rad counts, m.
     slices
         By the joints that can be held; empty where no solutions can be counted.
     """
@@ -70,6 +72,7 @@ class SlicedArm(NamedTuple):
     screws: Screws
     table: Floats
     whole: bool
+    length: float
     slices: tuple[Slices, ...]
 
     @property
@@ -86,11 +89,11 @@ class SlicedArm(NamedTuple):
         """Return positions of the joints (..., joints) from those of the screws (..., n)."""
         return np.asarray((psi @ np.linalg.inv(self.screws.coupling).T)[..., :joints])
 
-    def chart(self, target: IkTarget, length: float) -> kernel.Chart:
-        """Return room for charts of a target's solutions; `length` is what a rad counts, m."""
+    def chart(self, target: IkTarget) -> kernel.Chart:
+        """Return room for charts of a target's solutions."""
         pose = target.pose
         motion = pose @ inverse(self.screws.home)
-        return kernel.Chart(self.table, motion, pose[:3, 3].copy(), self.whole, length)
+        return kernel.Chart(self.table, motion, pose[:3, 3].copy(), self.whole, self.length)
 
     def solutions(self, slices: Slices, target: IkTarget, position: float) -> Floats:
         """Return the complex solutions (m, n, 2) of a slice, the joint held at a position."""
@@ -134,7 +137,7 @@ def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm |
     if len(screws.axes) != (7 if whole else 4) or (not whole and rows != ROW_NAMES[:3]):
         return None
     table = np.column_stack([screws.axes, screws.points, np.array(screws.slides, np.float64)])
-    arm = SlicedArm(screws, np.ascontiguousarray(table), whole, ())
+    arm = SlicedArm(screws, np.ascontiguousarray(table), whole, 0.5 * robot.task.length, ())
     slices = [
         slices
         for held in ((len(table) - 1, 0) if whole else (0,))
