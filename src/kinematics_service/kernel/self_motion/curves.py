@@ -10,6 +10,8 @@ from .charts import Chart
 
 # Pieces are no longer, in units of the parameter: a curve has to be seen between them.
 LONGEST = 0.1
+# A complex solution that needs more to go round is too far from the real ones.
+MOST_PIECES = 6000
 # Discs about a fold that are tried, each smaller than the last.
 SHARES = 60
 
@@ -118,7 +120,9 @@ def follow(chart: Chart, t: Floats, joint: int, end: float, shortest: float) -> 
 def _followed(chart: Chart, joint: int, end: float, shortest: float) -> bool:
     if not chart.improve(joint):
         return False
-    while chart.t[2 * joint] != end:
+    for _ in range(MOST_PIECES):
+        if chart.t[2 * joint] == end:
+            return True
         if not chart.open(joint, charts.RADIUS):
             return False
         left = end - chart.t[2 * joint]
@@ -131,7 +135,7 @@ def _followed(chart: Chart, joint: int, end: float, shortest: float) -> bool:
             chart.t[2 * joint] = end
         elif not chart.follow((chart.h if left > 0.0 else -chart.h, 0.0)):
             return False
-    return True
+    return False
 
 
 def corrected(chart: Chart, t: Floats, joint: int) -> bool:

@@ -33,7 +33,7 @@ NEXT = 4
 # Positions of the held joint for slices that are to find, not to prove (rad).
 MORE = np.linspace(-math.pi, math.pi, 24, endpoint=False) + 0.05
 # Curves and pieces of complex solutions at most.
-MOST_CURVES, MOST_FOLDS, MOST_PATHS = 64, 64, 256
+MOST_CURVES, MOST_PATHS = 64, 96
 SINGULAR = 'a curve cannot be followed: it passes a singular pose'
 
 
