@@ -29,6 +29,8 @@ RADIUS, SHORTEST = 0.1, 1e-12
 # contracts by this share at least.
 FARTHEST, CONTRACTS = 0.69, 0.9
 SHRINK = 0.85
+# Imaginary parts of angles that make rotations no larger by much.
+NEARLY_REAL = 0.3
 # Steps to a fold are no longer, in units of the parameter.
 NEAR_FOLD = 0.1
 ANY = -1
@@ -66,6 +68,7 @@ class Chart:
     whole: bool
     length: float
     parameter: int
+    frame: int
     h: float
     r: float
     inverse: float
@@ -89,7 +92,7 @@ class Chart:
         self.given: Flat = arrays.numbers(centre, 3)
         self.product: Product = Product(self.n)
         n = self.n
-        self.room: Flat = arrays.scratch(36 * n + 12 * self.width + 66)
+        self.room: Flat = arrays.scratch(36 * n + 12 * self.width + 72)
         self.t: Flat = self.room
         self.linear: Flat = arrays.after(self.t, 2 * n)
         self.angular: Flat = arrays.after(self.linear, 6 * n)
@@ -103,8 +106,9 @@ class Chart:
         self.turning: Flat = arrays.after(self.kept, n)
         self.column: Flat = arrays.after(self.turning, 12 * n)
         self.series: Flat = arrays.after(self.column, 12)
-        self.order: FlatIntegers = arrays.as_whole(arrays.after(self.series, 48))
-        self.parameter, self.h, self.r = 0, 0.0, 0.0
+        self.centre: Flat = arrays.after(self.series, 48)
+        self.order: FlatIntegers = arrays.as_whole(arrays.after(self.centre, 6))
+        self.parameter, self.frame, self.h, self.r = 0, 0, 0.0, 0.0
         self.inverse, self.second, self.turned = 0.0, 0.0, 0.0
         self.along, self.bending, self.cubic, self.left = 0.0, 0.0, 0.0, 0.0
         self._arrays: tuple[object, ...] = screws, motion, centre
@@ -228,77 +232,111 @@ class Chart:
         # Twists and their sizes at t, and in W the columns in units of u, what is left, identity.
         n, width = self.n, self.width
         self.product.multiply(self.screws, self.t)
-        axes = self.product.axes
-        centre = self._centre()
+        axes, points, z = self.product.axes, self.product.points, self.series
+        self._choose_centre()
+        self._choose_frame()
         for k in range(n):
+            linear, angular = arrays.after(self.linear, 6 * k), arrays.after(self.angular, 6 * k)
             slides = vectors.slides(self.screws, k)
-            square = 0.0
             for i in range(3):
-                z: Complex = pairs.pair(axes, 3 * k + i)
-                linear: Complex = z
-                if slides:
-                    z = (0.0, 0.0)
-                else:
-                    a, b = (i + 1) % 3, (i + 2) % 3
-                    linear = pairs.plus(
-                        self._moment(k, a, b, centre), -1.0, self._moment(k, b, a, centre)
-                    )
-                linear = (linear[0] / self.length, linear[1] / self.length)
-                square += pairs.square_of(linear) + pairs.square_of(z)
-                pairs.put(self.linear, 3 * k + i, linear)
-                pairs.put(self.angular, 3 * k + i, z)
+                pairs.put(z, i, pairs.pair(axes, 3 * k + i))
+                o = pairs.pair(points, 3 * k + i)
+                pairs.put(z, 3 + i, pairs.plus(pairs.pair(self.centre, i), -1.0, o))
+            if slides:
+                self._turn_back(z, 1.0 / self.length, linear)
+            else:
+                _write_moved(z, arrays.after(z, 6), arrays.after(z, 12))
+                self._turn_back(arrays.after(z, 12), 1.0 / self.length, linear)
+            self._turn_back(z, 0.0 if slides else 1.0, angular)
+            square = 0.0
+            for i in range(6):
+                square += linear[i] * linear[i] + angular[i] * angular[i]
             size = max(math.sqrt(square), 1e-300)
             self.sizes[k] = size
             for i in range(self.rows):
-                v = pairs.pair(self.linear, 3 * k + i)
-                if i >= 3:
-                    v = pairs.pair(self.angular, 3 * k + i - 3)
+                v = pairs.pair(linear if i < 3 else angular, i % 3)
                 pairs.put(self.W, width * i + k, (v[0] / size, v[1] / size))
-        self._write_left(centre)
+        self._write_left()
         for i in range(self.rows):
             for k in range(self.rows):
                 one = 1.0 if i == k else 0.0
                 pairs.put(self.W, width * i + n + 1 + k, (one, 0.0))
 
-    def _centre(self) -> Vector:
+    def _choose_centre(self) -> None:
         # Of a pose any point at the target will do: the middle of the arm is near to all axes.
-        if not self.whole:
-            return (self.given[0], self.given[1], self.given[2])
-        centre: Vector = (0.0, 0.0, 0.0)
+        for i in range(3):
+            middle = (self.given[i], 0.0)
+            if self.whole:
+                middle = (0.0, 0.0)
+                for k in range(self.n):
+                    o = pairs.pair(self.product.points, 3 * k + i)
+                    middle = pairs.plus(middle, 1.0 / self.n, o)
+            pairs.put(self.centre, i, middle)
+
+    def _choose_frame(self) -> None:
+        # Far from real positions rotations are large: the frame of the joint in which the axes
+        # are least. Real ones are of unit length in each.
+        self.frame = 0
+        axes = self.product.axes
+        best: float = places.INFINITY
+        imaginary: float = 0.0
+        for j in range(self.n):
+            imaginary = max(imaginary, abs(self.t[2 * j + 1]))
+        if imaginary < NEARLY_REAL:
+            return
         for k in range(self.n):
-            o = arrays.after(self.product.points, 6 * k)
-            centre = vectors.plus(centre, 1.0 / self.n, (o[0], o[2], o[4]))
-        return centre
+            frame, square = arrays.after(self.product.frames, 18 * k), 0.0
+            for j in range(self.n):
+                for i in range(3):
+                    total = (0.0, 0.0)
+                    for m in range(3):
+                        way = pairs.times(pairs.pair(frame, 3 * m + i), pairs.pair(axes, 3 * j + m))
+                        total = pairs.plus(total, 1.0, way)
+                    square += pairs.square_of(total)
+            if square < best:
+                best, self.frame = square, k
 
-    def _moment(self, k: int, a: int, b: int, centre: Vector) -> Complex:
-        o = pairs.pair(self.product.points, 3 * k + b)
-        c = centre[0] if b == 0 else centre[1] if b == 1 else centre[2]
-        return pairs.times(pairs.pair(self.product.axes, 3 * k + a), (c - o[0], -o[1]))
+    def _turn_back(self, v: Flat, share: float, turned: Flat) -> None:
+        frame = arrays.after(self.product.frames, 18 * self.frame)
+        for i in range(3):
+            total = (0.0, 0.0)
+            for k in range(3):
+                way = pairs.times(pairs.pair(frame, 3 * k + i), pairs.pair(v, k))
+                total = pairs.plus(total, share, way)
+            pairs.put(turned, i, total)
 
-    def _write_left(self, centre: Vector) -> None:
+    def _write_left(self) -> None:
         # By how much the centre, and the half of what is skew in R goal^T, miss the target.
-        R, p, goal, n, width = self.product.R, self.product.p, self.motion, self.n, self.width
-        back = [0.0] * 3
+        R, goal, n, width = self.product.R, self.motion, self.n, self.width
+        back, left, turned = self.series, arrays.after(self.series, 6), arrays.after(self.series, 12)
         for i in range(3):
+            total = (0.0, 0.0)
             for m in range(3):
-                c = centre[0] if m == 0 else centre[1] if m == 1 else centre[2]
-                back[i] += goal[4 * m + i] * (c - goal[4 * m + 3])
+                c = pairs.pair(self.centre, m)
+                total = pairs.plus(total, goal[4 * m + i], (c[0] - goal[4 * m + 3], c[1]))
+            pairs.put(back, i, total)
         for i in range(3):
-            at = self.product.row_times(i, (back[0], back[1], back[2]))
-            c = centre[0] if i == 0 else centre[1] if i == 1 else centre[2]
-            left = ((at[0] + p[2 * i] - c) / self.length, (at[1] + p[2 * i + 1]) / self.length)
-            pairs.put(self.W, width * i + n, left)
+            total = pairs.plus(pairs.pair(self.product.p, i), -1.0, pairs.pair(self.centre, i))
+            for m in range(3):
+                way = pairs.times(pairs.pair(R, 3 * i + m), pairs.pair(back, m))
+                total = pairs.plus(total, 1.0, way)
+            pairs.put(left, i, total)
+        self._turn_back(left, 1.0 / self.length, turned)
+        for i in range(3):
+            pairs.put(self.W, width * i + n, pairs.pair(turned, i))
         if not self.whole:
             return
         for i in range(3):
             a, b = (i + 1) % 3, (i + 2) % 3
-            re, im = 0.0, 0.0
+            total = (0.0, 0.0)
             for m in range(3):
                 # Entry (b, a) less (a, b).
-                u, v = pairs.pair(R, 3 * b + m), pairs.pair(R, 3 * a + m)
-                re += u[0] * goal[4 * a + m] - v[0] * goal[4 * b + m]
-                im += u[1] * goal[4 * a + m] - v[1] * goal[4 * b + m]
-            pairs.put(self.W, width * (3 + i) + n, (0.5 * re, 0.5 * im))
+                total = pairs.plus(total, 0.5 * goal[4 * a + m], pairs.pair(R, 3 * b + m))
+                total = pairs.plus(total, -0.5 * goal[4 * b + m], pairs.pair(R, 3 * a + m))
+            pairs.put(left, i, total)
+        self._turn_back(left, 1.0, turned)
+        for i in range(3):
+            pairs.put(self.W, width * (3 + i) + n, pairs.pair(turned, i))
 
     def _solve(self, parameter: int, width: int) -> bool:
         # Gauss and Jordan with complete pivoting: `order` says which joint each row gives, the one

@@ -11,7 +11,7 @@ from .charts import Chart
 # Pieces are no longer, in units of the parameter: a curve has to be seen between them.
 LONGEST = 0.1
 # A complex solution that needs more to go round is too far from the real ones.
-MOST_PIECES = 6000
+MOST_PIECES = 10000
 # Discs about a fold that are tried, each smaller than the last.
 SHARES = 60
 

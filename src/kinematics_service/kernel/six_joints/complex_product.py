@@ -42,16 +42,19 @@ class Product:
         Rotation and translation.
     axes, points : shape (count, 3), pairs
         Each screw's axis and a point on it, as those before it move it.
+    frames : shape (count, 3, 3), pairs
+        The rotation by those before each screw.
     """
 
     def __init__(self, count: int) -> None:
         self.count: int = count
-        self.room: Flat = arrays.scratch(24 + 12 * count + 4)
+        self.room: Flat = arrays.scratch(24 + 30 * count + 4)
         self.R: Flat = self.room
         self.p: Flat = arrays.after(self.R, 18)
         self.axes: Flat = arrays.after(self.p, 6)
         self.points: Flat = arrays.after(self.axes, 6 * count)
-        self.turn: Flat = arrays.after(self.points, 6 * count)
+        self.frames: Flat = arrays.after(self.points, 6 * count)
+        self.turn: Flat = arrays.after(self.frames, 18 * count)
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -66,6 +69,8 @@ class Product:
         for i in range(6):
             p[i] = 0.0
         for k in range(self.count):
+            for i in range(18):
+                self.frames[18 * k + i] = R[i]
             axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
             for i in range(3):
                 z, o = self.row_times(i, axis), self.row_times(i, point)
