@@ -95,7 +95,8 @@ def missed(robot, target, result, positions, held, **asked):
             turns = np.where(np.isfinite(low), np.ceil((low - q) / math.tau), 0.0)
             turns[np.array(robot.prismatic)] = 0.0
             inside = q + math.tau * turns
-            if np.all((inside >= low) & (inside <= high)):
-                if farthest_from_curves(robot, result, inside) > 1e-6:
-                    lost.append(inside)
+            if np.any((inside < low) | (inside > high)):
+                continue
+            if farthest_from_curves(robot, result, inside) > 1e-6:
+                lost.append(inside)
     return lost

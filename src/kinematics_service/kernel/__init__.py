@@ -72,7 +72,7 @@ from .observing import observe as observe
 from .outgoing import OutgoingMessages as OutgoingMessages
 from .outgoing import OutgoingTable as OutgoingTable
 from .outgoing import fill_messages as fill_messages
-from .self_motion.charts import Chart as Chart
+from .self_motion.charts import CurveChart as CurveChart
 from .self_motion.curves import corrected as corrected
 from .self_motion.curves import fold_at as fold_at
 from .self_motion.curves import fold_near as fold_near

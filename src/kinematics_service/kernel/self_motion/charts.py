@@ -13,7 +13,7 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers, Floats, Vector
+from ..layout.arrays import Flat, FlatIntegers, Floats
 from ..six_joints import complex_numbers, pairs
 from ..six_joints.complex_product import Product
 from ..six_joints.pairs import Complex
@@ -36,7 +36,7 @@ NEAR_FOLD = 0.1
 ANY = -1
 
 
-class Chart:
+class CurveChart:
     """
     A chart of the solutions of an arm, at one of them.
 
@@ -92,7 +92,7 @@ class Chart:
         self.given: Flat = arrays.numbers(centre, 3)
         self.product: Product = Product(self.n)
         n = self.n
-        self.room: Flat = arrays.scratch(36 * n + 12 * self.width + 72)
+        self.room: Flat = arrays.scratch(37 * n + 12 * self.width + 72)
         self.t: Flat = self.room
         self.linear: Flat = arrays.after(self.t, 2 * n)
         self.angular: Flat = arrays.after(self.linear, 6 * n)
@@ -108,6 +108,7 @@ class Chart:
         self.series: Flat = arrays.after(self.column, 12)
         self.centre: Flat = arrays.after(self.series, 48)
         self.order: FlatIntegers = arrays.as_whole(arrays.after(self.centre, 6))
+        self.used: FlatIntegers = arrays.whole_after(self.order, 6)
         self.parameter, self.frame, self.h, self.r = 0, 0, 0.0, 0.0
         self.inverse, self.second, self.turned = 0.0, 0.0, 0.0
         self.along, self.bending, self.cubic, self.left = 0.0, 0.0, 0.0, 0.0
@@ -290,7 +291,9 @@ class Chart:
                 for i in range(3):
                     total = (0.0, 0.0)
                     for m in range(3):
-                        way = pairs.times(pairs.pair(frame, 3 * m + i), pairs.pair(axes, 3 * j + m))
+                        way = pairs.times(
+                            pairs.pair(frame, 3 * m + i), pairs.pair(axes, 3 * j + m)
+                        )
                         total = pairs.plus(total, 1.0, way)
                     square += pairs.square_of(total)
             if square < best:
@@ -308,7 +311,11 @@ class Chart:
     def _write_left(self) -> None:
         # By how much the centre, and the half of what is skew in R goal^T, miss the target.
         R, goal, n, width = self.product.R, self.motion, self.n, self.width
-        back, left, turned = self.series, arrays.after(self.series, 6), arrays.after(self.series, 12)
+        back, left, turned = (
+            self.series,
+            arrays.after(self.series, 6),
+            arrays.after(self.series, 12),
+        )
         for i in range(3):
             total = (0.0, 0.0)
             for m in range(3):
@@ -343,28 +350,19 @@ class Chart:
         # that is left is the parameter.
         rows, n, wide = self.rows, self.n, self.width
         W, order = self.W, self.order
-        for i in range(rows):
-            order[i] = -1
-        used = [0] * 16
-        if parameter >= 0:
-            used[parameter] = 1
+        for j in range(n):
+            self.used[j] = 1 if j == parameter else 0
         for k in range(rows):
-            p, q, best = k, 0, 0.0
+            row, q, best = k, 0, 0.0
             for i in range(k, rows):
                 for j in range(n):
-                    if used[j] == 0:
-                        square = pairs.square_of(pairs.pair(W, wide * i + j))
-                        if square > best:
-                            best, p, q = square, i, j
+                    square = pairs.square_of(pairs.pair(W, wide * i + j))
+                    if self.used[j] == 0 and square > best:
+                        best, row, q = square, i, j
             if not 1e-30 < best < 1e300:
                 return False
-            used[q] = 1
-            order[k] = q
-            if p != k:
-                for j in range(2 * width):
-                    x = W[2 * wide * k + j]
-                    W[2 * wide * k + j] = W[2 * wide * p + j]
-                    W[2 * wide * p + j] = x
+            self.used[q], order[k] = 1, q
+            self._exchange(row, k, width)
             inverse = pairs.over((1.0, 0.0), pairs.pair(W, wide * k + q))
             for j in range(width):
                 pairs.put(W, wide * k + j, pairs.times(pairs.pair(W, wide * k + j), inverse))
@@ -372,13 +370,20 @@ class Chart:
                 if i != k:
                     share = pairs.pair(W, wide * i + q)
                     self._subtract(i, k, width, share[0], share[1])
+        for j in range(n):
+            if self.used[j] == 0:
+                self.parameter = j
         if parameter >= 0:
             self.parameter = parameter
-        else:
-            for j in range(n):
-                if used[j] == 0:
-                    self.parameter = j
         return True
+
+    def _exchange(self, i: int, k: int, width: int) -> None:
+        one = arrays.after(self.W, 2 * self.width * i)
+        other = arrays.after(self.W, 2 * self.width * k)
+        for j in range(2 * width):
+            x = one[j]
+            one[j] = other[j]
+            other[j] = x
 
     def _subtract(self, i: int, k: int, width: int, re: float, im: float) -> None:
         # Row i less a multiple of row k.

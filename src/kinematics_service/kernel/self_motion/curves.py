@@ -1,4 +1,4 @@
-"""Curves of solutions, followed from chart to chart: real ones until they close, others by slices."""
+"""Curves of solutions, from chart to chart: real ones until they close, others by slices."""
 
 import math
 
@@ -6,7 +6,7 @@ from ..layout import arrays
 from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
 from ..six_joints import complex_numbers, pairs
 from . import charts
-from .charts import Chart
+from .charts import CurveChart
 
 # Pieces are no longer, in units of the parameter: a curve has to be seen between them.
 LONGEST = 0.1
@@ -16,7 +16,7 @@ MOST_PIECES = 10000
 SHARES = 60
 
 
-def trace(chart: Chart, start: Floats, side: float, samples: Floats, closed: Integers) -> int:
+def trace(chart: CurveChart, start: Floats, side: float, samples: Floats, closed: Integers) -> int:
     """
     Follow the curve of real solutions from one of them until it closes; return how many samples.
 
@@ -52,7 +52,7 @@ def trace(chart: Chart, start: Floats, side: float, samples: Floats, closed: Int
 
 
 def _traced(
-    chart: Chart, side: float, room: Flat, rows: Flat, most: int, how: FlatIntegers
+    chart: CurveChart, side: float, room: Flat, rows: Flat, most: int, how: FlatIntegers
 ) -> int:
     n = chart.n
     first, before = room, arrays.after(room, 2 * n)
@@ -85,7 +85,7 @@ def _traced(
     return most
 
 
-def follow(chart: Chart, t: Floats, joint: int, end: float, shortest: float) -> bool:
+def follow(chart: CurveChart, t: Floats, joint: int, end: float, shortest: float) -> bool:
     """
     Follow a complex solution while one joint, real, moves to an end; return whether it is there.
 
@@ -117,7 +117,7 @@ def follow(chart: Chart, t: Floats, joint: int, end: float, shortest: float) -> 
     return arrived
 
 
-def _followed(chart: Chart, joint: int, end: float, shortest: float) -> bool:
+def _followed(chart: CurveChart, joint: int, end: float, shortest: float) -> bool:
     if not chart.improve(joint):
         return False
     for _ in range(MOST_PIECES):
@@ -138,7 +138,7 @@ def _followed(chart: Chart, joint: int, end: float, shortest: float) -> bool:
     return False
 
 
-def corrected(chart: Chart, t: Floats, joint: int) -> bool:
+def corrected(chart: CurveChart, t: Floats, joint: int) -> bool:
     """Move positions (n, 2) of screws to a solution, one joint held (-1: whichever moves most)."""
     arrays.given(chart)
     n = chart.n
@@ -153,7 +153,7 @@ def corrected(chart: Chart, t: Floats, joint: int) -> bool:
     return arrived
 
 
-def tangent_at(chart: Chart, t: Floats, tangent: Floats) -> bool:
+def tangent_at(chart: CurveChart, t: Floats, tangent: Floats) -> bool:
     """
     Fill in the tangent at a real solution (n, 2), of unit length; return False where singular.
 
@@ -175,7 +175,7 @@ def tangent_at(chart: Chart, t: Floats, tangent: Floats) -> bool:
     return True
 
 
-def fold_near(chart: Chart, t: Floats, joint: int) -> bool:
+def fold_near(chart: CurveChart, t: Floats, joint: int) -> bool:
     """
     Move positions to where a joint is at an end of its range, real or not: the next fold.
 
@@ -201,7 +201,7 @@ def fold_near(chart: Chart, t: Floats, joint: int) -> bool:
     return arrived
 
 
-def fold_at(chart: Chart, t: Floats, joint: int, radius: float, fold: Floats) -> bool:
+def fold_at(chart: CurveChart, t: Floats, joint: int, radius: float, fold: Floats) -> bool:
     """
     Chart the solutions next to a fold of a joint; return False where that is singular.
 
@@ -251,7 +251,7 @@ def fold_at(chart: Chart, t: Floats, joint: int, radius: float, fold: Floats) ->
     return room > 0.0
 
 
-def write_beside_fold(chart: Chart, joint: int, away: float, side: float, t: Floats) -> None:
+def write_beside_fold(chart: CurveChart, joint: int, away: float, side: float, t: Floats) -> None:
     """
     Write about where one of the two solutions next to a fold is: positions (n, 2).
 
@@ -282,7 +282,7 @@ def write_beside_fold(chart: Chart, joint: int, away: float, side: float, t: Flo
             at[2 * j + e] = chart.t[2 * j + e] + (side * w[e] + 0.5 * b[e]) / chart.sizes[j]
 
 
-def holds(chart: Chart, t: Floats, share: float) -> bool:
+def holds(chart: CurveChart, t: Floats, share: float) -> bool:
     """Return whether a solution (n, 2) is on a chart's curve, up to a share of its reach."""
     arrays.given(chart)
     return chart.holds(arrays.numbers(t, 2 * chart.n), share)

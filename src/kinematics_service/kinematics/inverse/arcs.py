@@ -9,9 +9,9 @@ import numpy as np
 
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .curve import Curve
+from .curve import SolutionCurve
 from .plan import InversePlan
-from .result import Arc, ArcEnd
+from .result import IkArc, IkArcEnd
 from .sliced_arm import SlicedArm
 
 SIDES = ('lower', 'upper')
@@ -23,7 +23,7 @@ Turns = tuple[int, ...]
 class _Crossing(NamedTuple):
     # A place of a curve where a joint is at a limit.
     place: float
-    end: ArcEnd
+    end: IkArcEnd
 
 
 class JointCurve:
@@ -40,7 +40,9 @@ class JointCurve:
         In positions of the screws.
     """
 
-    def __init__(self, robot: Robot, plan: InversePlan, arm: SlicedArm, curve: Curve) -> None:
+    def __init__(
+        self, robot: Robot, plan: InversePlan, arm: SlicedArm, curve: SolutionCurve
+    ) -> None:
         self.robot, self.plan, self.arm, self.curve = robot, plan, arm, curve
         self.samples = arm.to_joints(curve.psi, robot.dof)
         self.last = len(self.samples) - 1
@@ -55,18 +57,18 @@ class JointCurve:
         psi = self.curve.at(place - lap * self.last)
         return self.arm.to_joints(psi, self.robot.dof) + lap * self.lap
 
-    def arcs(self) -> tuple[Arc, ...]:
+    def arcs(self) -> tuple[IkArc, ...]:
         """Return the arcs inside the limits; those that differ by full turns once."""
         crossings = _once(sorted(self._crossings()))
         if not self.curve.closed:
-            stop = ArcEnd('', 'singular')
+            stop = IkArcEnd('', 'singular')
             crossings = [_Crossing(0.0, stop), *crossings, _Crossing(float(self.last), stop)]
         elif not crossings:
-            crossings = [_Crossing(0.0, ArcEnd('', ''))]
+            crossings = [_Crossing(0.0, IkArcEnd('', ''))]
         pieces = len(crossings) if self.curve.closed else len(crossings) - 1
         crossings += [one._replace(place=one.place + self.last) for one in crossings]
         inside = [self._turns_inside(crossings[i], crossings[i + 1]) for i in range(pieces)]
-        arcs: dict[tuple[int, int], Arc] = {}
+        arcs: dict[tuple[int, int], IkArc] = {}
         for first, count, turns, closed in self._paths(inside):
             if (first, count) in arcs:
                 arcs[first, count] = arcs[first, count].wound_once_more()
@@ -86,7 +88,7 @@ class JointCurve:
             values = np.concatenate([self.samples[:, j], [self.at(x)[j] for x in folds]])
             low, high, period = float(values.min()), float(values.max()), self.plan.periods[j]
             for limit, side in zip(self.plan.limits[j].tolist(), SIDES):
-                end = ArcEnd(self.robot.joint_names[j], side)
+                end = IkArcEnd(self.robot.joint_names[j], side)
                 for value in _lifts(limit, low, high, period):
                     places = self.curve.crossings(row, value, folds)
                     found += [_Crossing(place % self.last, end) for place in places]
@@ -132,18 +134,18 @@ class JointCurve:
         ways = np.where(limited, np.round(laps), 0.0).astype(int).tolist()
         return 0, tuple(k + way for k, way in zip(turns, ways))
 
-    def _with_sides(self, ends: tuple[ArcEnd, ...], q: Floats) -> tuple[ArcEnd, ...]:
+    def _with_sides(self, ends: tuple[IkArcEnd, ...], q: Floats) -> tuple[IkArcEnd, ...]:
         # Where a lower limit is an upper one a turn farther, the turns tell which it is.
         sided = []
         for end, at in zip(ends, (q[0], q[-1])):
             if end.joint:
                 j = self.robot.joint_names.index(end.joint)
                 side = SIDES[int(np.argmin(np.abs(self.plan.limits[j] - at[j])))]
-                end = ArcEnd(end.joint, side)
+                end = IkArcEnd(end.joint, side)
             sided.append(end)
         return tuple(sided)
 
-    def _arc(self, begin: float, end: float, turns: Turns) -> Arc:
+    def _arc(self, begin: float, end: float, turns: Turns) -> IkArc:
         laps = range(int(end // self.last) + 1)
         folds = (x + lap * self.last for row in self.folds for x in row for lap in laps)
         special = {begin, end, *(x for x in folds if begin < x < end)}
@@ -162,9 +164,9 @@ class JointCurve:
         s = np.concatenate([[0.0], np.cumsum(ways)])
 
         def along(at: float) -> Floats:
-            return self.at(float(np.interp(at, s, places))) + offset
+            return np.asarray(self.at(float(np.interp(at, s, places))) + offset)
 
-        return Arc(q, s, True, (), 1, self.plan.limits.copy(), self.plan.scales.copy(), along)
+        return IkArc(q, s, True, (), 1, self.plan.limits.copy(), self.plan.scales.copy(), along)
 
 
 def _once(crossings: list[_Crossing]) -> list[_Crossing]:

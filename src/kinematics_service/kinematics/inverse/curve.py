@@ -1,6 +1,7 @@
 """A curve of solutions of an arm with one joint more than its target asks for."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -19,7 +20,7 @@ STEPS, THERE = 60, 1e-13
 
 
 @dataclass(frozen=True, eq=False)
-class Curve(FrozenArrays):
+class SolutionCurve(FrozenArrays):
     """
     A curve of solutions, in positions of the screws.
 
@@ -41,7 +42,7 @@ class Curve(FrozenArrays):
 
     READ_ONLY: ClassVar = ('psi', 'tangents', 'regularity')
 
-    chart: kernel.Chart
+    chart: kernel.CurveChart
     psi: Floats
     tangents: Floats
     regularity: Floats
@@ -49,7 +50,7 @@ class Curve(FrozenArrays):
     closed: bool
 
     def at(self, place: float) -> Floats:
-        """Return the solution (n,) at a place: a sample's number, and a share of the next piece."""
+        """Return the solution (n,) at a place: a sample's number and a share of the next piece."""
         k = min(int(place), len(self.psi) - 2)
         x = place - k
         a, b = self.psi[k], self.psi[k + 1]
@@ -107,7 +108,7 @@ class Curve(FrozenArrays):
         return found
 
 
-def _root(function, low: float, high: float) -> float:  # type: ignore[no-untyped-def]
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
     # Where a function of 0 to 1 vanishes that has different signs at both: the Illinois method.
     a, b = 0.0, 1.0
     for _ in range(STEPS):
@@ -125,7 +126,9 @@ def _root(function, low: float, high: float) -> float:  # type: ignore[no-untype
     return float(b)
 
 
-def traced(chart: kernel.Chart, start: Floats, turning: npt.NDArray[np.bool_]) -> Curve:
+def traced(
+    chart: kernel.CurveChart, start: Floats, turning: npt.NDArray[np.bool_]
+) -> SolutionCurve:
     """Return the curve through a solution (n,); `turning` says which screws turn."""
     first, closed = _samples(chart, start, 1.0)
     if closed:
@@ -141,14 +144,14 @@ def traced(chart: kernel.Chart, start: Floats, turning: npt.NDArray[np.bool_]) -
 
 
 def _curve(
-    chart: kernel.Chart, samples: Floats, turning: npt.NDArray[np.bool_], closed: bool
-) -> Curve:
+    chart: kernel.CurveChart, samples: Floats, turning: npt.NDArray[np.bool_], closed: bool
+) -> SolutionCurve:
     n = len(turning)
     psi, tangents, regularity = samples[:, :n], samples[:, n:-1], samples[:, -1]
-    return Curve(chart, psi.copy(), tangents.copy(), regularity.copy(), turning, closed)
+    return SolutionCurve(chart, psi.copy(), tangents.copy(), regularity.copy(), turning, closed)
 
 
-def _samples(chart: kernel.Chart, start: Floats, side: float) -> tuple[Floats, bool]:
+def _samples(chart: kernel.CurveChart, start: Floats, side: float) -> tuple[Floats, bool]:
     room = FEW
     while True:
         samples, closed = np.empty((room, 2 * len(start) + 1)), np.zeros(1, dtype=np.int64)

@@ -16,7 +16,7 @@ from .arcs import JointCurve
 from .families import SolutionFamily, nearer, tangent
 from .plan import InversePlan
 from .problem import IkProblem
-from .result import Arc, IkFamily, IkResult, Method
+from .result import IkArc, IkFamily, IkResult, Method
 from .search import DistinctSolutions, LeastError, errors_at, refined, starts
 from .self_motion import NO_CURVES, SelfMotion, self_motion_of, with_curve_through
 from .sliced_arm import SlicedArm, sliced_arm_of
@@ -96,7 +96,7 @@ def _family_of_curve(problem: IkProblem, curve: JointCurve) -> IkFamily:
     )
 
 
-def _away(problem: IkProblem, arc: Arc) -> float:
+def _away(problem: IkProblem, arc: IkArc) -> float:
     return float(np.min(np.linalg.norm((arc.q - problem.near) / problem.plan.scales, axis=1)))
 
 

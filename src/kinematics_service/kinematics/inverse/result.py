@@ -93,7 +93,7 @@ class IkSolution(FrozenArrays):
     exact: bool = True
 
 
-class ArcEnd(NamedTuple):
+class IkArcEnd(NamedTuple):
     """
     Where an arc ends.
 
@@ -110,7 +110,7 @@ class ArcEnd(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Arc(FrozenArrays):
+class IkArc(FrozenArrays):
     """
     A continuous motion inside the joint limits during which the tool stays at the target.
 
@@ -136,7 +136,7 @@ class Arc(FrozenArrays):
     q: Floats
     s: Floats
     closed: bool
-    ends: tuple[ArcEnd, ...]
+    ends: tuple[IkArcEnd, ...]
     windings: int
     limits: Floats
     scales: Floats
@@ -172,10 +172,11 @@ class Arc(FrozenArrays):
 
     def with_largest_clearance(self, robot: Robot) -> Floats:
         """Return the joint positions (n,) of `q` with the largest proved radius free of singular
-        poses."""
+        poses.
+        """
         return np.array(self.q[int(np.argmax(clearances(robot, np.array(self.q))))])
 
-    def wound_once_more(self) -> 'Arc':
+    def wound_once_more(self) -> 'IkArc':
         """Return the arc with one winding more."""
         return replace(self, windings=self.windings + 1)
 
@@ -229,7 +230,7 @@ class IkFamily(FrozenArrays):
     posture: Posture
     scales: Floats
     periods: Floats
-    intervals: tuple[Arc, ...] = ()
+    intervals: tuple[IkArc, ...] = ()
     closed: bool = False
 
     def contains(self, q: Floats) -> bool:
@@ -303,9 +304,11 @@ class IkResult(Sequence[IkSolution]):
         The sequence itself.
     families
         Continua of solutions; empty for most targets. A curved one may be listed at several of
-        its poses.
+        its poses. Of an arm with one joint more than the target asks for each is a whole curve,
+        once, with its `intervals` inside the limits.
     status
-        `solved`: there is an isolated solution inside the limits. `family`: only families are.
+        `solved`: there is an isolated solution inside the limits, or a family whose intervals
+        inside them are known. `family`: only families are, known at a pose of them.
         `outside_limits`: the target can be reached, but not inside the limits. `unreachable`.
     reason
         The same in a sentence.
@@ -319,7 +322,9 @@ class IkResult(Sequence[IkSolution]):
         Whether there are others of what was asked for (with or without those outside the limits).
         `proved`: there are none, each step that led to the solutions having been farther from
         singular than it may be off by. `found`: none was found. `partial`:
-        others were not looked for, as with `all_solutions=False` and for redundant arms.
+        others were not looked for, as with `all_solutions=False`, with `curves=False`, and for
+        arms with two joints more than the target asks for. Of curves, `proved`: there is no other
+        along which the joint at the arm's end moves that was held for the proof.
     roots
         How many complex solutions were found and certified, and how many there can be, each
         counted as often as it is a solution; None where they were not counted. Fewer than there

@@ -18,8 +18,8 @@ import numpy as np
 
 from ... import kernel
 from ...kernel import Floats
-from .curve import Curve, traced
-from .sliced_arm import TRIED, SlicedArm, Slices
+from .curve import SolutionCurve, traced
+from .sliced_arm import TRIED, SlicedArm
 from .target import IkTarget
 
 # Pieces of a complex solution's path that are shorter are at a fold, or end it (rad).
@@ -58,7 +58,7 @@ class Fold(NamedTuple):
     """
 
     t: Floats
-    chart: kernel.Chart
+    chart: kernel.CurveChart
     position: float
     side: int
     room: float
@@ -89,7 +89,7 @@ class SelfMotion(NamedTuple):
         Why not, in words.
     """
 
-    curves: tuple[Curve, ...]
+    curves: tuple[SolutionCurve, ...]
     proved: bool
     gap: str
 
@@ -150,7 +150,7 @@ class _Search:
     def __init__(self, arm: SlicedArm, target: IkTarget) -> None:
         self.arm, self.target = arm, target
         self.chart = arm.chart(target)
-        self.curves: list[Curve] = []
+        self.curves: list[SolutionCurve] = []
 
     def take_real(self, solutions: Floats) -> None:
         """Trace the curves of the real ones of a slice's solutions (m, n, 2)."""
@@ -320,7 +320,7 @@ def _one_of_each_pair(solutions: Floats) -> list[Floats]:
     return chosen
 
 
-def _is_on(curve: Curve, psi: Floats) -> bool:
+def _is_on(curve: SolutionCurve, psi: Floats) -> bool:
     # Whether a solution (n,) is on a curve: in the tube of a piece next to it.
     t = np.zeros((len(psi), 2))
     t[:, 0] = psi

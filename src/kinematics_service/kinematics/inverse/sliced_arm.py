@@ -89,11 +89,11 @@ class SlicedArm(NamedTuple):
         """Return positions of the joints (..., joints) from those of the screws (..., n)."""
         return np.asarray((psi @ np.linalg.inv(self.screws.coupling).T)[..., :joints])
 
-    def chart(self, target: IkTarget) -> kernel.Chart:
+    def chart(self, target: IkTarget) -> kernel.CurveChart:
         """Return room for charts of a target's solutions."""
         pose = target.pose
         motion = pose @ inverse(self.screws.home)
-        return kernel.Chart(self.table, motion, pose[:3, 3].copy(), self.whole, self.length)
+        return kernel.CurveChart(self.table, motion, pose[:3, 3].copy(), self.whole, self.length)
 
     def solutions(self, slices: Slices, target: IkTarget, position: float) -> Floats:
         """Return the complex solutions (m, n, 2) of a slice, the joint held at a position."""
