@@ -242,6 +242,8 @@ def fold_at(chart: CurveChart, t: Floats, joint: int, radius: float, fold: Float
         if left > room:
             room, share = left, x
         x *= 0.9
+    # The fold is where it is up to round-off.
+    room -= 4.0 * chart.left
     reach = share * chart.h
     written[0] = 1.0 if chart.b[2 * joint] > 0.0 else -1.0
     written[1] = room / chart.sizes[joint]

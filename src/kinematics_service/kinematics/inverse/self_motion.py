@@ -151,6 +151,8 @@ class _Search:
         self.arm, self.target = arm, target
         self.chart = arm.chart(target)
         self.curves: list[SolutionCurve] = []
+        # Whether a solution was met whose curve is not known.
+        self.lost = False
 
     def take_real(self, solutions: Floats) -> None:
         """Trace the curves of the real ones of a slice's solutions (m, n, 2)."""
@@ -159,9 +161,14 @@ class _Search:
 
     def take(self, psi: Floats) -> None:
         """Trace the curve of a solution (n,), if it is on none that is known."""
-        if len(self.curves) >= MOST_CURVES or any(_is_on(c, psi) for c in self.curves):
+        if any(_is_on(curve, psi) for curve in self.curves):
+            return
+        if len(self.curves) == MOST_CURVES:
+            self.lost = True
             return
         curve = traced(self.chart, psi, self.arm.turning)
+        if len(curve.psi) < 2 or not curve.closed or not _is_on(curve, psi):
+            self.lost = True
         if len(curve.psi) > 1:
             self.curves.append(curve)
 
@@ -192,6 +199,8 @@ class _Turn:
                 break
             ended += self._try(self._follow_one)
         matched = all(met == fold.takes() for met, fold in zip(self.met, self.folds))
+        if self.search.lost:
+            self.hindrance = SINGULAR
         if self.paths or not matched or begun != ended:
             self.hindrance = self.hindrance or 'complex solutions and folds do not match'
         return self.hindrance
@@ -291,7 +300,7 @@ class _Turn:
         # The double solution t, with the tube that leaves most room.
         said, best = np.zeros(4), None
         t[self.joint, 0] = self.position + (t[self.joint, 0] - self.position) % math.tau
-        away = np.max(np.abs(t[:, 1]))
+        away = np.max(np.abs(t[self.search.arm.turning, 1]))
         real = bool(away < SAME)
         for radius in TUBES:
             chart = self.search.arm.chart(self.search.target)
