@@ -118,6 +118,16 @@ class CurveChart:
         """Give the room back."""
         arrays.give_back(self.room)
 
+    def stand_at(self, positions: Flat) -> None:
+        """Take positions (n pairs) for t."""
+        for j in range(2 * self.n):
+            self.t[j] = positions[j]
+
+    def write_place(self, positions: Flat) -> None:
+        """Write t (n pairs)."""
+        for j in range(2 * self.n):
+            positions[j] = self.t[j]
+
     def improve(self, parameter: int) -> bool:
         """
         Move t to a solution, the parameter held; return whether the steps ended at one.

@@ -38,7 +38,7 @@ def trace(chart: CurveChart, start: Floats, side: float, samples: Floats, closed
     n = chart.n
     most = arrays.extent(samples, 0)
     rows, how = arrays.results(samples, most * (2 * n + 1)), arrays.whole_results(closed, 1)
-    begin, room = arrays.numbers(start, n), arrays.scratch(4 * n)
+    begin, room = arrays.numbers(start, n), arrays.scratch(2 * n)
     for j in range(n):
         chart.t[2 * j], chart.t[2 * j + 1] = begin[j], 0.0
     count = 0
@@ -52,35 +52,30 @@ def trace(chart: CurveChart, start: Floats, side: float, samples: Floats, closed
 
 
 def _traced(
-    chart: CurveChart, side: float, room: Flat, rows: Flat, most: int, how: FlatIntegers
+    chart: CurveChart, side: float, first: Flat, rows: Flat, most: int, how: FlatIntegers
 ) -> int:
-    n = chart.n
-    first, before = room, arrays.after(room, 2 * n)
-    for j in range(2 * n):
-        first[j] = chart.t[j]
-        before[j] = 0.0
+    n, sign, before = chart.n, side, -1
+    chart.write_place(first)
     for count in range(most):
-        opened = chart.open(charts.ANY, charts.RADIUS)
-        if not opened:
+        if not chart.open(charts.ANY, charts.RADIUS):
             return count
-        turn, size = 0.0, 0.0
+        # The curve was a graph over the parameter before, which goes on as it did.
+        if before >= 0 and chart.w[2 * before] < 0.0:
+            sign = -sign
+        size = 0.0
         for j in range(n):
             way = chart.w[2 * j] / chart.sizes[j]
-            turn += way * before[j]
             size += way * way
-        sign = -1.0 if turn < 0.0 else 1.0
-        if count == 0:
-            sign = side
         row = arrays.after(rows, count * (2 * n + 1))
         for j in range(n):
-            before[j] = sign * chart.w[2 * j] / chart.sizes[j] / math.sqrt(size)
-            row[j], row[n + j] = chart.t[2 * j], before[j]
+            row[j] = chart.t[2 * j]
+            row[n + j] = sign * chart.w[2 * j] / chart.sizes[j] / math.sqrt(size)
         row[2 * n] = 1.0 / chart.inverse
         if count > 0 and sign * chart.along_parameter(first) > 0.0 and chart.holds(first, 1.0):
             how[0] = 1
             return count + 1
-        h = min(chart.h, LONGEST)
-        if not chart.follow((sign * h, 0.0)):
+        before = chart.parameter
+        if not chart.follow((sign * min(chart.h, LONGEST), 0.0)):
             return count + 1
     return most
 
@@ -107,13 +102,11 @@ def follow(chart: CurveChart, t: Floats, joint: int, end: float, shortest: float
     at = arrays.results(t, 2 * n)
     if not 0 <= joint < n:
         raise TypeError('an arm has no such joint')
-    for j in range(2 * n):
-        chart.t[j] = at[j]
+    chart.stand_at(at)
     lock = arrays.let_go()
     arrived = _followed(chart, joint, end, shortest)
     arrays.take_back(lock)
-    for j in range(2 * n):
-        at[j] = chart.t[j]
+    chart.write_place(at)
     return arrived
 
 
@@ -145,11 +138,9 @@ def corrected(chart: CurveChart, t: Floats, joint: int) -> bool:
     at = arrays.results(t, 2 * n)
     if not -1 <= joint < n:
         raise TypeError('an arm has no such joint')
-    for j in range(2 * n):
-        chart.t[j] = at[j]
+    chart.stand_at(at)
     arrived = chart.improve(joint)
-    for j in range(2 * n):
-        at[j] = chart.t[j]
+    chart.write_place(at)
     return arrived
 
 
@@ -162,8 +153,7 @@ def tangent_at(chart: CurveChart, t: Floats, tangent: Floats) -> bool:
     arrays.given(chart)
     n = chart.n
     at, written = arrays.numbers(t, 2 * n), arrays.results(tangent, n)
-    for j in range(2 * n):
-        chart.t[j] = at[j]
+    chart.stand_at(at)
     if not chart.open(charts.ANY, charts.RADIUS):
         return False
     size = 0.0
@@ -193,11 +183,9 @@ def fold_near(chart: CurveChart, t: Floats, joint: int) -> bool:
     at = arrays.results(t, 2 * n)
     if not 0 <= joint < n:
         raise TypeError('an arm has no such joint')
-    for j in range(2 * n):
-        chart.t[j] = at[j]
+    chart.stand_at(at)
     arrived = chart.move_to_fold(joint)
-    for j in range(2 * n):
-        at[j] = chart.t[j]
+    chart.write_place(at)
     return arrived
 
 
@@ -225,8 +213,7 @@ def fold_at(chart: CurveChart, t: Floats, joint: int, radius: float, fold: Float
     at, written = arrays.numbers(t, 2 * n), arrays.results(fold, 4)
     if not 0 <= joint < n:
         raise TypeError('an arm has no such joint')
-    for j in range(2 * n):
-        chart.t[j] = at[j]
+    chart.stand_at(at)
     if not chart.open(charts.ANY, charts.RADIUS) or chart.parameter == joint:
         return False
     if not chart.bend_further(radius):
