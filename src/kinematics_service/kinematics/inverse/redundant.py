@@ -18,8 +18,8 @@ from .plan import InversePlan
 from .problem import IkProblem
 from .result import IkArc, IkFamily, IkResult, Method
 from .search import DistinctSolutions, LeastError, errors_at, refined, starts
-from .self_motion import NO_CURVES, SelfMotion, self_motion_of, with_curve_through
-from .sliced_arm import SlicedArm, sliced_arm_of
+from .self_motion import CurveSearch
+from .sliced_arm import sliced_arm_of
 from .target import IkTarget
 
 # Number of starts inside the limits, at first and if those fail.
@@ -30,40 +30,44 @@ def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
     """Return the result of a redundant arm: all curves of it, or one pose of its continuum."""
     robot, target, plan, near, *_ = problem
     arm = sliced_arm_of(robot, target.rows, target.axis) if problem.curves else None
-    motion = NO_CURVES if arm is None else self_motion_of(arm, target)
-    if arm is not None and motion.curves and motion.proved:
-        return _of_curves(problem, arm, motion, respect_limits)
+    search = None if arm is None else CurveSearch(arm, target)
+    proved = search is not None and search.prove()
+    if search is not None and proved and search.curves:
+        return _of_curves(problem, search, respect_limits)
     family, best = redundant_family(robot, target, plan, near, problem.random())
     alone = () if family is None else (family,)
-    if arm is not None and motion.curves:
-        if family is not None and not target.axis:
-            # What is on no curve may be singular itself, and stands alone.
-            motion, is_on = with_curve_through(motion, arm, target, arm.to_screws(family.q))
-            alone = () if is_on else alone
-        return _of_curves(problem, arm, motion, respect_limits, alone)
-    by: Method = 'algebraic' if motion.proved and not alone else 'search'
+    if search is not None and not proved:
+        # The joint that is added for a direction is not known.
+        known = family is not None and not target.axis
+        psi = search.arm.to_screws(family.q) if family is not None and known else None
+        # What is on no curve may be singular itself, and stands alone.
+        on_curve = search.find_more(psi) or not known
+        if search.curves:
+            return _of_curves(problem, search, respect_limits, () if on_curve else alone)
+    by: Method = 'algebraic' if proved and not alone else 'search'
     result = result_of(problem, _nothing(robot), alone, by, best, respect_limits)
     return replace(result, complete='partial') if alone else result
 
 
 def _of_curves(
     problem: IkProblem,
-    arm: SlicedArm,
-    motion: SelfMotion,
+    search: CurveSearch,
     respect_limits: bool,
     alone: tuple[SolutionFamily, ...] = (),
 ) -> IkResult:
     robot, plan = problem.robot, problem.plan
     families = [
-        _family_of_curve(problem, JointCurve(robot, plan, arm, curve)) for curve in motion.curves
+        _family_of_curve(problem, JointCurve(robot, plan, search.arm, curve))
+        for curve in search.curves
     ]
     families += [family_of(problem, family) for family in alone]
     away = [float(np.linalg.norm((f.q - problem.near) / plan.scales)) for f in families]
     ordered = tuple(families[k] for k in np.argsort(away, kind='stable'))
     best = LeastError(ordered[0].q, ordered[0].residual)
-    by: Method = 'algebraic' if motion.proved else 'search'
+    proved = not search.gap
+    by: Method = 'algebraic' if proved else 'search'
     result = result_of(problem, _nothing(robot), (), by, best, respect_limits, None, ordered)
-    result = replace(result, complete='proved' if motion.proved else 'found')
+    result = replace(result, complete='proved' if proved else 'found')
     arcs = [arc for family in families for arc in family.intervals]
     if result.status != 'family' or not arcs:
         return result

@@ -23,7 +23,7 @@ from .sliced_arm import TRIED, SlicedArm
 from .target import IkTarget
 
 # Pieces of a complex solution's path that are shorter are at a fold, or end it (rad).
-SHORTEST = 1e-10
+SHORTEST = 1e-12
 # Tubes about a fold that are tried: the one that leaves most room.
 TUBES = (0.1, 0.03, 0.01, 0.003, 0.001)
 # Solutions of a slice are the same as points of a curve (rad or m).
@@ -75,84 +75,69 @@ class Fold(NamedTuple):
         return 2 if not self.side else 1 if self.side > 0 else 0
 
 
-class SelfMotion(NamedTuple):
+class _Unproved(Exception):
+    """The proof has a gap, in words."""
+
+
+class CurveSearch:
     """
-    The curves of a target.
+    The curves of solutions of a target that are known so far.
+
+    Parameters
+    ----------
+    arm, target
+        The arm and its target.
 
     Attributes
     ----------
     curves
         Each once.
-    proved
-        Whether there are no others.
     gap
-        Why not, in words.
+        Why there may be others, in words; empty where it is proved that there are none.
     """
-
-    curves: tuple[SolutionCurve, ...]
-    proved: bool
-    gap: str
-
-
-class _Unproved(Exception):
-    """The proof has a gap, in words."""
-
-
-NO_CURVES = SelfMotion((), False, 'no slice was looked at')
-
-
-def with_curve_through(
-    motion: SelfMotion, arm: SlicedArm, target: IkTarget, psi: Floats
-) -> tuple[SelfMotion, bool]:
-    """
-    Return curves of a target with that through one more solution, and whether there is one.
-
-    `psi` are positions of the screws, shape (n,); there is none where they are singular.
-    """
-    if any(_is_on(curve, psi) for curve in motion.curves):
-        return motion, True
-    curve = traced(arm.chart(target), psi, arm.turning)
-    if len(curve.psi) < 2:
-        return motion, False
-    return motion._replace(curves=(*motion.curves, curve)), True
-
-
-def self_motion_of(arm: SlicedArm, target: IkTarget) -> SelfMotion:
-    """Return the curves of solutions of a target."""
-    search = _Search(arm, target)
-    gap = 'no slice was found of which all solutions are known'
-    for slices in arm.slices:
-        most: tuple[float, Floats] = (TRIED[0], np.empty((0, len(arm.table), 2)))
-        for position in TRIED:
-            solutions = arm.solutions(slices, target, position)
-            search.take_real(solutions)
-            if len(solutions) > len(most[1]):
-                most = position, solutions
-            if len(solutions) == slices.bound:
-                break
-        # Where some are missing, the others may lead to curves all the same.
-        turn = _Turn(search, slices.joint, most[0])
-        hindrance = turn.follow_all(most[1])
-        if len(most[1]) == slices.bound:
-            if not hindrance:
-                return SelfMotion(tuple(search.curves), True, '')
-            gap = hindrance
-    # Without a proof more slices find more.
-    for slices in arm.slices:
-        for position in MORE:
-            search.take_real(arm.solutions(slices, target, float(position)))
-    return SelfMotion(tuple(search.curves), False, gap)
-
-
-class _Search:
-    """The curves of a target that are known so far."""
 
     def __init__(self, arm: SlicedArm, target: IkTarget) -> None:
         self.arm, self.target = arm, target
         self.chart = arm.chart(target)
         self.curves: list[SolutionCurve] = []
+        self.gap = 'no slice was found of which all solutions are known'
         # Whether a solution was met whose curve is not known.
         self.lost = False
+
+    def prove(self) -> bool:
+        """Find the curves from slices, and return whether there is proof that these are all."""
+        for slices in self.arm.slices:
+            most: tuple[float, Floats] = (TRIED[0], np.empty((0, len(self.arm.table), 2)))
+            for position in TRIED:
+                solutions = self.arm.solutions(slices, self.target, position)
+                self.take_real(solutions)
+                if len(solutions) > len(most[1]):
+                    most = position, solutions
+                if len(solutions) == slices.bound:
+                    break
+            # Where some are missing, the others may lead to curves all the same.
+            hindrance = _Turn(self, slices.joint, most[0]).follow_all(most[1])
+            if len(most[1]) == slices.bound:
+                self.gap = hindrance
+            if not self.gap:
+                return True
+        return False
+
+    def find_more(self, psi: Floats | None) -> bool:
+        """
+        Find more curves, without a proof; return whether one of them passes a solution (n,).
+
+        That is not so where it is singular.
+        """
+        if psi is not None:
+            self.take(psi)
+        # First where there are curves: others are often symmetric to them.
+        for slices in self.arm.slices:
+            along = [curve.psi[:, slices.joint] for curve in self.curves]
+            middles = [0.5 * float(path.min() + path.max()) for path in along]
+            for position in [*middles, *MORE.tolist()]:
+                self.take_real(self.arm.solutions(slices, self.target, position))
+        return psi is not None and any(_is_on(curve, psi) for curve in self.curves)
 
     def take_real(self, solutions: Floats) -> None:
         """Trace the curves of the real ones of a slice's solutions (m, n, 2)."""
@@ -176,7 +161,7 @@ class _Search:
 class _Turn:
     """The way of all complex solutions, one of each pair, through a whole turn of a joint."""
 
-    def __init__(self, search: _Search, joint: int, position: float) -> None:
+    def __init__(self, search: CurveSearch, joint: int, position: float) -> None:
         self.search, self.joint, self.position = search, joint, position
         self.chart = search.chart
         self.direction = np.eye(len(search.arm.table))[joint]
