@@ -106,6 +106,17 @@ def test_the_best_postures_of_an_arc_are_no_worse_than_its_samples():
     assert np.all(best < arc.ranges[:, 1] + 1e-12)
 
 
+def test_the_nearest_posture_of_a_closed_arc_may_be_where_it_closes():
+    free = random_arm('RRRRRRR', 0, (-math.inf, math.inf))
+    target = ks.forward_kinematics(free, poses_within(random_arm('RRRRRRR', 0), 1, 5)[0])
+    for family in ks.inverse_kinematics(free, target).families:
+        arc = family.intervals[0]
+        for s in (-0.4 * arc.s[1], 0.4 * arc.s[1], arc.length + 0.4 * arc.s[1]):
+            q = arc.at(float(s))
+            assert np.max(np.abs(ks.forward_kinematics(free, q) - target)) < REACHED
+            assert np.max(np.abs(arc.nearest_to(q) - q)) < ON_ARC
+
+
 def inside_by_samples(family, limits, count=20_000):
     """Return how many arcs of a closed curve's dense samples are inside limits, no turns told."""
     arc = family.intervals[0]

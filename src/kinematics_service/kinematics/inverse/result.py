@@ -1,5 +1,6 @@
 """The result of inverse kinematics: solutions, families of them, or the nearest pose."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, NamedTuple, overload
@@ -153,8 +154,13 @@ class IkArc(FrozenArrays):
         return np.column_stack([self.q.min(axis=0), self.q.max(axis=0)])
 
     def at(self, s: float) -> Floats:
-        """Return the joint positions (n,) at a length from 0 to `length` (rad), to round-off."""
-        return self.along(s)
+        """
+        Return the joint positions (n,) at a length from 0 to `length` (rad), to round-off.
+
+        A closed arc goes on before and behind, lap by lap.
+        """
+        laps = math.floor(s / self.length) if self.closed else 0
+        return np.asarray(self.along(s - laps * self.length) + laps * (self.q[-1] - self.q[0]))
 
     def margins(self) -> Floats:
         """Return the distance of each of `q` to the nearest limit, shape (m,), rad or m."""
@@ -182,8 +188,12 @@ class IkArc(FrozenArrays):
 
     def _best(self, cost: Callable[[Floats], float]) -> Floats:
         # The least cost: next to the sample that has the least, by golden sections.
-        k = int(np.argmin([cost(one) for one in self.q]))
-        a, b = float(self.s[max(k - 1, 0)]), float(self.s[min(k + 1, len(self.s) - 1)])
+        k, last = int(np.argmin([cost(one) for one in self.q])), len(self.s) - 1
+        a, b = float(self.s[max(k - 1, 0)]), float(self.s[min(k + 1, last)])
+        if self.closed and k == 0:
+            a = float(self.s[-2]) - self.length
+        if self.closed and k == last:
+            b = self.length + float(self.s[1])
         for _ in range(SECTIONS):
             x, y = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
             a, b = (a, y) if cost(self.at(x)) < cost(self.at(y)) else (x, b)
