@@ -111,6 +111,9 @@ def test_the_nearest_posture_of_a_closed_arc_may_be_where_it_closes():
     target = ks.forward_kinematics(free, poses_within(random_arm('RRRRRRR', 0), 1, 5)[0])
     for family in ks.inverse_kinematics(free, target).families:
         arc = family.intervals[0]
+        step = 0.4 * float(arc.s[1])
+        lap = arc.q[-1] - arc.q[0]
+        assert np.max(np.abs(arc.at(arc.length + step) - arc.at(step) - lap)) < REACHED
         for s in (-0.4 * arc.s[1], 0.4 * arc.s[1], arc.length + 0.4 * arc.s[1]):
             q = arc.at(float(s))
             assert np.max(np.abs(ks.forward_kinematics(free, q) - target)) < REACHED

@@ -28,16 +28,15 @@ def trace(chart: CurveChart, start: Floats, side: float, samples: Floats, closed
         Near a solution: positions of the screws.
     side
         1 or -1: in which direction.
-    samples : shape (m, 2 n + 1)
-        Positions, tangent (unit, unscaled), and a lower bound of the smallest singular value, in
-        units of the twists.
+    samples : shape (m, 2 n)
+        Positions of the screws, and the unit tangent.
     closed : shape (1,)
         1 where the curve closed, 0 where it could not be followed or the room was used up.
     """
     arrays.given(chart)
     n = chart.n
     most = arrays.extent(samples, 0)
-    rows, how = arrays.results(samples, most * (2 * n + 1)), arrays.whole_results(closed, 1)
+    rows, how = arrays.results(samples, 2 * most * n), arrays.whole_results(closed, 1)
     begin, room = arrays.numbers(start, n), arrays.scratch(2 * n)
     for j in range(n):
         chart.t[2 * j], chart.t[2 * j + 1] = begin[j], 0.0
@@ -66,11 +65,10 @@ def _traced(
         for j in range(n):
             way = chart.w[2 * j] / chart.sizes[j]
             size += way * way
-        row = arrays.after(rows, count * (2 * n + 1))
+        row = arrays.after(rows, 2 * count * n)
         for j in range(n):
             row[j] = chart.t[2 * j]
             row[n + j] = sign * chart.w[2 * j] / chart.sizes[j] / math.sqrt(size)
-        row[2 * n] = 1.0 / chart.inverse
         if count > 0 and sign * chart.along_parameter(first) > 0.0 and chart.holds(first, 1.0):
             how[0] = 1
             return count + 1

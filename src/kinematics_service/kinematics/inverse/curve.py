@@ -31,21 +31,17 @@ class SolutionCurve(FrozenArrays):
     psi, tangents : shape (m, n), rad or m
         Samples, and the unit tangents there. Of a closed curve the last sample is the first one,
         full turns added. Between two of them the curve is a graph over one joint, by proof.
-    regularity : shape (m,)
-        How far from singular each is: a lower bound of the smallest singular value of the joints'
-        unit twists.
     turning : shape (n,)
         Which screws turn.
     closed
         Whether it closes; otherwise it ends where it cannot be followed, near singular poses.
     """
 
-    READ_ONLY: ClassVar = ('psi', 'tangents', 'regularity')
+    READ_ONLY: ClassVar = ('psi', 'tangents')
 
     chart: kernel.CurveChart
     psi: Floats
     tangents: Floats
-    regularity: Floats
     turning: npt.NDArray[np.bool_]
     closed: bool
 
@@ -139,7 +135,7 @@ def traced(
         turned[:n] += np.where(turning, turns * math.tau, 0.0)
         return _curve(chart, np.vstack([first, turned]), turning, True)
     other, _ = _samples(chart, start, -1.0)
-    other[:, len(start) : -1] *= -1.0
+    other[:, len(start) :] *= -1.0
     return _curve(chart, np.vstack([other[:0:-1], first]), turning, False)
 
 
@@ -147,14 +143,13 @@ def _curve(
     chart: kernel.CurveChart, samples: Floats, turning: npt.NDArray[np.bool_], closed: bool
 ) -> SolutionCurve:
     n = len(turning)
-    psi, tangents, regularity = samples[:, :n], samples[:, n:-1], samples[:, -1]
-    return SolutionCurve(chart, psi.copy(), tangents.copy(), regularity.copy(), turning, closed)
+    return SolutionCurve(chart, samples[:, :n].copy(), samples[:, n:].copy(), turning, closed)
 
 
 def _samples(chart: kernel.CurveChart, start: Floats, side: float) -> tuple[Floats, bool]:
     room = FEW
     while True:
-        samples, closed = np.empty((room, 2 * len(start) + 1)), np.zeros(1, dtype=np.int64)
+        samples, closed = np.empty((room, 2 * len(start))), np.zeros(1, dtype=np.int64)
         count = kernel.trace(chart, np.ascontiguousarray(start), side, samples, closed)
         if closed[0] or count < room or room >= MOST:
             return samples[:count].copy(), bool(closed[0])
