@@ -34,7 +34,7 @@ API = """
     joint_torques wrench_from_torques WrenchEstimate
     null_space self_motion pseudo_inverse PseudoInverse scale MotionScale ServoRule
     singularity Singularity Level LoopClosure LoopError
-    inverse_kinematics IkResult IkSolution IkFamily
+    inverse_kinematics IkResult IkSolution IkFamily IkArc IkArcEnd
     joint_velocity ServoSettings ServoStep
     check_plan PlanCheck PlanError
     diagnose_frames FrameDiagnosis judge_table

@@ -190,3 +190,36 @@ def test_wrong_usage_is_exit_code_2(capsys, argv, sentence):
     code, streams = answer(capsys, '--robot', 'craig_3r', *argv)
     assert code == 2
     assert sentence in streams.err
+
+
+SEVEN = ('--robot', 'kuka_iiwa14', '--xyz', '0.3,0.2,0.6', '--rpy', '170,10,30', '--deg')
+
+
+def test_the_arcs_of_a_redundant_arm_are_printed_with_the_joints_that_end_them(capsys):
+    code, streams = answer(capsys, *SEVEN, '--family')
+    assert code == 0
+    assert '17 arcs inside the limits' in ' '.join(streams.out.split())
+    assert 'there are no others' in ' '.join(streams.out.split())
+    assert 'from the lower limit of joint_6 to the upper limit of joint_1' in ' '.join(
+        streams.out.split()
+    )
+    code, streams = answer(capsys, *SEVEN, '--family', '--json')
+    document = json.loads(streams.out)
+    assert (document['status'], document['complete']) == ('solved', 'proved')
+    arcs = [arc for family in document['families'] for arc in family['intervals']]
+    assert len(arcs) == 17
+    robot = ks.load_robot('kuka_iiwa14')
+    for arc in arcs:
+        for end, q in zip(arc['ends'], (arc['q'][0], arc['q'][-1])):
+            j = robot.joint_names.index(end['joint'])
+            limit = robot.limits[j][0 if end['limit'] == 'lower' else 1]
+            assert abs(q[j] - limit) < 1e-9
+        lowest = np.array(arc['ranges'])[:, 0]
+        assert np.all(lowest < np.array(arc['largest_margin']) + 1e-12)
+
+
+def test_without_the_family_one_posture_is_printed_as_ever(capsys):
+    code, streams = answer(capsys, *SEVEN)
+    assert code == 0
+    assert 'the target leaves joints free to move' in ' '.join(streams.out.split())
+    assert 'arc 1' not in streams.out

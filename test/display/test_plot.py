@@ -29,6 +29,7 @@ from kinematics_service.display.plots.captions import nearness
 from kinematics_service.display.plots.critical import critical_points
 from kinematics_service.display.plots.distance_colours import ColourScale, draw_distances
 from kinematics_service.display.plots.distance_map import distance_map, joint_pair
+from kinematics_service.display.plots.family import family_picture
 from kinematics_service.display.plots.map_picture import map_picture
 from kinematics_service.display.plots.measures import measure_units, measures_picture
 from kinematics_service.display.plots.motion import PlottedMotion, motion_of
@@ -785,7 +786,7 @@ def test_ik_tells_by_its_exit_code_that_nothing_was_found(tmp_path, capsys):
         (
             'ur5e arms',
             2,
-            "no kind 'arms'; choose from arm, ik, velocity, measures, map, workspace",
+            "no kind 'arms'; choose from arm, ik, family, velocity, measures, map, workspace",
         ),
         ('arm ur5e', 2, 'the robot comes first'),
         ('ur5f arm', 2, "did you mean 'ur5e'?"),
@@ -882,3 +883,25 @@ def test_pictures_of_arms_with_loops_try_fewer_positions(name, share, monkeypatc
     for points in ((), ('--points', '5000')):
         assert main(['plot', name, 'workspace', *points]) != 0
     assert tried == [WORKSPACE_POINTS // share, 5000]
+
+
+def test_each_joint_over_the_arcs_of_a_redundant_arm():
+    robot = ks.load_robot('kuka_iiwa14')
+    target = ks.forward_kinematics(robot, [0.4, 0.7, -0.3, -1.2, 0.5, 0.9, -0.2])
+    result = ks.inverse_kinematics(robot, target)
+    figure = drawn(family_picture(robot, result))
+    arcs = result.families[0].intervals
+    assert len(figure.axes) == 7
+    for j, axes in enumerate(figure.axes):
+        lines = axes.get_lines()[: len(arcs)]
+        for line, arc in zip(lines, arcs):
+            assert np.array_equal(line.get_ydata(), arc.q[:, j])
+        limits = {float(line.get_ydata()[0]) for line in axes.get_lines()[len(arcs) :]}
+        assert limits == set(robot.limits[j].tolist())
+
+
+def test_an_arm_without_arcs_has_no_picture_of_them(capsys):
+    command = ['plot', 'ur5e', 'family', '--xyz', '0.3,-0.2,0.4', '--rpy', '3,0,1']
+    assert main(command) == 1
+    said = capsys.readouterr().err
+    assert 'ur5e has no arc of postures inside its limits at this target: ' in said

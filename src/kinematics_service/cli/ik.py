@@ -9,7 +9,7 @@ import typer
 from rich.table import Table
 
 from ..kernel import Floats
-from ..kinematics.inverse.result import IkFamily, IkResult, IkSolution
+from ..kinematics.inverse.result import IkArc, IkFamily, IkResult, IkSolution
 from ..kinematics.inverse.solve import TOLERANCE, inverse_kinematics
 from ..kinematics.inverse.target import TOOL_AXES
 from ..printing import Output, attributes, facts, heading, json_text, number, plain
@@ -83,6 +83,9 @@ def ik(
     seed: int = option('Seed of the random starts of a search.', default=0, least=0),
     one: bool = flag('--one', 'Stop at the first solution found.'),
     everything: bool = flag('--all', 'Print solutions outside the limits too.'),
+    family: bool = flag(
+        '--family', 'All postures of an arm with one joint more than the target asks for.'
+    ),
     deg: DegreesOption = False,
     json: JsonOption = False,
 ) -> None:
@@ -108,6 +111,11 @@ def ik(
     whole orientation. A target that is not met exactly counts as reached within --tolerance,
     because typed numbers are rounded; the residual says how well.
 
+    --family: an arm with one joint more than the target asks for, as seven for a pose, holds its
+    tool still and moves. Each arc of such a motion inside the limits is printed: the joints and
+    limits that end it, its length, the range of each joint, and the positions farthest from
+    the limits. complete says whether there are no others.
+
     --one: the first solution found inside the limits, the nearest one where there is a
     closed form. An arm without one is searched from there: --seed gives other starts.
 
@@ -125,13 +133,17 @@ def ik(
                                      joints outside their limits), margin (to the nearest
                                      limit), shoulder, elbow, wrist, multiplicity
       families                       the same keys, and motions (a row a direction along
-                                     it), straight, joints
+                                     it), straight, joints, closed, intervals (with --family:
+                                     objects of q, a row each, s, length, closed, ends of joint
+                                     and limit, windings, ranges, largest_margin)
       nearest                        null, or q, residual, position_error, rotation_error
     """
     if rpy is not None and quaternion is not None:
         raise WrongUsage('--rpy and --quaternion both say how the tool is turned: give one')
     if one and everything:
         raise WrongUsage('--one and --all: give one of them')
+    if one and family:
+        raise WrongUsage('--one and --family: give one of them')
     if axis is not None and (axis not in TOOL_AXES or (rpy is None and quaternion is None)):
         raise WrongUsage(f'--axis: x, y or z, beside --rpy or --quaternion, not {axis!r} alone')
     arm = given_robot(robot)
@@ -147,6 +159,7 @@ def ik(
         all_solutions=not one,
         axis=axis,
         tolerance=tolerance,
+        curves=family,
     )
     if json:
         print(_document(arm, result, target, start, {'axis': axis, 'tolerance': tolerance}))
@@ -207,7 +220,11 @@ def _document(
                 {**_entry(solution), 'multiplicity': solution.multiplicity} for solution in result
             ],
             'families': [
-                {**_entry(family), **attributes(family, 'motions', 'straight', 'joints')}
+                {
+                    **_entry(family),
+                    **attributes(family, 'motions', 'straight', 'joints', 'closed'),
+                    'intervals': [_arc_entry(arc) for arc in family.intervals],
+                }
                 for family in result.families
             ],
             'nearest': nearest
@@ -220,6 +237,14 @@ def _entry(one: IkSolution | IkFamily) -> dict[str, Any]:
     return {
         **attributes(one, 'q', 'residual', 'feasible', 'beyond', 'margin'),
         **attributes(one.posture, 'shoulder', 'elbow', 'wrist'),
+    }
+
+
+def _arc_entry(arc: IkArc) -> dict[str, Any]:
+    return {
+        **attributes(arc, 'q', 's', 'length', 'closed', 'windings', 'ranges'),
+        'ends': [end._asdict() for end in arc.ends],
+        'largest_margin': arc.with_largest_margin(),
     }
 
 
@@ -259,7 +284,8 @@ def _units(robot: Robot, degrees: bool) -> str:
 
 
 def _completeness(result: IkResult) -> str:
-    if not result.solutions or result.complete == 'partial':
+    curves = any(family.intervals for family in result.families)
+    if result.complete == 'partial' or not (result.solutions or curves):
         return ''
     if result.complete == 'found':
         return '; there may be others'
@@ -324,7 +350,29 @@ def _print_family(out: Output, robot: Robot, family: IkFamily, degrees: bool) ->
         about.add_row('  along', plain(_positions(robot, motion, False)))
     if family.beyond:
         about.add_row('', plain(f'beyond the limits of {", ".join(family.beyond)}'))
+    for k, arc in enumerate(family.intervals, 1):
+        about.add_row(f'  arc {k}', plain(_arc_words(arc)))
+        low, high = (_joint_texts(robot, q, degrees) for q in arc.ranges.T)
+        ranges = (f'{name} {a} .. {b}' for name, a, b in zip(robot.joint_names, low, high))
+        about.add_row('', plain('  '.join(ranges)))
+        best = _positions(robot, arc.with_largest_margin(), degrees)
+        about.add_row('', plain(f'farthest from the limits: {best}'))
     out.print('', about)
+
+
+def _arc_words(arc: IkArc) -> str:
+    words = f'{arc.length:.4g} rad long'
+    if arc.closed:
+        words += ', closed'
+    else:
+        first, last = (
+            f'the {end.limit} limit of {end.joint}' if end.joint else 'where it cannot be followed'
+            for end in arc.ends
+        )
+        words += f', from {first} to {last}'
+    if arc.windings > 1:
+        words += f', {arc.windings} times by full turns of joints'
+    return words
 
 
 def _positions(robot: Robot, q: Floats, degrees: bool) -> str:

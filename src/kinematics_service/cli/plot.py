@@ -12,6 +12,7 @@ import typer
 from ..display.plots.arm import arm_picture
 from ..display.plots.critical import critical_points
 from ..display.plots.distance_map import distance_map, joint_pair
+from ..display.plots.family import family_picture
 from ..display.plots.map_picture import map_picture
 from ..display.plots.measures import measures_picture
 from ..display.plots.motion import motion_of
@@ -50,11 +51,14 @@ from .options import (
 OPTIONS = {
     'arm': ('--q',),
     'ik': ('--xyz', '--rpy', '--quaternion', '--near'),
+    'family': ('--xyz', '--rpy', '--quaternion', '--near'),
     'velocity': ('--path',),
     'measures': ('--path',),
     'map': ('--joints', '--q', '--points', '--workers'),
     'workspace': ('--plane', '--at', '--points', '--workers'),
 }
+# Those of a target.
+TARGETS = ('ik', 'family')
 # Points on a side of the map, joint positions of the workspace, and the range of --points.
 MAP_POINTS, WORKSPACE_POINTS = 400, 100_000
 POINTS = {'map': (2, 4000), 'workspace': (1000, 100_000_000)}
@@ -106,6 +110,7 @@ def plot(
     KIND is one of:
       arm         links, joint axes and frames in a pose        --q
       ik          every pose that reaches a target              --xyz --rpy --near
+      family      a redundant arm's postures, joint by joint    --xyz --rpy --near
       velocity    the tool's velocity along a path              --path
       measures    how near to singular along a path             --path
       map         the same over two joints, singular sets       --joints --q
@@ -130,8 +135,8 @@ def plot(
     _refuse_unknown_options(
         robot, kind, [name for name, value in given.items() if value is not None]
     )
-    if kind == 'ik' and xyz is None:
-        raise WrongUsage('plot ik: say where the tool should be: --xyz 0.3,0.1,0.4')
+    if kind in TARGETS and xyz is None:
+        raise WrongUsage(f'plot {kind}: say where the tool should be: --xyz 0.3,0.1,0.4')
     most = _points(kind, points)
     if rpy is not None and quaternion is not None:
         raise WrongUsage('--rpy and --quaternion both say how the tool is turned: give one')
@@ -142,9 +147,9 @@ def plot(
     arm = ending_at(given_robot(robot), of)
     count = most if points is not None else _fewer(arm, kind, most)
     pose = None if q is None else given_positions(arm, q, deg)
-    if kind == 'ik':
+    if kind in TARGETS:
         start = None if near is None else joint_values(arm, near, '--near', deg)
-        draw, failed = _ik(arm, target_from(xyz or '', rpy, quaternion, deg), start)
+        draw, failed = _ik(arm, kind, target_from(xyz or '', rpy, quaternion, deg), start)
     else:
         draw, failed = _drawing(arm, kind, pose, path, joints, (plane, at), count, workers), False
     if save is not None or not show:
@@ -200,8 +205,11 @@ def _fewer(robot: Robot, kind: str, points: int) -> int:
     return points
 
 
-def _ik(robot: Robot, target: Floats, near: Floats | None) -> tuple[Draw, bool]:
-    result = inverse_kinematics(robot, target, near=near, respect_limits=False)
+def _ik(robot: Robot, kind: str, target: Floats, near: Floats | None) -> tuple[Draw, bool]:
+    curves = kind == 'family'
+    result = inverse_kinematics(robot, target, near=near, respect_limits=False, curves=curves)
+    if curves:
+        return family_picture(robot, result), False
     failed = result.status in ('outside_limits', 'unreachable')
     return solutions_picture(robot, target, result), failed
 

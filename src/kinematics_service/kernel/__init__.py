@@ -72,6 +72,15 @@ from .observing import observe as observe
 from .outgoing import OutgoingMessages as OutgoingMessages
 from .outgoing import OutgoingTable as OutgoingTable
 from .outgoing import fill_messages as fill_messages
+from .self_motion.charts import CurveChart as CurveChart
+from .self_motion.curves import corrected as corrected
+from .self_motion.curves import fold_at as fold_at
+from .self_motion.curves import fold_near as fold_near
+from .self_motion.curves import follow as follow
+from .self_motion.curves import holds as holds
+from .self_motion.curves import tangent_at as tangent_at
+from .self_motion.curves import trace as trace
+from .self_motion.curves import write_beside_fold as write_beside_fold
 from .six_joints.six_joints import SixJoints as SixJoints
 from .six_joints.six_joints import complex_solutions as complex_solutions
 from .six_joints.six_joints import followed_solutions as followed_solutions

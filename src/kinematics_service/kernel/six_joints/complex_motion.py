@@ -5,7 +5,8 @@ import math
 from ..forward import vectors
 from ..layout import arrays
 from ..layout.arrays import Flat, Numbers, Vector
-from . import complex_numbers, pairs
+from . import complex_numbers, complex_product, pairs
+from .complex_product import Product
 from .pairs import Complex
 from .six_screws import SixScrews
 
@@ -19,26 +20,6 @@ MISSES = 1e-9
 # Below 1/2 there is a solution within two steps and no other within 1 / (beta K).
 ROUND_OFF, CERTAIN = 1e-15, 0.0625
 WIDTH = 13  # six columns of J, what is left, and six of the identity
-
-
-def _add(row: Numbers, j: int, part: int, re: float, im: float) -> None:
-    # Adds a complex number, or i times it, to one of a row.
-    if part == 0:
-        row[2 * j] += re
-        row[2 * j + 1] += im
-    else:
-        row[2 * j] -= im
-        row[2 * j + 1] += re
-
-
-def add_turned(row: Numbers, v: Vector, part: int, axis: Vector, turn: Numbers) -> None:
-    """Add v' E to a complex row: v its real or imaginary part, E the turn about the axis."""
-    along = vectors.dot(axis, v)
-    u, w = vectors.plus(v, -along, axis), vectors.cross(v, axis)
-    c, c_im, s, s_im = turn[0], turn[1], turn[2], turn[3]
-    _add(row, 0, part, c * u[0] + s * w[0] + along * axis[0], c_im * u[0] + s_im * w[0])
-    _add(row, 1, part, c * u[1] + s * w[1] + along * axis[1], c_im * u[1] + s_im * w[1])
-    _add(row, 2, part, c * u[2] + s * w[2] + along * axis[2], c_im * u[2] + s_im * w[2])
 
 
 def angle_left(
@@ -73,8 +54,8 @@ def _turn_back(v: Numbers, axis: Vector, turn: Numbers) -> None:
     for i in range(6):
         v[i] = 0.0
     # A row times the turn is the column turned back.
-    add_turned(v, re, 0, axis, turn)
-    add_turned(v, im, 1, axis, turn)
+    complex_product.add_turned(v, re, 0, axis, turn)
+    complex_product.add_turned(v, im, 1, axis, turn)
 
 
 class Motion:
@@ -93,24 +74,23 @@ class Motion:
     radius: float
 
     def __init__(self) -> None:
-        self.room: Flat = arrays.scratch(18 + 6 + 36 + 36 + 12 * WIDTH + 8)
-        self.R: Flat = self.room
-        self.p: Flat = arrays.after(self.R, 18)
-        self.axes: Flat = arrays.after(self.p, 6)
-        self.points: Flat = arrays.after(self.axes, 36)
-        self.J: Flat = arrays.after(self.points, 36)
-        self.turn: Flat = arrays.after(self.J, 12 * WIDTH)
+        self.product: Product = Product(6)
+        self.R: Flat = self.product.R
+        self.p: Flat = self.product.p
+        self.axes: Flat = self.product.axes
+        self.points: Flat = self.product.points
+        self.J: Flat = arrays.scratch(12 * WIDTH)
         self.first, self.radius = 0.0, 0.0
 
     def __dealloc__(self) -> None:
         """Give the room back."""
-        arrays.give_back(self.room)
+        arrays.give_back(self.J)
 
     def improve(self, loop: SixScrews, t: Numbers) -> bool:
         """Move positions t (6 pairs) to a solution; return whether the steps ended at one."""
         step = 0.0
         for k in range(MOST_STEPS):
-            self._multiply(loop, t)
+            self.product.multiply(loop.screws, t)
             self._fill(loop)
             if not self._solve(7):
                 return False
@@ -187,49 +167,9 @@ class Motion:
                     self.J[at + 1] /= unit
         return unit
 
-    def _multiply(self, loop: SixScrews, t: Numbers) -> None:
-        # Fills R, p with the product, and each screw's axis and point as those before it move it.
-        o: Complex
-        R, p = self.R, self.p
-        for i in range(18):
-            R[i] = 1.0 if i % 8 == 0 else 0.0
-        for i in range(6):
-            p[i] = 0.0
-        for k in range(6):
-            axis, point = vectors.axis_of(loop.screws, k), vectors.point_of(loop.screws, k)
-            for i in range(3):
-                z, o = self._row_times(i, axis), self._row_times(i, point)
-                pairs.put(self.axes, 3 * k + i, z)
-                o = pairs.plus(o, 1.0, pairs.pair(p, i))
-                pairs.put(self.points, 3 * k + i, o)
-            if vectors.slides(loop.screws, k):
-                d = pairs.pair(t, k)
-                for i in range(3):
-                    way = pairs.times(d, pairs.pair(self.axes, 3 * k + i))
-                    pairs.put(p, i, pairs.plus(pairs.pair(p, i), 1.0, way))
-                continue
-            complex_numbers.write_turn(pairs.pair(t, k), self.turn)
-            for i in range(3):
-                row = arrays.after(R, 6 * i)
-                re, im = (row[0], row[2], row[4]), (row[1], row[3], row[5])
-                for j in range(6):
-                    row[j] = 0.0
-                add_turned(row, re, 0, axis, self.turn)
-                add_turned(row, im, 1, axis, self.turn)
-                # The point on the axis stays where it is.
-                o = pairs.pair(self.points, 3 * k + i)
-                pairs.put(p, i, pairs.plus(o, -1.0, self._row_times(i, point)))
-
-    def _row_times(self, i: int, v: Vector) -> Complex:
-        row = arrays.after(self.R, 6 * i)
-        return (
-            row[0] * v[0] + row[2] * v[1] + row[4] * v[2],
-            row[1] * v[0] + row[3] * v[1] + row[5] * v[2],
-        )
-
     def miss(self, loop: SixScrews, t: Numbers) -> float:
         """Return by how much positions t (6 pairs) miss the goal: the largest difference."""
-        self._multiply(loop, t)
+        self.product.multiply(loop.screws, t)
         missed: float = 0.0
         for i in range(3):
             missed = max(missed, abs(self.p[2 * i] - loop.goal[4 * i + 3]), abs(self.p[2 * i + 1]))

@@ -72,10 +72,11 @@ def result_of(
     best: LeastError,
     respect_limits: bool,
     roots: tuple[int, int] | None = None,
+    curves: tuple[IkFamily, ...] = (),
 ) -> IkResult:
-    """Return the result of isolated solutions and families."""
+    """Return the result of isolated solutions, families, and families that are curves."""
     solutions = _solutions(problem, found)
-    continua = tuple(family_of(problem, family) for family in families)
+    continua = (*(family_of(problem, family) for family in families), *curves)
     inside = tuple(solution for solution in solutions if solution.feasible)
     status, reason = _status(problem, solutions, inside, continua, method)
     wanted = inside if respect_limits else solutions

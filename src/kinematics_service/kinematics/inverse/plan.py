@@ -217,8 +217,8 @@ def _whole(numbers: Floats) -> bool:
     return bool(np.all(np.abs(numbers - np.round(numbers)) < WHOLE))
 
 
-def _one_to_one(screws: Screws, robot: Robot) -> bool:
-    # Returns whether positions of the screws, modulo full turns, are positions of the joints.
+def one_to_one(screws: Screws, robot: Robot) -> bool:
+    """Return whether positions of the screws, modulo full turns, are positions of the joints."""
     C = screws.coupling
     if C.shape[0] != C.shape[1] or abs(np.linalg.det(C)) < WHOLE:
         return False
@@ -237,9 +237,9 @@ def _one_to_one(screws: Screws, robot: Robot) -> bool:
 def _closed_form(screws: Screws, robot: Robot, whole: bool) -> kernel.ClosedForm | None:
     if robot.dof == 3:
         for form in (screws, with_links_merged(screws)):
-            if _one_to_one(form, robot) and _solvable(form):
+            if one_to_one(form, robot) and _solvable(form):
                 return _closed(kernel.POSITION_3, with_feet(form), form.tool, False)
-    if robot.dof != 6 or not whole or not _one_to_one(screws, robot):
+    if robot.dof != 6 or not whole or not one_to_one(screws, robot):
         return None
     for backwards in (False, True):
         form = reversed_screws(screws) if backwards else screws
@@ -260,7 +260,7 @@ def elimination_of(robot: Robot) -> kernel.SixJoints | None:
     if robot.chain.loops or robot.dof != 6:
         return None
     screws = screws_of(robot.chain)
-    if not _one_to_one(screws, robot):
+    if not one_to_one(screws, robot):
         return None
     q = np.ascontiguousarray(seeded_poses(robot.limits, robot.prismatic)[:POSES])
     return six_joints_of(screws, forward_kinematics(robot, q))

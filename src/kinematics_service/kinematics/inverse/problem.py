@@ -24,6 +24,8 @@ class IkProblem(NamedTuple):
         Joint positions that solutions should be near.
     seed
         Seed of the starts of a search.
+    curves
+        Whether all solutions of an arm with one joint more than the target asks for are wanted.
     """
 
     robot: Robot
@@ -31,6 +33,7 @@ class IkProblem(NamedTuple):
     plan: InversePlan
     near: Floats
     seed: int
+    curves: bool = True
 
     def random(self) -> np.random.Generator:
         """Return the generator of the seed, from its beginning."""

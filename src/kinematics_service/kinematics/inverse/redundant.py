@@ -1,19 +1,107 @@
 """
-Arms with more joints than the target has rows: a continuum for every target, and one pose of it.
+Arms with more joints than the target has rows: a continuum for every target.
+
+With one joint more it is curves, all of which are found; otherwise one pose of it is.
 """
+
+from dataclasses import replace
 
 import numpy as np
 
 from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
+from .answer import family_of, moving_joints, not_exact, representatives, result_of
+from .arcs import JointCurve
 from .families import SolutionFamily, nearer, tangent
 from .plan import InversePlan
-from .search import LeastError, refined, starts
+from .problem import IkProblem
+from .result import IkArc, IkFamily, IkResult, Method
+from .search import DistinctSolutions, LeastError, errors_at, refined, starts
+from .self_motion import CurveSearch
+from .sliced_arm import sliced_arm_of
 from .target import IkTarget
 
 # Number of starts inside the limits, at first and if those fail.
 FEW, MANY = 24, 240
+
+
+def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
+    """Return the result of a redundant arm: all curves of it, or one pose of its continuum."""
+    robot, target, plan, near, *_ = problem
+    arm = sliced_arm_of(robot, target.rows, target.axis) if problem.curves else None
+    search = None if arm is None else CurveSearch(arm, target)
+    proved = search is not None and search.prove()
+    if search is not None and proved and search.curves:
+        return _of_curves(problem, search, respect_limits)
+    family, best = redundant_family(robot, target, plan, near, problem.random())
+    alone = () if family is None else (family,)
+    if search is not None and not proved:
+        # The joint that is added for a direction is not known.
+        known = family is not None and not target.axis
+        psi = search.arm.to_screws(family.q) if family is not None and known else None
+        # What is on no curve may be singular itself, and stands alone.
+        on_curve = search.find_more(psi) or not known
+        if search.curves:
+            return _of_curves(problem, search, respect_limits, () if on_curve else alone)
+    by: Method = 'algebraic' if proved and not alone else 'search'
+    result = result_of(problem, _nothing(robot), alone, by, best, respect_limits)
+    return replace(result, complete='partial') if alone else result
+
+
+def _of_curves(
+    problem: IkProblem,
+    search: CurveSearch,
+    respect_limits: bool,
+    alone: tuple[SolutionFamily, ...] = (),
+) -> IkResult:
+    robot, plan = problem.robot, problem.plan
+    families = [
+        _family_of_curve(problem, JointCurve(robot, plan, search.arm, curve))
+        for curve in search.curves
+    ]
+    families += [family_of(problem, family) for family in alone]
+    away = [float(np.linalg.norm((f.q - problem.near) / plan.scales)) for f in families]
+    ordered = tuple(families[k] for k in np.argsort(away, kind='stable'))
+    best = LeastError(ordered[0].q, ordered[0].residual)
+    proved = not search.gap
+    by: Method = 'algebraic' if proved else 'search'
+    result = result_of(problem, _nothing(robot), (), by, best, respect_limits, None, ordered)
+    result = replace(result, complete='proved' if proved else 'found')
+    arcs = [arc for family in families for arc in family.intervals]
+    if result.status != 'family' or not arcs:
+        return result
+    joints = ', '.join(dict.fromkeys(name for f in families for name in f.joints))
+    reason = (
+        f'the tool stays at the target along {len(arcs)} {"arc" if len(arcs) == 1 else "arcs"}'
+    )
+    if closed := sum(arc.closed for arc in arcs):
+        reason += f', {closed} of them closed,'
+    reason += f' inside the limits; these joints move: {joints}'
+    reason += not_exact(problem.target, max(family.residual for family in families))
+    return replace(result, status='solved', reason=reason, nearest=None)
+
+
+def _family_of_curve(problem: IkProblem, curve: JointCurve) -> IkFamily:
+    robot, target, plan, near, *_ = problem
+    arcs = curve.arcs()
+    if arcs:
+        q = min(arcs, key=lambda arc: _away(problem, arc)).nearest_to(near)
+    else:
+        # The pose of it that is beyond the limits by least.
+        known = representatives(robot, plan, curve.samples, near)
+        q = known.q[int(np.argmax(known.margin))]
+    error = float(errors_at(target, plan, q[None])[0])
+    motions = tangent(robot, target, plan, q, dimension(robot, target))
+    family = family_of(problem, SolutionFamily(q, error, motions, False))
+    moved = np.ptp(curve.samples, axis=0)[None]
+    return replace(
+        family, joints=moving_joints(robot, moved), intervals=arcs, closed=curve.curve.closed
+    )
+
+
+def _away(problem: IkProblem, arc: IkArc) -> float:
+    return float(np.min(np.linalg.norm((arc.q - problem.near) / problem.plan.scales, axis=1)))
 
 
 def redundant_family(
@@ -50,6 +138,10 @@ def redundant_family(
 def dimension(robot: Robot, target: IkTarget) -> int:
     """Return the dimension of the families of a redundant arm."""
     return max(robot.chain.dof - target.equations, 1)
+
+
+def _nothing(robot: Robot) -> DistinctSolutions:
+    return DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
 
 
 def into_limits(robot: Robot, q: Floats, random: np.random.Generator) -> Floats:

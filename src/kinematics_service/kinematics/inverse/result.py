@@ -1,14 +1,17 @@
 """The result of inverse kinematics: solutions, families of them, or the nearest pose."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import ClassVar, Literal, overload
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, Literal, NamedTuple, overload
 
 import numpy as np
 
 from ...kernel import Floats
 from ...notebook import as_html
 from ...robot.chain import FrozenArrays
+from ...robot.robot import Robot
+from ..clearance import clearances
 
 Status = Literal['solved', 'family', 'outside_limits', 'unreachable']
 Method = Literal['closed form', 'algebraic', 'search']
@@ -22,6 +25,8 @@ OTHERS: dict[Complete, str] = {
 
 # Tolerance of angles that belong to a family (rad).
 ON_FAMILY = 1e-6
+# Golden sections to the best pose of an arc: a tenth of a rad becomes 1e-9.
+GOLDEN, SECTIONS = 0.6180339887498949, 38
 
 
 @dataclass(frozen=True)
@@ -89,6 +94,112 @@ class IkSolution(FrozenArrays):
     exact: bool = True
 
 
+class IkArcEnd(NamedTuple):
+    """
+    Where an arc ends.
+
+    Attributes
+    ----------
+    joint
+        The joint that is at a limit there, by name; empty where none is.
+    limit
+        `lower` or `upper`; `singular` where the arc cannot be followed farther.
+    """
+
+    joint: str
+    limit: str
+
+
+@dataclass(frozen=True, eq=False)
+class IkArc(FrozenArrays):
+    """
+    A continuous motion inside the joint limits during which the tool stays at the target.
+
+    Attributes
+    ----------
+    q : shape (m, n), rad or m
+        Joint positions along it, not farther apart than a tenth of a rad; among them all where a
+        joint is at an end of its range.
+    s : shape (m,), rad
+        How long the arc is up to each: prismatic joints divided by the arm's length.
+    closed
+        Whether the last one is the first one again, but for full turns.
+    ends
+        Of one that is not closed: where it begins and ends.
+    windings
+        How many arcs are this one but for full turns of some joints, each inside the limits.
+    limits : shape (n, 2), rad or m
+        The joint limits.
+    """
+
+    READ_ONLY: ClassVar = ('q', 's', 'limits', 'scales')
+
+    q: Floats
+    s: Floats
+    closed: bool
+    ends: tuple[IkArcEnd, ...]
+    windings: int
+    limits: Floats
+    scales: Floats
+    along: Callable[[float], Floats]
+
+    @property
+    def length(self) -> float:
+        """Return its length in rad: prismatic joints divided by the arm's length."""
+        return float(self.s[-1])
+
+    @property
+    def ranges(self) -> Floats:
+        """Return the least and the largest position of each joint, shape (n, 2), rad or m."""
+        return np.column_stack([self.q.min(axis=0), self.q.max(axis=0)])
+
+    def at(self, s: float) -> Floats:
+        """
+        Return the joint positions (n,) at a length from 0 to `length` (rad), to round-off.
+
+        A closed arc goes on before and behind, lap by lap.
+        """
+        laps = math.floor(s / self.length) if self.closed else 0
+        return np.asarray(self.along(s - laps * self.length) + laps * (self.q[-1] - self.q[0]))
+
+    def margins(self) -> Floats:
+        """Return the distance of each of `q` to the nearest limit, shape (m,), rad or m."""
+        return np.asarray(
+            np.minimum(self.q - self.limits[:, 0], self.limits[:, 1] - self.q).min(1)
+        )
+
+    def with_largest_margin(self) -> Floats:
+        """Return the joint positions (n,) farthest from their limits."""
+        return self._best(lambda q: -float(np.min([q - self.limits[:, 0], self.limits[:, 1] - q])))
+
+    def nearest_to(self, q: Floats) -> Floats:
+        """Return the joint positions (n,) nearest to others: root of the sum of squares."""
+        return self._best(lambda one: float(np.linalg.norm((one - q) / self.scales)))
+
+    def with_largest_clearance(self, robot: Robot) -> Floats:
+        """Return the joint positions (n,) of `q` with the largest proved radius free of singular
+        poses.
+        """
+        return np.array(self.q[int(np.argmax(clearances(robot, np.array(self.q))))])
+
+    def wound_once_more(self) -> 'IkArc':
+        """Return the arc with one winding more."""
+        return replace(self, windings=self.windings + 1)
+
+    def _best(self, cost: Callable[[Floats], float]) -> Floats:
+        # The least cost: next to the sample that has the least, by golden sections.
+        k, last = int(np.argmin([cost(one) for one in self.q])), len(self.s) - 1
+        a, b = float(self.s[max(k - 1, 0)]), float(self.s[min(k + 1, last)])
+        if self.closed and k == 0:
+            a = float(self.s[-2]) - self.length
+        if self.closed and k == last:
+            b = self.length + float(self.s[1])
+        for _ in range(SECTIONS):
+            x, y = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
+            a, b = (a, y) if cost(self.at(x)) < cost(self.at(y)) else (x, b)
+        return min((np.array(self.q[k]), self.at(0.5 * (a + b))), key=cost)
+
+
 @dataclass(frozen=True, eq=False)
 class IkFamily(FrozenArrays):
     """
@@ -108,6 +219,12 @@ class IkFamily(FrozenArrays):
         Names of the joints that move along it.
     residual, feasible, beyond, margin, posture
         Of `q`, as in `IkSolution`.
+    intervals
+        Of an arm with one joint more than the target asks for: the parts of the family inside the
+        limits, each an arc. Otherwise empty.
+    closed
+        Whether the family, limits left aside, is a closed curve; not where it passes a pose at
+        which it could not be followed.
     """
 
     READ_ONLY: ClassVar = ('q', 'motions', 'scales', 'periods')
@@ -123,6 +240,8 @@ class IkFamily(FrozenArrays):
     posture: Posture
     scales: Floats
     periods: Floats
+    intervals: tuple[IkArc, ...] = ()
+    closed: bool = False
 
     def contains(self, q: Floats) -> bool:
         """
@@ -195,9 +314,11 @@ class IkResult(Sequence[IkSolution]):
         The sequence itself.
     families
         Continua of solutions; empty for most targets. A curved one may be listed at several of
-        its poses.
+        its poses. Of an arm with one joint more than the target asks for each is a whole curve,
+        once, with its `intervals` inside the limits.
     status
-        `solved`: there is an isolated solution inside the limits. `family`: only families are.
+        `solved`: there is an isolated solution inside the limits, or a family whose intervals
+        inside them are known. `family`: only families are, known at a pose of them.
         `outside_limits`: the target can be reached, but not inside the limits. `unreachable`.
     reason
         The same in a sentence.
@@ -211,7 +332,9 @@ class IkResult(Sequence[IkSolution]):
         Whether there are others of what was asked for (with or without those outside the limits).
         `proved`: there are none, each step that led to the solutions having been farther from
         singular than it may be off by. `found`: none was found. `partial`:
-        others were not looked for, as with `all_solutions=False` and for redundant arms.
+        others were not looked for, as with `all_solutions=False`, with `curves=False`, and for
+        arms with two joints more than the target asks for. Of curves, `proved`: there is no other
+        along which the joint at the arm's end moves that was held for the proof.
     roots
         How many complex solutions were found and certified, and how many there can be, each
         counted as often as it is a solution; None where they were not counted. Fewer than there

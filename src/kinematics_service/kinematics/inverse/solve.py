@@ -30,7 +30,7 @@ from .families import SUSPECT, isolated_or_not, tangent
 from .multiple import with_multiplicities
 from .plan import elimination_of, plan_for
 from .problem import IkProblem, near_or_middle
-from .redundant import dimension, into_limits, redundant_family
+from .redundant import dimension, into_limits, redundant_result
 from .result import IkFamily, IkResult, Method
 from .screws import screws_of
 from .search import DistinctSolutions, LeastError, distinct, reached, refinement, search, starts
@@ -52,6 +52,7 @@ def inverse_kinematics(
     all_solutions: bool = True,
     axis: str | None = None,
     tolerance: float = TOLERANCE,
+    curves: bool = True,
 ) -> IkResult:
     """
     Return all joint positions that bring the tool to a target in the base frame.
@@ -105,7 +106,7 @@ def inverse_kinematics(
     plan = plan_for(robot, checked.rows, checked.axis)
     if plan.overdetermined:
         checked = checked.within_tolerance()
-    problem = IkProblem(robot, checked, plan, near_or_middle(robot, plan, near), seed)
+    problem = IkProblem(robot, checked, plan, near_or_middle(robot, plan, near), seed, curves)
     if not all_solutions:
         proved = _first_solution(problem)
         if proved.count and checked.is_reached_at(proved.q[0], proved.miss(0)):
@@ -142,16 +143,12 @@ def _within_tolerance(problem: IkProblem, respect_limits: bool) -> IkResult:
 
 
 def _all(problem: IkProblem, respect_limits: bool) -> IkResult:
-    robot, target, plan, near, _ = problem
+    plan = problem.plan
     if plan.redundant:
         out = _beyond_reach(problem)
         if out is not None:
             return out
-        family, best = redundant_family(robot, target, plan, near, problem.random())
-        alone = () if family is None else (family,)
-        nothing = DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
-        result = result_of(problem, nothing, alone, 'search', best, respect_limits)
-        return replace(result, complete='partial') if alone else result
+        return redundant_result(problem, respect_limits)
     if plan.closed is not None:
         closed = closed_solutions(problem, plan.closed, False)
         if closed.sure:
@@ -219,7 +216,7 @@ def _degenerate(
     problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminated, respect_limits: bool
 ) -> IkResult:
     # Where solutions have become one, or every determinant vanishes, at the target itself.
-    robot, checked, plan, near, _ = problem
+    robot, checked, plan, near, *_ = problem
     home = inverse(screws_of(robot.chain).home)
     beside, certified = solutions_beside(problem, arm, home)
     simple, certified = _found(eliminated.solutions), max(certified, eliminated.roots[0])
@@ -243,7 +240,7 @@ def _method_of(arm: kernel.SixJoints) -> Method:
 def _searched(
     problem: IkProblem, respect_limits: bool, known: DistinctSolutions | None = None
 ) -> IkResult:
-    robot, checked, plan, near, _ = problem
+    robot, checked, plan, near, *_ = problem
     out = _beyond_reach(problem)
     if out is not None:
         return out
@@ -269,7 +266,7 @@ def _found(proved: kernel.Solutions) -> DistinctSolutions:
 
 
 def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
-    robot, target, plan, near, _ = problem
+    robot, target, plan, near, *_ = problem
     method: Method = 'search' if plan.closed is None else 'closed form'
     error = proved.miss(0)
     motions = plan.idle

@@ -148,6 +148,7 @@ class Targets:
             rows=settings.target_rows,
             axis=settings.target_axis,
             tolerance=settings.target_tolerance,
+            curves=False,
         )
         choice = choice_of(result, settings.robot, present.q)
         if self._solutions.get_subscription_count() > 0:

@@ -1,0 +1,104 @@
+"""The product of screws at complex positions, and where it leaves each screw's axis."""
+
+from ..forward import vectors
+from ..layout import arrays
+from ..layout.arrays import Flat, Numbers, Vector
+from . import complex_numbers, pairs
+from .pairs import Complex
+
+
+def _add(row: Numbers, j: int, part: int, re: float, im: float) -> None:
+    # Adds a complex number, or i times it, to one of a row.
+    if part == 0:
+        row[2 * j] += re
+        row[2 * j + 1] += im
+    else:
+        row[2 * j] -= im
+        row[2 * j + 1] += re
+
+
+def add_turned(row: Numbers, v: Vector, part: int, axis: Vector, turn: Numbers) -> None:
+    """Add v' E to a complex row: v its real or imaginary part, E the turn about the axis."""
+    along = vectors.dot(axis, v)
+    u, w = vectors.plus(v, -along, axis), vectors.cross(v, axis)
+    c, c_im, s, s_im = turn[0], turn[1], turn[2], turn[3]
+    _add(row, 0, part, c * u[0] + s * w[0] + along * axis[0], c_im * u[0] + s_im * w[0])
+    _add(row, 1, part, c * u[1] + s * w[1] + along * axis[1], c_im * u[1] + s_im * w[1])
+    _add(row, 2, part, c * u[2] + s * w[2] + along * axis[2], c_im * u[2] + s_im * w[2])
+
+
+class Product:
+    """
+    Room for the product of screws at complex positions.
+
+    Parameters
+    ----------
+    count
+        How many screws there are.
+
+    Attributes
+    ----------
+    R, p : shape (3, 3), (3,), pairs
+        Rotation and translation.
+    axes, points : shape (count, 3), pairs
+        Each screw's axis and a point on it, as those before it move it.
+    frames : shape (count, 3, 3), pairs
+        The rotation by those before each screw.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.count: int = count
+        self.room: Flat = arrays.scratch(24 + 30 * count + 4)
+        self.R: Flat = self.room
+        self.p: Flat = arrays.after(self.R, 18)
+        self.axes: Flat = arrays.after(self.p, 6)
+        self.points: Flat = arrays.after(self.axes, 6 * count)
+        self.frames: Flat = arrays.after(self.points, 6 * count)
+        self.turn: Flat = arrays.after(self.frames, 18 * count)
+
+    def __dealloc__(self) -> None:
+        """Give the room back."""
+        arrays.give_back(self.room)
+
+    def multiply(self, screws: Flat, t: Numbers) -> None:
+        """Fill in the product of screws (count, 7) at positions t (count pairs)."""
+        o: Complex
+        R, p = self.R, self.p
+        for i in range(18):
+            R[i] = 1.0 if i % 8 == 0 else 0.0
+        for i in range(6):
+            p[i] = 0.0
+        for k in range(self.count):
+            for i in range(18):
+                self.frames[18 * k + i] = R[i]
+            axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
+            for i in range(3):
+                z, o = self.row_times(i, axis), self.row_times(i, point)
+                pairs.put(self.axes, 3 * k + i, z)
+                o = pairs.plus(o, 1.0, pairs.pair(p, i))
+                pairs.put(self.points, 3 * k + i, o)
+            if vectors.slides(screws, k):
+                d = pairs.pair(t, k)
+                for i in range(3):
+                    way = pairs.times(d, pairs.pair(self.axes, 3 * k + i))
+                    pairs.put(p, i, pairs.plus(pairs.pair(p, i), 1.0, way))
+                continue
+            complex_numbers.write_turn(pairs.pair(t, k), self.turn)
+            for i in range(3):
+                row = arrays.after(R, 6 * i)
+                re, im = (row[0], row[2], row[4]), (row[1], row[3], row[5])
+                for j in range(6):
+                    row[j] = 0.0
+                add_turned(row, re, 0, axis, self.turn)
+                add_turned(row, im, 1, axis, self.turn)
+                # The point on the axis stays where it is.
+                o = pairs.pair(self.points, 3 * k + i)
+                pairs.put(p, i, pairs.plus(o, -1.0, self.row_times(i, point)))
+
+    def row_times(self, i: int, v: Vector) -> Complex:
+        """Return row i of the rotation times a real vector."""
+        row = arrays.after(self.R, 6 * i)
+        return (
+            row[0] * v[0] + row[2] * v[1] + row[4] * v[2],
+            row[1] * v[0] + row[3] * v[1] + row[5] * v[2],
+        )

@@ -1,0 +1,194 @@
+"""
+An arm with one joint more than its target asks for, and its slices: that joint held.
+
+Held at the arm's end, it leaves six joints whose geometry is the same at every position of it:
+only their target moves. Where only the direction of a tool's axis counts, a joint about that axis
+is added; where only the position counts, three about the tool's origin, which slices alone have.
+"""
+
+import functools
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import kernel
+from ...kernel import Floats
+from ...rigid_motion import inverse, turn_about
+from ...robot.robot import Robot
+from ...robot.task import ROW_NAMES, seeded_poses
+from ..forward import forward_kinematics
+from .chain_geometry import meeting_point
+from .plan import one_to_one
+from .screws import Screws, screws_of
+from .six_joints import BOUNDS, six_joints_of
+from .target import TOOL_AXES, IkTarget
+
+# Three axes of six that meet in a point leave at most eight solutions (Pieper 1968).
+MEETING_AXES_BOUND = 8
+# Positions of the held joint that are tried until every solution is found there (rad).
+TRIED = (0.3, 1.7, -1.2, 2.9, -2.3, 0.9)
+# Any rotation with which the three joints about the tool's origin are regular.
+TURN = turn_about(np.array([0.48, 0.6, 0.64]), 1.1)
+
+
+class Slices(NamedTuple):
+    """
+    The slices of an arm by a joint at one of its ends.
+
+    Attributes
+    ----------
+    joint
+        Which of the screws is held.
+    six
+        The others, as six joints.
+    bound
+        A slice has at most so many isolated complex solutions.
+    """
+
+    joint: int
+    six: kernel.SixJoints
+    bound: int
+
+
+class SlicedArm(NamedTuple):
+    """
+    An arm with one joint more than its target asks for.
+
+    Attributes
+    ----------
+    screws
+        Of the arm, and of the joint that is added for a direction.
+    table : shape (n, 7)
+        The same for the kernel.
+    whole
+        Whether the rotation counts.
+    length
+        What a rad counts, m.
+    slices
+        By the joints that can be held; empty where no solutions can be counted.
+    """
+
+    screws: Screws
+    table: Floats
+    whole: bool
+    length: float
+    slices: tuple[Slices, ...]
+
+    @property
+    def turning(self) -> npt.NDArray[np.bool_]:
+        """Return which screws turn, shape (n,)."""
+        return ~np.array(self.screws.slides)
+
+    def to_screws(self, q: Floats) -> Floats:
+        """Return positions of the screws (..., n) from those of the joints; an added one at 0."""
+        C = self.screws.coupling
+        return np.asarray(q @ C[:, : q.shape[-1]].T)
+
+    def to_joints(self, psi: Floats, joints: int) -> Floats:
+        """Return positions of the joints (..., joints) from those of the screws (..., n)."""
+        return np.asarray((psi @ np.linalg.inv(self.screws.coupling).T)[..., :joints])
+
+    def chart(self, target: IkTarget) -> kernel.CurveChart:
+        """Return room for charts of a target's solutions."""
+        pose = target.pose
+        motion = pose @ inverse(self.screws.home)
+        return kernel.CurveChart(self.table, motion, pose[:3, 3].copy(), self.whole, self.length)
+
+    def solutions(self, slices: Slices, target: IkTarget, position: float) -> Floats:
+        """Return the complex solutions (m, n, 2) of a slice, the joint held at a position."""
+        n, held = len(self.table), slices.joint
+        turn = _motion_of(self.screws, held, -position)
+        motion = target.pose @ inverse(self.screws.home)
+        motion = turn @ motion if held == 0 else motion @ turn
+        if not self.whole:
+            goal = motion[:3, :3] @ self.screws.tool + motion[:3, 3]
+            motion[:3, :3] = TURN
+            motion[:3, 3] = goal - TURN @ self.screws.tool
+        psi, said = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
+        count = kernel.complex_solutions(slices.six, np.ascontiguousarray(motion), psi, said)
+        found = np.zeros((count, n, 2))
+        found[:, held, 0] = position
+        found[:, np.arange(n) != held] = psi[:count, : n - 1]
+        return found if self.whole else _distinct(found)
+
+
+def _distinct(found: Floats) -> Floats:
+    # Two solutions of the three joints about the tool go with each of the others.
+    kept: list[Floats] = []
+    for one in found:
+        ways = (np.exp(1j * (one - other)[:, 0]) * np.exp((other - one)[:, 1]) for other in kept)
+        if all(np.max(np.abs(way - 1.0)) > 1e-6 for way in ways):
+            kept.append(one)
+    return np.array(kept).reshape(-1, *found.shape[1:])
+
+
+@functools.lru_cache(maxsize=128)
+def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm | None:
+    """Return the arm for the rows that count; None where it is not one whose curves are known."""
+    if robot.chain.loops:
+        return None
+    screws = screws_of(robot.chain)
+    if not one_to_one(screws, robot):
+        return None
+    if axis and rows == ROW_NAMES[:3]:
+        screws = _with_turn_about(screws, axis)
+    whole = bool(axis) or rows == ROW_NAMES
+    if len(screws.axes) != (7 if whole else 4) or (not whole and rows != ROW_NAMES[:3]):
+        return None
+    table = np.column_stack([screws.axes, screws.points, np.array(screws.slides, np.float64)])
+    arm = SlicedArm(screws, np.ascontiguousarray(table), whole, 0.5 * robot.task.length, ())
+    slices = [
+        slices
+        for held in ((len(table) - 1, 0) if whole else (0,))
+        if not screws.slides[held] and (slices := _slices(arm, robot, held)) is not None
+    ]
+    return arm._replace(slices=tuple(sorted(slices, key=lambda one: one.bound)))
+
+
+def _slices(arm: SlicedArm, robot: Robot, held: int) -> Slices | None:
+    screws = arm.screws
+    others = [k for k in range(len(screws.axes)) if k != held]
+    axes, points = screws.axes[others], screws.points[others]
+    slides = tuple(screws.slides[k] for k in others)
+    if not arm.whole:
+        axes, points = np.vstack([axes, np.eye(3)]), np.vstack([points, [screws.tool] * 3])
+        slides += (False, False, False)
+    six = Screws(axes, points, slides, np.eye(6), np.eye(4))
+    motions = []
+    for q in seeded_poses(robot.limits, robot.prismatic)[:8]:
+        T = forward_kinematics(robot, q) @ inverse(screws.home)
+        if not arm.whole:
+            T[:3, :3] = T[:3, :3] @ TURN
+        turn = _motion_of(screws, held, -float(arm.to_screws(q)[held]))
+        motions.append(turn @ T if held == 0 else T @ turn)
+    form = six_joints_of(six, np.array(motions))
+    if form is None:
+        return None
+    meeting = any(meeting_point(six, (k, k + 1, k + 2)) is not None for k in range(4))
+    bound = MEETING_AXES_BOUND if meeting else BOUNDS[sum(slides)]
+    return Slices(held, form, bound if arm.whole else bound // 2)
+
+
+def _motion_of(screws: Screws, k: int, position: float) -> Floats:
+    T = np.eye(4)
+    if screws.slides[k]:
+        T[:3, 3] = position * screws.axes[k]
+        return T
+    T[:3, :3] = turn_about(screws.axes[k], position)
+    T[:3, 3] = screws.points[k] - T[:3, :3] @ screws.points[k]
+    return T
+
+
+def _with_turn_about(screws: Screws, axis: str) -> Screws:
+    along = screws.home[:3, TOOL_AXES.index(axis)]
+    n = len(screws.axes)
+    coupling = np.eye(n + 1)
+    coupling[:n, :n] = screws.coupling
+    return Screws(
+        axes=np.vstack([screws.axes, along]),
+        points=np.vstack([screws.points, screws.tool]),
+        slides=(*screws.slides, False),
+        coupling=coupling,
+        home=screws.home,
+    )

@@ -1,0 +1,363 @@
+"""All postures of arms with one joint more than their target asks for: found, proved, limited."""
+
+import math
+
+import numpy as np
+import pytest
+import redundant_arms
+from redundant_arms import (
+    BUNDLED,
+    CALIBRATED,
+    RANDOM,
+    SLIDING,
+    farthest_from_curves,
+    missed,
+    poses_within,
+    random_arm,
+    redundant_arm,
+)
+
+import kinematics_service as ks
+from kinematics_service import kernel
+from kinematics_service.kinematics.inverse import curve as curves
+from kinematics_service.kinematics.inverse import self_motion, sliced_arm
+from kinematics_service.kinematics.inverse.target import ik_target_of
+
+ARMS = (*BUNDLED, *CALIBRATED, *RANDOM, *SLIDING)
+REACHED = 1e-12  # m and of a rotation's numbers, at arms of about 1 m
+AT_LIMIT = 1e-9
+ON_ARC = 1e-6
+# Slices a test takes: attacks with 2,000 are made by hand.
+SLICES = np.linspace(-math.pi, math.pi, 90, endpoint=False) + 0.013
+
+
+def target_and_result(name, k=0, **asked):
+    robot = redundant_arm(name)
+    q = poses_within(robot, k + 1)[k]
+    target = ks.forward_kinematics(robot, q)
+    return robot, q, target, ks.inverse_kinematics(robot, target, **asked)
+
+
+def assert_arcs_are_true(robot, target, result):
+    for family in result.families:
+        for arc in family.intervals:
+            for q in [*arc.q[::5], arc.at(0.37 * arc.length)]:
+                assert np.max(np.abs(ks.forward_kinematics(robot, q) - target)) < REACHED
+            margins = arc.margins()
+            assert margins.min() > -AT_LIMIT
+            assert np.max(np.abs(np.diff(arc.q, axis=0))) < 0.2
+            if arc.closed:
+                assert not arc.ends
+            for end, q in zip(arc.ends, (arc.q[0], arc.q[-1])):
+                if end.limit == 'singular':
+                    continue
+                j, side = robot.joint_names.index(end.joint), ('lower', 'upper').index(end.limit)
+                assert abs(q[j] - robot.limits[j, side]) < AT_LIMIT
+
+
+@pytest.mark.parametrize('name', ARMS)
+def test_the_tool_stays_along_every_arc_and_the_limits_end_it(name):
+    for k in range(3):
+        robot, q, target, result = target_and_result(name, k)
+        assert result.status == 'solved'
+        assert result.complete in ('proved', 'found')
+        assert_arcs_are_true(robot, target, result)
+        assert farthest_from_curves(robot, result, q) < ON_ARC
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('name', [*BUNDLED, *RANDOM, 'RRPRRRR-0'])
+def test_dense_slices_have_no_solution_that_is_on_no_arc(name):
+    for k in range(3):
+        robot, _, target, result = target_and_result(name, k)
+        for slices in sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, '').slices:
+            held = 0 if slices.joint == 0 else -1
+            assert not missed(robot, target, result, SLICES, held)
+
+
+@pytest.mark.parametrize('name', ['xarm7', 'kuka_iiwa14', 'RRRRRRR-0', 'RRRRRRR-1'])
+def test_curves_are_proved_to_be_all(name):
+    complete = [target_and_result(name, k)[3].complete for k in range(5)]
+    assert complete.count('proved') >= 3
+
+
+def test_the_first_posture_is_the_nearest():
+    robot, q, _, result = target_and_result('kuka_iiwa14')
+    near = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q), near=q)
+    assert np.max(np.abs(near.families[0].q - q)) < ON_ARC
+    away = [np.linalg.norm(family.q - q) for family in near.families]
+    assert away == sorted(away)
+    middle = robot.limits.mean(axis=1)
+    everywhere = np.vstack([arc.q for family in result.families for arc in family.intervals])
+    least = np.min(np.linalg.norm(everywhere - middle, axis=1))
+    assert np.linalg.norm(result.families[0].q - middle) < least + 1e-9
+
+
+def test_the_best_postures_of_an_arc_are_no_worse_than_its_samples():
+    robot, q, _, result = target_and_result('panda')
+    arc = result.families[0].intervals[0]
+    best = arc.with_largest_margin()
+    assert np.min([best - arc.limits[:, 0], arc.limits[:, 1] - best]) >= arc.margins().max()
+    nearest = arc.nearest_to(q)
+    assert np.linalg.norm(nearest - q) <= np.linalg.norm(arc.q - q, axis=1).min() + 1e-12
+    clear = arc.with_largest_clearance(robot)
+    assert any(np.array_equal(clear, one) for one in arc.q)
+    assert np.all(arc.ranges[:, 0] < best + 1e-12)
+    assert np.all(best < arc.ranges[:, 1] + 1e-12)
+
+
+def test_the_nearest_posture_of_a_closed_arc_may_be_where_it_closes():
+    free = random_arm('RRRRRRR', 0, (-math.inf, math.inf))
+    target = ks.forward_kinematics(free, poses_within(random_arm('RRRRRRR', 0), 1, 5)[0])
+    for family in ks.inverse_kinematics(free, target).families:
+        arc = family.intervals[0]
+        step = 0.4 * float(arc.s[1])
+        lap = arc.q[-1] - arc.q[0]
+        assert np.max(np.abs(arc.at(arc.length + step) - arc.at(step) - lap)) < REACHED
+        for s in (-0.4 * arc.s[1], 0.4 * arc.s[1], arc.length + 0.4 * arc.s[1]):
+            q = arc.at(float(s))
+            assert np.max(np.abs(ks.forward_kinematics(free, q) - target)) < REACHED
+            assert np.max(np.abs(arc.nearest_to(q) - q)) < ON_ARC
+
+
+def inside_by_samples(family, limits, count=20_000):
+    """Return how many arcs of a closed curve's dense samples are inside limits, no turns told."""
+    arc = family.intervals[0]
+    assert arc.closed
+    q = np.array([arc.at(s) for s in np.linspace(0.0, arc.length, count, endpoint=False)])
+    wrapped = q - math.tau * np.floor((q - limits[0]) / math.tau)
+    inside = np.all(wrapped <= limits[1], axis=1)
+    return int(np.count_nonzero(inside & ~np.roll(inside, 1)))
+
+
+@pytest.mark.parametrize('limits', [(-2.5, 2.0), (-1.9, 1.9), (-1.0, 2.9)])
+def test_limits_cut_curves_into_as_many_arcs_as_dense_samples(limits):
+    free = random_arm('RRRRRRR', 0, (-math.inf, math.inf))
+    robot = random_arm('RRRRRRR', 0, limits)
+    for q in poses_within(robot, 2, 5):
+        target = ks.forward_kinematics(robot, q)
+        whole = ks.inverse_kinematics(free, target)
+        assert all(len(f.intervals) == 1 and f.intervals[0].closed for f in whole.families)
+        result = ks.inverse_kinematics(robot, target, respect_limits=False)
+        assert len(result.families) == len(whole.families)
+        expected = sorted(inside_by_samples(family, limits, 3000) for family in whole.families)
+        assert sorted(len(family.intervals) for family in result.families) == expected
+
+
+def test_a_limit_that_a_curve_only_touches_does_not_end_it():
+    free = random_arm('RRRRRRR', 0, (-math.inf, math.inf))
+    target = ks.forward_kinematics(free, poses_within(random_arm('RRRRRRR', 0), 1, 5)[0])
+    arcs = [f.intervals[0] for f in ks.inverse_kinematics(free, target).families]
+    arc = min(arcs, key=lambda one: float(np.ptp(one.q[:, 2])))
+    low, high = arc.ranges[2]
+    assert high - low < 6.0
+    for beyond, closed in ((1e-9, True), (-1e-4, False)):
+        limits = [(-math.inf, math.inf)] * 7
+        limits[2] = (float(low - 0.1), float(high + beyond))
+        robot = random_arm('RRRRRRR', 0, limits)
+        result = ks.inverse_kinematics(robot, target, near=arc.q[0])
+        same = min(result.families, key=lambda one: np.linalg.norm(one.q - arc.q[0]))
+        assert [one.closed for one in same.intervals] == [closed]
+        if not closed:
+            assert same.intervals[0].ends == (
+                ks.IkArcEnd('j3', 'upper'),
+                ks.IkArcEnd('j3', 'upper'),
+            )
+
+
+def test_limits_wider_than_a_turn_wind_the_arcs():
+    robot = random_arm('RRRRRRR', 0, (-1.5 * math.pi, 1.5 * math.pi))
+    target = ks.forward_kinematics(robot, poses_within(robot, 1, 5)[0])
+    result = ks.inverse_kinematics(robot, target)
+    arcs = [arc for family in result.families for arc in family.intervals]
+    assert max(arc.windings for arc in arcs) > 1
+    # A posture, with all its turns inside the limits, is on as many arcs as it has such turns.
+    q = arcs[0].at(0.5 * arcs[0].length)
+    low, high = robot.limits.T
+    first, last = np.ceil((low - q) / math.tau), np.floor((high - q) / math.tau)
+    count = 0
+    for family in result.families:
+        for arc in family.intervals:
+            away = arc.q - q
+            away -= math.tau * np.round(away / math.tau)
+            near = np.max(np.abs(away), axis=1) < 0.2
+            for k in np.flatnonzero(near & ~np.roll(near, 1)):
+                local = arc.nearest_to(q + math.tau * np.round((arc.q[k] - q) / math.tau))
+                turned = (local - q) / math.tau
+                if np.max(np.abs(turned - np.round(turned))) < 1e-6:
+                    count += arc.windings
+    assert count == int(np.prod(last - first + 1))
+
+
+@pytest.mark.parametrize('name', BUNDLED[:3])
+def test_singular_targets_are_not_proved(name):
+    robot = redundant_arm(name)
+    q = poses_within(robot, 1)[0]
+    # Axes 1 and 3, and 5 and 7, are one where the joint between them is at zero.
+    for zero in ((1,), (1, 5)) if name == 'kuka_iiwa14' else ((1,),):
+        q[list(zero)] = 0.0
+        result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q), near=q)
+        assert result.complete == 'found'
+        assert result.families
+        assert_arcs_are_true(robot, ks.forward_kinematics(robot, q), result)
+
+
+@pytest.mark.parametrize('share', [1e-2, 1e-3, 1e-4])
+def test_curves_that_nearly_meet_stay_apart(share):
+    # Beside a target at which two curves cross, no step leads from one to the other.
+    robot = redundant_arm('kuka_iiwa14')
+    q = poses_within(robot, 1)[0]
+    q[1] = share
+    target = ks.forward_kinematics(robot, q)
+    result = ks.inverse_kinematics(robot, target, near=q)
+    assert farthest_from_curves(robot, result, q) < ON_ARC
+    assert_arcs_are_true(robot, target, result)
+    assert not missed(robot, target, result, SLICES, -1)
+
+
+def test_small_curves_are_found():
+    # Near the end of the arm's reach what is left of a curve is small, or nothing.
+    robot = random_arm('RRRRRRR', 1, (-math.inf, math.inf))
+    small = 0
+    for seed in range(12):
+        q = np.random.default_rng(seed).uniform(-math.pi, math.pi, 7)
+        target = ks.forward_kinematics(robot, q)
+        result = ks.inverse_kinematics(robot, target)
+        lengths = [arc.length for family in result.families for arc in family.intervals]
+        # Moved outwards until a curve is about to vanish.
+        low, high = 1.0, 1.0
+        while ks.inverse_kinematics(robot, scaled(target, high)).families and high < 3.0:
+            low, high = high, high * 1.15
+        for _ in range(7):
+            middle = 0.5 * (low + high)
+            if ks.inverse_kinematics(robot, scaled(target, middle)).status == 'solved':
+                low = middle
+            else:
+                high = middle
+        target = scaled(target, low)
+        result = ks.inverse_kinematics(robot, target)
+        lengths = [arc.length for family in result.families for arc in family.intervals]
+        small += min(lengths, default=9.0) < 1.5
+        assert not missed(robot, target, result, SLICES[::2], -1)
+        if small == 2:
+            return
+    assert small
+
+
+def scaled(target, share):
+    moved = target.copy()
+    moved[:3, 3] *= share
+    return moved
+
+
+def test_what_cannot_be_reached_has_no_curves():
+    robot = redundant_arm('panda')
+    target = ks.forward_kinematics(robot, poses_within(robot, 1)[0])
+    target[:3, 3] += 3.0
+    result = ks.inverse_kinematics(robot, target)
+    assert (result.status, result.families) == ('unreachable', ())
+
+
+# Fewer rows than a pose has.
+
+
+def test_four_joints_for_a_position():
+    robot = random_arm('RRRR', 3)
+    for q in poses_within(robot, 4):
+        target = ks.forward_kinematics(robot, q)[:3, 3]
+        result = ks.inverse_kinematics(robot, target)
+        assert result.status == 'solved'
+        assert result.complete == 'proved'
+        for family in result.families:
+            for arc in family.intervals:
+                for one in arc.q[::7]:
+                    at = ks.forward_kinematics(robot, one)[:3, 3]
+                    assert np.max(np.abs(at - target)) < REACHED
+        assert farthest_from_curves(robot, result, q) < ON_ARC
+        asked = {'rows': ('x', 'y', 'z')}
+        assert not missed(robot, target, result, SLICES, 0, **asked)
+
+
+@pytest.mark.parametrize('name', ['ur5e', 'puma560'])
+def test_six_joints_for_a_direction(name):
+    robot = ks.load_robot(name)
+    for q in poses_within(robot, 2):
+        target = ks.forward_kinematics(robot, q)
+        result = ks.inverse_kinematics(robot, target, axis='x')
+        assert result.status == 'solved'
+        for family in result.families:
+            for arc in family.intervals:
+                for one in arc.q[::9]:
+                    T = ks.forward_kinematics(robot, one)
+                    assert np.max(np.abs(T[:3, [0, 3]] - target[:3, [0, 3]])) < REACHED
+        assert farthest_from_curves(robot, result, q) < ON_ARC
+
+
+# The proof has no gaps: each of its parts is needed.
+
+
+def proved(name, k=1):
+    robot = redundant_arm(name)
+    target = ks.forward_kinematics(robot, poses_within(robot, k + 1)[k])
+    arm = sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, '')
+    search = self_motion.CurveSearch(arm, ik_target_of(robot, target))
+    assert search.prove() == (not search.gap)
+    return search
+
+
+@pytest.mark.parametrize('lost', [1, -1])
+def test_a_fold_that_is_not_seen_leaves_a_gap(lost, monkeypatch):
+    assert not proved('RRRRRRR-0').gap
+    folds = curves.SolutionCurve.folds
+
+    def without_one(self, direction):
+        found = folds(self, direction)
+        return found[:lost] if lost < 0 else found[lost:]
+
+    monkeypatch.setattr(curves.SolutionCurve, 'folds', without_one)
+    assert proved('RRRRRRR-0').gap
+
+
+def test_a_solution_of_a_slice_that_is_missing_leaves_a_gap(monkeypatch):
+    solutions = sliced_arm.SlicedArm.solutions
+    monkeypatch.setattr(sliced_arm.SlicedArm, 'solutions', lambda *asked: solutions(*asked)[:-1])
+    assert proved('RRRRRRR-0').gap
+
+
+def test_curves_that_the_slice_does_not_meet_are_found_from_its_complex_solutions():
+    robot = redundant_arm('RRRRRRR-1')
+    arm = sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, '')
+    apart = 0
+    for q in poses_within(robot, 8):
+        target = ik_target_of(robot, ks.forward_kinematics(robot, q))
+        search = self_motion.CurveSearch(arm, target)
+        for curve in search.curves if search.prove() else ():
+            path = curve.psi[:, arm.slices[0].joint]
+            turns = (path - sliced_arm.TRIED[0]) / math.tau
+            apart += math.floor(turns.max()) == math.floor(turns.min())
+    assert apart > 0
+
+
+def test_newton_ends_at_one_solution_from_everywhere_in_a_tube():
+    # The claim of a chart, tried: starts in the ball about a place lead to one solution.
+    robot = redundant_arm('panda')
+    target = ks.forward_kinematics(robot, poses_within(robot, 1)[0])
+    arm = sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, '')
+    curve = proved('panda', 0).curves[0]
+    chart = arm.chart(ik_target_of(robot, target))
+    random = np.random.default_rng(0)
+    tangent = np.empty(7)
+    for k in range(0, len(curve.psi) - 1, 40):
+        at = np.zeros((7, 2))
+        at[:, 0] = curve.psi[k]
+        assert kernel.tangent_at(chart, at, tangent)
+        joint, h, r = chart.parameter, chart.h, chart.r
+        ends = []
+        for _ in range(8):
+            start = np.zeros((7, 2))
+            start[:, 0] = curve.psi[k] + 0.5 * r * random.normal(size=7) / math.sqrt(7)
+            start[joint, 0] = curve.psi[k][joint]
+            assert kernel.corrected(chart, start, joint)
+            ends.append(start)
+        assert h > 0.0
+        assert all(np.max(np.abs(end - at)) < 1e-9 for end in ends)

@@ -1,0 +1,102 @@
+"""Arms with one joint more than their target asks for, and their solutions by dense slices."""
+
+import functools
+import math
+
+import calibrated_arms
+import general_arms
+import numpy as np
+from arms import robot_of
+
+import kinematics_service as ks
+from kinematics_service.kinematics.inverse.sliced_arm import sliced_arm_of
+from kinematics_service.kinematics.inverse.target import ik_target_of
+
+WHOLE = ('x', 'y', 'z', 'rx', 'ry', 'rz')
+BUNDLED = ('panda', 'fr3', 'kuka_iiwa14', 'kinova_gen3', 'xarm7')
+# Errors of about 1e-3 rad and 1e-3 m.
+CALIBRATED = ('panda-calibrated', 'kuka_iiwa14-calibrated')
+RANDOM = ('RRRRRRR-0', 'RRRRRRR-1', 'RRRRRRR-2')
+SLIDING = ('RRPRRRR-0', 'RRRRPRR-0', 'PRRRRRR-0')
+LIMITS = (-2.5, 2.0)
+
+
+@functools.cache
+def redundant_arm(name):
+    """Return the robot of a name of the lists above."""
+    if name in BUNDLED:
+        return robot_of(name)
+    kind, _, seed = name.rpartition('-')
+    if seed == 'calibrated':
+        return calibrated_arms.true_arm(kind, 3, 0.3)[2]
+    return random_arm(kind, int(seed))
+
+
+def random_arm(kinds, seed, limits=LIMITS):
+    """Return an arm of random lengths and angles; `limits` are each joint's, or one for all."""
+    random = np.random.default_rng([seed, *kinds.encode()])
+    n = len(kinds)
+    lengths, angles = random.uniform(-0.5, 0.5, (n, 2)), random.uniform(-math.pi, math.pi, (n, 2))
+    rows = [
+        (*map(float, (a, alpha, d, theta)),) for (a, d), (alpha, theta) in zip(lengths, angles)
+    ]
+    each = limits if isinstance(limits, list) else [limits] * n
+    bounds = [(-0.4, 0.6) if kind == 'P' else one for kind, one in zip(kinds, each)]
+    return ks.robot_from_text(general_arms.text_of('standard', rows, kinds, bounds))
+
+
+def poses_within(robot, count, seed=1):
+    """Return random joint positions inside the limits, turns of at most half a turn."""
+    low, high = np.clip(robot.limits, -math.pi, math.pi).T
+    return np.random.default_rng(seed).uniform(low, high, (count, robot.dof))
+
+
+def in_a_slice(robot, target, position, held, rows=WHOLE, axis=''):
+    """
+    Return all solutions (m, n) with a joint at a position; `held` is 0 or -1: at which end.
+    """
+    arm = sliced_arm_of(robot, rows, axis)
+    checked = ik_target_of(robot, target, None if axis else rows, axis or None)
+    ends = {slices.joint: slices for slices in arm.slices}
+    slices = ends[0 if held == 0 else len(arm.table) - 1]
+    found = arm.solutions(slices, checked, position)
+    real = found[np.max(np.abs(found[:, :, 1]), axis=1) < 1e-9, :, 0]
+    return arm.to_joints(real, robot.dof)
+
+
+def farthest_from_curves(robot, result, q):
+    """Return how far a solution inside the limits is from the arcs of a result, in rad."""
+    least = math.inf
+    for family in result.families:
+        for arc in family.intervals:
+            away = q - arc.q
+            away -= np.where(np.isfinite(family.periods), math.tau * np.round(away / math.tau), 0)
+            if np.min(np.max(np.abs(away), axis=1)) < 0.2:
+                near = arc.q[int(np.argmin(np.max(np.abs(away), axis=1)))]
+                turns = np.where(np.isfinite(family.periods), np.round((q - near) / math.tau), 0)
+                least = min(
+                    least,
+                    float(
+                        np.max(
+                            np.abs(arc.nearest_to(q - math.tau * turns) - (q - math.tau * turns))
+                        )
+                    ),
+                )
+    return least
+
+
+def missed(robot, target, result, positions, held, **asked):
+    """Return the solutions of dense slices that are inside the limits and on no arc."""
+    low, high = robot.limits.T
+    lost = []
+    for position in positions:
+        for q in in_a_slice(robot, target, float(position), held, **asked):
+            # Into the limits by full turns, if possible.
+            turns = np.where(np.isfinite(low), np.ceil((low - q) / math.tau), 0.0)
+            turns[np.array(robot.prismatic)] = 0.0
+            inside = q + math.tau * turns
+            if np.any((inside < low) | (inside > high)):
+                continue
+            if farthest_from_curves(robot, result, inside) > 1e-6:
+                lost.append(inside)
+    return lost
