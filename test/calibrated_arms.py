@@ -8,6 +8,7 @@ from arms import robot_of
 
 import kinematics_service as ks
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
+from kinematics_service.diagnosis.calibration.output.sheet import SHEETS
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of
 from kinematics_service.rigid_motion import exponential, pose_of
 from kinematics_service.robot.task import seeded_poses
@@ -135,3 +136,48 @@ def touching_arm(name, points, count, noise=0.0, seed=0):
     ]
     marks = [mark for mark, _ in points for _ in range(count)]
     return TouchingArm(robot_of(name), true, errors, np.concatenate(q), marks)
+
+
+class SheetTouches(NamedTuple):
+    """
+    An arm with wrong zeros that touched points of a sheet.
+
+    q (N, n) as the joints report them, points (N, 3) in the frame of the sheet with their names,
+    what is to be added to each joint, and the sign (N, n) of the way it came.
+    """
+
+    robot: ks.Robot
+    q: np.ndarray
+    points: np.ndarray
+    names: list
+    zeros: np.ndarray
+    approach: np.ndarray
+
+
+def sheet_touches(robot, place, each, noise, play, seed, size=0.05, crosses=None):
+    """
+    Return touches of crosses of a sheet at a place (4, 4), from `each` postures far apart.
+
+    Joints are half the play (rad) behind the way they came; zeros are off by a size (rad).
+    """
+    random = np.random.default_rng([seed, 9])
+    chosen, points, names = [], [], []
+    for k, (name, point) in enumerate(SHEETS['a4'].points.items()):
+        if crosses is not None and name not in crosses:
+            continue
+        at = place[:3, :3] @ point + place[:3, 3]
+        q = touching_positions(robot, at, 100, [seed, k], noise)
+        low, high = robot.limits.T
+        q = q[np.all((q > low) & (q < high), axis=1)]
+        own = [0]
+        while len(own) < each:
+            between = np.linalg.norm(q[:, None, :-1] - q[None, own, :-1], axis=2)
+            own.append(int(np.argmax(between.min(axis=1))))
+        chosen.append(q[own])
+        points += each * [point]
+        names += each * [name]
+    q = np.concatenate(chosen)
+    zeros = random.normal(size=robot.dof) * size
+    approach = random.choice([-1.0, 1.0], q.shape)
+    q = q - zeros + 0.5 * play * approach
+    return SheetTouches(robot, q, np.array(points), names, zeros, approach)

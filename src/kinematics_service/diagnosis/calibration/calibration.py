@@ -12,7 +12,7 @@ from ...errors import CalibrationError
 from ...formats.recordings.block import Flags
 from ...kernel import Floats, Integers
 from ...kinematics.uncertainty.parameters import parameters_of
-from ...robot.file.parts.parameters import ENDS, GEARS, TABLE_GROUPS
+from ...robot.file.parts.parameters import BACKLASH, ENDS, GEARS, TABLE_GROUPS
 from ...robot.loops import refuse_loops
 from ...robot.robot import AnyRobot, Robot, as_robot
 from ..frame_check.diagnosis import FrameDiagnosis
@@ -212,6 +212,7 @@ def calibrate(
     apart: Mapping[tuple[str, str], float] | None = None,
     sets: npt.ArrayLike | None = None,
     qdot: npt.ArrayLike | None = None,
+    approach: npt.ArrayLike | None = None,
     own: Sequence[str] = ('base',),
     fit: Sequence[str] = (),
     fix: Sequence[str] = (),
@@ -248,6 +249,9 @@ def calibrate(
     qdot : shape (N, n), rad/s or m/s
         Joint velocities where the arm moved: then a small lag is fitted, too. The joints are where
         the poses have them `lag` seconds later.
+    approach : shape (N, n)
+        Where the arm stands still: the direction each joint came from, by the sign of its last
+        velocity. Then one backlash of all joints is fitted, too: half of it is behind them.
     own
         What each set has of its own: `base`, `tool`, or both.
     fit, fix
@@ -314,7 +318,9 @@ def calibrate(
         )
     if poses is None or apart:
         raise CalibrationError('give poses; or same_point, which alone takes distances')
-    given = measured(robot, q, poses, sets, qdot)
+    given = measured(robot, q, poses, sets, qdot if approach is None else _half_behind(approach))
+    if approach is not None:
+        given = given._replace(along=BACKLASH)
     for end in own:
         if end not in ENDS:
             raise CalibrationError(f'own: {end!r} is not one of {", ".join(ENDS)}')
@@ -362,6 +368,10 @@ def _with_explanations(
             changes, score, outcome_of, found.with_outliers.after, found.positions
         ),
     )
+
+
+def _half_behind(approach: npt.ArrayLike) -> Floats:
+    return np.asarray(-0.5 * np.sign(np.array(approach, dtype=np.float64)))
 
 
 def _fitted(

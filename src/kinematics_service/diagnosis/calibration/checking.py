@@ -11,7 +11,7 @@ from ...formats.recordings.source import MOST_POSES
 from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import rotation_vector
-from ...robot.file.parts.parameters import GEARS, LAG
+from ...robot.file.parts.parameters import GEARS, LAG, ArmParameter
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis, check_rotations, diagnose_frames
 from ..frame_check.errors import angle_in_words, length_in_words, time_in_words
@@ -48,7 +48,8 @@ class Measured(NamedTuple):
     sets : shape (N,)
         Whole numbers from 0.
     rates : shape (N, n), rad/s or m/s
-        Joint velocities; None if they are not known.
+        How the joints move with the correction `along`: their velocities with the lag; None if
+        they are not known.
     """
 
     q: Floats
@@ -56,6 +57,7 @@ class Measured(NamedTuple):
     positions: bool
     sets: Integers
     rates: Floats | None = None
+    along: ArmParameter = LAG
 
     @property
     def set_count(self) -> int:

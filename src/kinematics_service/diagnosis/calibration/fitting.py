@@ -17,7 +17,7 @@ from ...kernel import Floats, Integers
 from ...kinematics.uncertainty.corrected_chain import CorrectedChain, pose_change, poses_of
 from ...kinematics.uncertainty.triangle import triangle_of
 from ...rigid_motion import rotation_vector
-from ...robot.file.parts.parameters import LAG, ArmParameter
+from ...robot.file.parts.parameters import ArmParameter
 
 # Noise (m and rad) below this is round-off; with this many rows more than numbers or fewer the
 # poses cannot tell it, and it is no less than encoders and trackers have.
@@ -36,7 +36,7 @@ LEAST_FREEDOM, UNTOLD = 1.0, 1.0
 HALVINGS = 5
 # Standard deviation (m) of a distance between points that is known.
 DISTANCE = 1e-5
-# Time (s) of the difference by which poses move with a lag.
+# Difference (s, rad) by which poses move with a lag, or a backlash.
 STEP = 1e-4
 
 
@@ -74,7 +74,8 @@ class FitProblem:
     positions
         Whether the poses are positions alone.
     rates : shape (N, n), rad/s or m/s
-        Joint velocities, if the last of all corrections is a lag; None if there is none.
+        How the joints move with the last of all corrections, a lag or a backlash; None if there
+        is none.
     known_distances
         Distances between corrected points.
     """
@@ -134,7 +135,7 @@ class FitProblem:
             every = self.every(values)
             change = pose_change(chain, every, self._joints(own, every))
             poses[own], jacobian[own] = change.pose, change.jacobian[:, :, self.columns]
-            if self.parameters and self.parameters[-1] == LAG:
+            if self.rates is not None and self.count - 1 in self.columns:
                 later, sooner = (self._poses(chain, own, values, s * STEP) for s in (1.0, -1.0))
                 R = later[:, :3, :3] @ np.swapaxes(sooner[:, :3, :3], 1, 2)
                 jacobian[own, :3, -1] = (later - sooner)[:, :3, 3] / (2.0 * STEP)

@@ -226,6 +226,8 @@ class TouchRecording:
     q : shape (N, n), rad or m
     points : N
         Names of the points touched.
+    approach : shape (N, n), rad/s or m/s
+        Joint velocities with which the tip came there; None if the table has none.
     remarks
         Sentences on what was left out.
     """
@@ -233,6 +235,7 @@ class TouchRecording:
     file: str
     q: Floats
     points: tuple[str, ...]
+    approach: Floats | None
     remarks: tuple[str, ...]
 
 
@@ -257,6 +260,8 @@ def read_touches(file: Path, wanted: Selection, column: str) -> TouchRecording:
     q = np.concatenate([one.positions for one in blocks])
     names = np.array(_column(file, column)[: len(q)])
     named = names != ''
+    came = np.concatenate([one.velocities for one in blocks])
+    approach = np.nan_to_num(came[named]) if came.shape == q.shape else None
     missing = np.flatnonzero(named & ~np.all(np.isfinite(q), axis=1))
     if len(missing):
         raise CalibrationError(
@@ -266,7 +271,9 @@ def read_touches(file: Path, wanted: Selection, column: str) -> TouchRecording:
         left = int(np.sum(~named))
         what = 'row names no point and is' if left == 1 else 'rows name no point and are'
         remarks.append(f'{left} {what} left out')
-    return TouchRecording(str(file), q[named], tuple(names[named].tolist()), tuple(remarks))
+    return TouchRecording(
+        str(file), q[named], tuple(names[named].tolist()), approach, tuple(remarks)
+    )
 
 
 def _column(file: Path, column: str) -> list[str]:

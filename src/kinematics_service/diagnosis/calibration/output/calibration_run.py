@@ -29,7 +29,9 @@ from ..proposal import LineOfSight, propose_poses, table_text, trajectory_text
 from ..reading import read_measured, read_touches, without_lag
 from ..report import cells_of, document_of, kind_of, sentences_of
 from ..robot_text import CalibrationOrigin, Frames, calibrated_text
+from ..zeros import calibrate_zeros, zero_sentences
 from .page import PageOrigin, page_of
+from .sheet import Sheet
 
 # A joint as fast (rad/s, m/s) as this makes a lag matter.
 MOVING = 0.05
@@ -183,6 +185,30 @@ class CalibrationRun(NamedTuple):
         remarks = [remark for one in given for remark in one.remarks]
         poses = rigid_positions(np.array([points[mark] for mark in marks]))
         return CalibratedPoses(found, [one.file for one in given], remarks, q, poses)
+
+    def of_sheet(
+        self, files: Sequence[Path], reading: Selection, column: str, sheet: Sheet, tell: Tell
+    ) -> CalibratedPoses:
+        """Return the zeros of the joints from points of a sheet, named in a column."""
+        given = [read_touches(file, reading, column) for file in files]
+        points = np.array([sheet.point(name) for one in given for name in one.points])
+        came = [one.approach for one in given if one.approach is not None]
+        q = np.concatenate([one.q for one in given])
+        found = calibrate_zeros(
+            self.arm,
+            q,
+            points,
+            approach=np.concatenate(came) if len(came) == len(given) else None,
+            noise=self.fitting.noise,
+            fix=self.fitting.fix,
+            check=self.fitting.check,
+            progress=tell,
+        )
+        remarks = [remark for one in given for remark in one.remarks]
+        names = [one.file for one in given]
+        return CalibratedPoses(
+            found, names, [*zero_sentences(found), *remarks], q, rigid_positions(points)
+        )
 
     def of_heard(self, poses: CollectedPoses, tell: Tell = lambda phase: None) -> Calibration:
         """Return the calibration from poses of a running robot."""
