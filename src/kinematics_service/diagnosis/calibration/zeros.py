@@ -53,12 +53,11 @@ class JointZero(NamedTuple):
             return f'{self.joint}: the zero is not known from these touches; it stays as it was'
         words = length_in_words if self.prismatic else angle_in_words
         sign = '+' if self.correction > 0.0 else ''
-        numbers = f'{sign}{words(self.correction)}, with a standard deviation of '
         limit = words(KNOWN[self.prismatic])
+        begin = 'to be added is' if self.known else f'the zero is not known to {limit}:'
         return (
-            f'{self.joint}: to be added is {numbers}{words(self.deviation)}'
-            if self.known
-            else f'{self.joint}: the zero is not known to {limit}: {numbers}{words(self.deviation)}'
+            f'{self.joint}: {begin} {sign}{words(self.correction)}, with a standard deviation of '
+            f'{words(self.deviation)}'
         )
 
 
