@@ -61,6 +61,13 @@ SIGHT = re.compile(r'([^,]+),([^,]+),([^,]+),([^,]+?)\s*(?:deg)?(?:,\s*([+-]?)([
 FARTHEST = 100.0
 
 
+class CameraChoice(str, Enum):
+    """Where the camera is."""
+
+    on_tool = 'on-tool'
+    fixed = 'fixed'
+
+
 class FramesChoice(str, Enum):
     """Whose base and tool are written."""
 
@@ -101,6 +108,9 @@ def calibrate(
     ),
     distance: Optional[list[str]] = option(
         'Known distance of two such points, in m.', 'A,B=LENGTH'
+    ),
+    camera: Optional[CameraChoice] = option(
+        'The poses are those of a board that a camera sees: on the tool, or fixed.'
     ),
     zeros: bool = flag(
         '--zeros', 'Fit the zeros of the joints alone, to touches of known points of a sheet.'
@@ -145,6 +155,7 @@ def calibrate(
       kinematics_service calibrate a.csv b.csv --robot ur5e --own base --json -
       kinematics_service calibrate run.csv --robot ur3e --fix base --frames measured
       kinematics_service calibrate holes.csv --robot ur5e --same-point hole
+      kinematics_service calibrate seen.csv --robot ur5e --camera on-tool
       kinematics_service calibrate --robot so101 --zeros --sheet a4 --html sheet.html
       kinematics_service calibrate touches.csv --robot so101 --zeros
       kinematics_service calibrate --robot ur5e --live 300 --output my_ur5e.yaml
@@ -169,6 +180,11 @@ def calibrate(
     from many poses, and COLUMN of a table names the point of each row. Points and
     tip are fitted. Only the ratios of lengths are identifiable then, unless
     --distance says how far two points are apart.
+
+    \b
+    --camera takes the poses of a board (a marker, a checkerboard) in the frame of a
+    camera. On the tool, the board stands still; fixed, the board is on the tool.
+    Camera, board and the numbers of the arm are found at once.
 
     \b
     --zeros is for arms whose encoders were mounted by hand. The tip touches crosses
@@ -211,7 +227,7 @@ def calibrate(
     outputs = CalibrationOutputs(output, html, json, plans, frames.value, anyway)
     arm = given_robot(robot)
     others = {'--fit': fit, '--tolerance': tolerance, '--distance': distance, '--live': live}
-    refused = {**others, '--propose': propose, '--pose-gap': pose_gap}
+    refused = {**others, '--propose': propose, '--pose-gap': pose_gap, '--camera': camera}
     of_zeros = given_zeros(zeros, arm, sheet, motors, force, refused)
     words = TableWords(columns, pose_format, joint_format, stamps)
     reading = given_selection(arm, topic, pose_topic, joint_prefix, words)
@@ -223,8 +239,9 @@ def calibrate(
         None if tolerance is None else given_limit('--tolerance', tolerance),
         _instrument(noise, form.kind == 'position' or same_point is not None or zeros),
         not anyway,
+        None if camera is None else camera.value,
     )
-    _check_rows(pose_gap, distance, same_point)
+    _check_rows(pose_gap, distance, same_point, camera is not None)
     if live is not None:
         _check_live(live, files, (same_point, *words))
         if among is not None or sight is not None:
@@ -313,9 +330,13 @@ def _check_live(
     checked_seconds(seconds)
 
 
-def _check_rows(gap: float | None, distance: Sequence[str] | None, same_point: str | None) -> None:
+def _check_rows(
+    gap: float | None, distance: Sequence[str] | None, same_point: str | None, camera: bool
+) -> None:
     if gap is not None and not 0.0 < gap <= LONGEST_GAP:
         raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {LONGEST_GAP:g} s')
+    if camera and same_point is not None:
+        raise WrongUsage('--camera is for measured poses, not for --same-point')
     if distance and same_point is None:
         raise WrongUsage('--distance is between points: give --same-point COLUMN too')
 

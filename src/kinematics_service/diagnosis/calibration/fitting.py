@@ -16,7 +16,7 @@ from ...formats.recordings.block import Flags
 from ...kernel import Floats, Integers
 from ...kinematics.uncertainty.corrected_chain import CorrectedChain, pose_change, poses_of
 from ...kinematics.uncertainty.triangle import triangle_of
-from ...rigid_motion import rotation_vector
+from ...rigid_motion import inverses, rotation_vector
 from ...robot.file.parts.parameters import ArmParameter
 
 # Noise (m and rad) below this is round-off; with this many rows more than numbers or fewer the
@@ -78,6 +78,9 @@ class FitProblem:
         is none.
     known_distances
         Distances between corrected points.
+    from_tool
+        Whether the inverse poses were measured, and have the noise: as a camera on the tool sees
+        what stands still. Then what remains is of these.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -91,6 +94,7 @@ class FitProblem:
     positions: bool
     rates: Floats | None = None
     known_distances: tuple[KnownDistance, ...] = ()
+    from_tool: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -124,7 +128,12 @@ class FitProblem:
 
     def remainders(self, values: Floats) -> Floats:
         """Return position (m) and rotation (rad) that remain, shape (N, 2, 3)."""
-        return remainders_between(self.poses, self.predicted(values), self.positions)
+        return self._between(self.predicted(values))
+
+    def _between(self, poses: Floats) -> Floats:
+        if self.from_tool:
+            return remainders_between(inverses(self.poses), inverses(poses), self.positions)
+        return remainders_between(self.poses, poses, self.positions)
 
     def equations(self, values: Floats) -> tuple[Floats, Floats]:
         """Return what remains (N, 2, 3), and how the poses move (N, 2, 3, P)."""
@@ -140,7 +149,9 @@ class FitProblem:
                 R = later[:, :3, :3] @ np.swapaxes(sooner[:, :3, :3], 1, 2)
                 jacobian[own, :3, -1] = (later - sooner)[:, :3, 3] / (2.0 * STEP)
                 jacobian[own, 3:, -1] = rotation_vector(R) / (2.0 * STEP)
-        left = remainders_between(self.poses, poses, self.positions)
+        left = self._between(poses)
+        if self.from_tool:
+            jacobian = _of_inverses(poses, jacobian)
         return left, jacobian.reshape(len(poses), 2, 3, -1)
 
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
@@ -165,6 +176,14 @@ class FitProblem:
             prior=self.prior[kept],
             columns=self.columns[kept],
         )
+
+
+def _of_inverses(poses: Floats, jacobian: Floats) -> Floats:
+    # With T = (R, p) that moves by v and w, T^-1 does by -R^T (v - w x p) and -R^T w.
+    linear, angular = jacobian[:, :3], jacobian[:, 3:]
+    turned = np.cross(angular, poses[:, :3, 3, None], axisb=1, axisa=1, axisc=1)
+    R = np.swapaxes(poses[:, :3, :3], 1, 2)
+    return np.concatenate([-R @ (linear - turned), -R @ angular], axis=1)
 
 
 def remainders_between(measured: Floats, poses: Floats, positions: bool) -> Floats:

@@ -1,7 +1,7 @@
 """Measured poses of recordings with the joints at their times; and tables of touched points."""
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +15,7 @@ from ...formats.recordings.open_file import TABLES, open_source
 from ...formats.recordings.source import PoseTrack, RecordingSource, Selection
 from ...formats.recordings.table_reader import table_of
 from ...kernel import Floats
+from ...rigid_motion import inverses
 from ...robot.robot import Robot
 from ..audit.frames import chosen_poses, matched
 from ..audit.ingest import Ingest
@@ -178,6 +179,23 @@ def _rates(robot: Robot, motion: tuple[Floats, Floats] | None, stamps: Floats) -
         return np.zeros((len(stamps), robot.dof))
     joints = SampledMotion(*motion, robot.continuous).at(stamps)
     return np.where(joints.known[:, None], joints.rates, 0.0)
+
+
+def seen(given: MeasuredRecording) -> MeasuredRecording:
+    """
+    Return the poses the other way round: of the camera in the frame of the board, or back.
+
+    Raises
+    ------
+    CalibrationError
+        They are positions alone.
+    """
+    if given.positions:
+        raise CalibrationError(
+            f'{given.file}: {given.name}: a camera on the tool is calibrated by poses of the '
+            'board, not by positions alone'
+        )
+    return replace(given, poses=inverses(given.poses))
 
 
 def without_lag(robot: Robot, given: MeasuredRecording) -> MeasuredRecording:

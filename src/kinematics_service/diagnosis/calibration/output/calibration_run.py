@@ -22,11 +22,12 @@ from ....robot.loops import refuse_loops
 from ....robot.robot import Robot
 from ...frame_check.errors import PoseLimit
 from ..calibration import Calibration, calibrate
+from ..camera import ON_TOOL, Camera
 from ..checking import Measured, rigid_positions
 from ..chosen_parameters import ChosenParameters, asks_for_gears
 from ..collecting import CollectedPoses
 from ..proposal import LineOfSight, propose_poses, table_text, trajectory_text
-from ..reading import read_measured, read_touches, without_lag
+from ..reading import read_measured, read_touches, seen, without_lag
 from ..report import cells_of, document_of, kind_of, sentences_of
 from ..robot_text import CalibrationOrigin, Frames, calibrated_text
 from ..zeros import calibrate_zeros, zero_sentences
@@ -53,6 +54,8 @@ class Fitting(NamedTuple):
         Of the instrument: m and rad.
     check
         Whether mistakes are looked for.
+    camera
+        Where the camera is, if the poses are those of a board that it sees.
     """
 
     fit: tuple[str, ...]
@@ -61,6 +64,7 @@ class Fitting(NamedTuple):
     limit: PoseLimit | None
     noise: tuple[float, float] | None
     check: bool
+    camera: Camera | None = None
 
 
 class CalibrationOutputs(NamedTuple):
@@ -150,18 +154,23 @@ class CalibrationRun(NamedTuple):
             Largest time between the joint states around a pose; None: three usual intervals.
         """
         settings = EstimatorSettings(reading.joint_prefix)
+        on_tool = self.fitting.camera == ON_TOOL
         given = [
-            without_lag(self.arm, read_measured(file, reading, settings, gap)) for file in files
+            without_lag(self.arm, seen(one) if on_tool else one)
+            for one in (read_measured(file, reading, settings, gap) for file in files)
         ]
         if len({one.positions for one in given}) > 1:
             raise CalibrationError('some files have poses and others positions alone')
         found = self._calibrated(
             np.concatenate([one.q for one in given]),
             tell,
-            poses=np.concatenate([one.measured for one in given]),
+            poses=np.concatenate(
+                [seen(one).measured if on_tool else one.measured for one in given]
+            ),
             sets=np.repeat(np.arange(len(given)), [len(one.q) for one in given]),
             qdot=np.concatenate([one.rates for one in given]),
-            read=given[0].kind,
+            read='' if on_tool else given[0].kind,
+            camera=self.fitting.camera,
         )
         remarks = [remark for one in given for remark in one.remarks]
         return CalibratedPoses(
@@ -212,13 +221,15 @@ class CalibrationRun(NamedTuple):
 
     def of_heard(self, poses: CollectedPoses, tell: Tell = lambda phase: None) -> Calibration:
         """Return the calibration from poses of a running robot."""
-        return self._calibrated(poses.q, tell, poses=poses.poses, qdot=poses.rates)
+        return self._calibrated(
+            poses.q, tell, poses=poses.poses, qdot=poses.rates, camera=self.fitting.camera
+        )
 
     def _calibrated(
         self, q: Floats, tell: Tell, qdot: Floats | None = None, **rows: Any
     ) -> Calibration:
         moves = qdot is not None and np.max(np.abs(qdot)) > MOVING
-        fit, fix, own, _, noise, check = self.fitting
+        fit, fix, own, _, noise, check, _ = self.fitting
         return calibrate(
             self.arm,
             q,
