@@ -98,7 +98,7 @@ def test_a_picture_that_is_far_off_is_an_outlier():
 def test_a_camera_that_is_elsewhere_is_refused(where):
     arm = camera_arm(where, 30, 7)
     other = BOTH[BOTH.index(where) - 1]
-    with pytest.raises(CalibrationError):
+    with pytest.raises(CalibrationError, match='take --camera on-tool, or fixed'):
         ks.calibrate(arm.robot, arm.q, arm.poses, camera=other)
 
 

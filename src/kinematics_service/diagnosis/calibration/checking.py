@@ -15,7 +15,7 @@ from ...robot.file.parts.parameters import GEARS, LAG, ArmParameter
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis, check_rotations, diagnose_frames
 from ..frame_check.errors import angle_in_words, length_in_words, time_in_words
-from ..frame_check.hypotheses import joint_hypotheses_of
+from ..frame_check.hypotheses import INVERSE, joint_hypotheses_of
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
 # Poses of a set, and poses by which a cause is tested.
@@ -31,6 +31,7 @@ FAR_OFF, DECISIVE = 5.0, 3.0
 AS_WELL = 2.0
 DEGREES = 'the joint positions are in degrees, not radians'
 # What a calibration finds by itself.
+CAMERA = '. Poses of a board take --camera on-tool, or fixed, as the camera is'
 FOUND_HERE = ('joint_offset', 'link_length')
 
 
@@ -218,7 +219,8 @@ def _checked(
             alone = offsets_of(forward_kinematics(robot, q), poses, True, free)
             _check_positions(robot, q, poses, float(np.median(alone.remainder)), free)
         if cause is not None and cause.key not in FOUND_HERE:
-            raise CalibrationError(f'the frame check comes first: {diagnosis.sentence}')
+            camera = CAMERA if INVERSE[1:] in cause.sentence else ''
+            raise CalibrationError(f'the frame check comes first: {diagnosis.sentence}{camera}')
     if middle > NO_CALIBRATION:
         explained = ''
         if positions:
