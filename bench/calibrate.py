@@ -283,19 +283,23 @@ def floor_of(rows, A):
 def zeros(runs):
     """Print how far zeros of an SO-101 are off that touches of a sheet tell."""
     robot, place = robot_of('so101'), pose_of([0.0, -0.25, 0.0], (0.0, 0.0, 0.1))
-    for each, noise, told in product((1, 2, 3), (6e-4, 1e-3), (False, True)):
+    words = 'nothing', '--backlash', 'the way'
+    for each, noise, told in product((1, 2, 3), (6e-4, 1e-3), words):
         errors, deviations, plays = [], [], []
         for seed in range(runs):
             made = sheet_touches(robot, place, each, noise, np.radians(0.5), seed)
-            way = made.approach if told else None
-            found = calibrate_zeros(robot, made.q, made.points, approach=way)
+            way = made.approach if told == 'the way' else None
+            play = np.radians(0.5) if told == '--backlash' else 0.0
+            found = calibrate_zeros(robot, made.q, made.points, approach=way, play=play)
             own = zeros_of(found)[1:4]  # the sheet hides the others
             errors.append(np.degrees([one.correction for one in own] - made.zeros[1:4]))
             deviations.append(np.degrees([one.deviation for one in own]))
-            plays.append(np.degrees(found.parameters[-1].correction) if told else np.nan)
+            plays.append(
+                np.degrees(found.parameters[-1].correction) if told == 'the way' else np.nan
+            )
         errors, far = np.array(errors), np.abs(errors).max(axis=1)
         print(
-            f'{12 * each} touches, {1e3 * noise} mm, the way {"told" if told else "not told"}: '
+            f'{12 * each} touches, {1e3 * noise} mm, told {told}: '
             f'rms {np.sqrt(np.mean(errors**2)):.2f} deg, of each '
             f'{np.round(np.sqrt(np.mean(errors**2, axis=0)), 2)}, worst of a run: median '
             f'{np.median(far):.2f}, largest {far.max():.2f}; within 0.3 deg '

@@ -113,6 +113,20 @@ def test_the_way_joints_came_tells_the_backlash_and_sharpens_the_zeros():
     assert abs(np.mean(plays) - PLAY) < 0.1 * PLAY
 
 
+@pytest.mark.slow
+def test_a_play_that_is_known_is_weighed_as_a_noise_of_the_joints():
+    errors, weighed, shares = [], [], []
+    for seed in range(20):
+        touches = touches_of(seed)
+        for play, found in ((0.0, errors), (PLAY, weighed)):
+            fitted = calibrate_zeros(touches.robot, touches.q, touches.points, play=play)
+            off, share = known_errors(touches, fitted)
+            found.extend(off)
+            shares.extend(share if play else ())
+    assert np.std(weighed) < 0.95 * np.std(errors)
+    assert 0.5 < np.mean(np.square(shares)) < 1.4
+
+
 def test_few_touches_do_not_pretend():
     touches = touches_of(3, each=1, crosses=('A1', 'C2', 'B3', 'A4'))
     found = calibrate_zeros(touches.robot, touches.q, touches.points)
@@ -228,6 +242,8 @@ def test_wrong_options_of_zeros_are_sentences(tmp_path, capsys):
         (2, 'give --zeros too', file, '--motors', old, new),
         (2, 'of the joints alone: no --fit, --live', *zeros, '--fit', 'offsets', '--live', '3'),
         (2, 'or --html FILE for the sheet to print', '--zeros'),
+        (2, 'give --zeros too', file, '--backlash', '1deg'),
+        (2, "'1mm' is no angle; write for instance 0.5deg", *zeros, '--backlash', '1mm'),
         (2, 'exists already', *zeros, '--motors', old, old),
         (1, 'no calibration of servos with a homing_offset of each', *zeros, '--motors', bad, new),
         (1, 'would be', *zeros, '--motors', old, new),

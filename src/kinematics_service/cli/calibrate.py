@@ -118,6 +118,9 @@ def calibrate(
     sheet: Optional[SheetChoice] = option(
         'The sheet of --zeros; without FILE --html writes it, to be printed.', shown='a4'
     ),
+    backlash: Optional[str] = option(
+        'The play of the turning joints, if it is known: for instance 0.5deg.', 'ANGLE'
+    ),
     motors: Optional[tuple[Path, Path]] = option(
         "LeRobot's calibration file of the servos, and the one to write with these zeros.",
         'OLD NEW',
@@ -191,7 +194,8 @@ def calibrate(
     of a printed sheet, and the column `point` (--same-point names another) has their
     names. Where the sheet lies and where the tip is are fitted along; --fix tool
     where the robot file has the tip. Columns velocity.<joint>, the direction each
-    joint came from, tell a backlash. --motors writes LeRobot's calibration file anew.
+    joint came from, tell a backlash; without them --backlash says how far joints
+    may be off by it. --motors writes LeRobot's calibration file anew.
 
     \b
     --live hears joint states (--topic, /joint_states) and poses of the tool
@@ -228,7 +232,7 @@ def calibrate(
     arm = given_robot(robot)
     others = {'--fit': fit, '--tolerance': tolerance, '--distance': distance, '--live': live}
     refused = {**others, '--propose': propose, '--pose-gap': pose_gap, '--camera': camera}
-    of_zeros = given_zeros(zeros, arm, sheet, motors, force, refused)
+    of_zeros = given_zeros(zeros, arm, (sheet, backlash, motors), force, refused)
     words = TableWords(columns, pose_format, joint_format, stamps)
     reading = given_selection(arm, topic, pose_topic, joint_prefix, words)
     form = reading.pose_format
@@ -304,7 +308,7 @@ def _of_files(
 ) -> CalibratedPoses:
     if zeros is not None:
         column = rows.same_point or POINT
-        return run.of_sheet(rows.files, rows.reading, column, zeros.sheet, tell)
+        return run.of_sheet(rows.files, rows.reading, column, zeros.sheet, zeros.play, tell)
     if rows.same_point is not None:
         return run.of_touches(rows.files, rows.reading, rows.same_point, rows.apart, tell)
     return run.of_recordings(rows.files, rows.reading, rows.gap, tell)

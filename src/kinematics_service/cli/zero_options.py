@@ -1,5 +1,6 @@
 """`calibrate --zeros`: the sheet of known points, and the calibration file of the servos."""
 
+import math
 import sys
 from collections.abc import Mapping
 from enum import Enum
@@ -12,6 +13,7 @@ from ..diagnosis.calibration.output.sheet import SHEETS, Sheet
 from ..diagnosis.calibration.zeros import zeros_of
 from ..output_file import say_written, write_file
 from ..robot.robot import Robot
+from .frame_options import given_limit
 from .options import WrongUsage, refuse_unwritable
 
 # The column that names the point of each row where --same-point names no other.
@@ -33,11 +35,14 @@ class ZeroOptions(NamedTuple):
     ----------
     sheet
         Of the points.
+    play : rad
+        Of the turning joints; 0 if it is not known.
     servos, written
         The calibration of the servos as it is, and its new file; None if it is not wanted.
     """
 
     sheet: Sheet
+    play: float
     servos: dict[str, Any] | None
     written: Path | None
 
@@ -58,8 +63,7 @@ class ZeroOptions(NamedTuple):
 def given_zeros(
     wanted: bool,
     robot: Robot,
-    sheet: SheetChoice | None,
-    motors: tuple[Path, Path] | None,
+    words: tuple[SheetChoice | None, str | None, tuple[Path, Path] | None],
     force: bool,
     others: Mapping[str, object],
 ) -> ZeroOptions | None:
@@ -68,21 +72,29 @@ def given_zeros(
 
     Parameters
     ----------
+    words
+        Those of --sheet, --backlash and --motors.
     others
         Options that it does not take, by name; None, or empty, where they are not given.
     """
     if not wanted:
-        if sheet is not None or motors is not None:
-            raise WrongUsage('--sheet and --motors are for the zeros of joints: give --zeros too')
+        if any(one is not None for one in words):
+            raise WrongUsage(
+                '--sheet, --backlash and --motors are for the zeros of joints: give --zeros too'
+            )
         return None
+    sheet, backlash, motors = words
     given = [name for name, value in others.items() if value]
     if given:
         raise WrongUsage(f'--zeros fits the offsets of the joints alone: no {", ".join(given)}')
     paper = SHEETS[(sheet or SheetChoice.a4).value]
+    play = 0.0 if backlash is None else given_limit('--backlash', backlash).angle
+    if math.isinf(play):
+        raise WrongUsage(f'--backlash: {backlash!r} is no angle; write for instance 0.5deg')
     if motors is None:
-        return ZeroOptions(paper, None, None)
+        return ZeroOptions(paper, play, None, None)
     old, new = motors
     refuse_unwritable('--motors', new)
     if new.exists() and not force:
         raise WrongUsage(f'{new} exists already: give another name, or --force')
-    return ZeroOptions(paper, read_servos(old, robot.joint_names), new)
+    return ZeroOptions(paper, play, read_servos(old, robot.joint_names), new)

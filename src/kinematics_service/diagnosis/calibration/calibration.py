@@ -220,6 +220,7 @@ def calibrate(
     qdot: npt.ArrayLike | None = None,
     approach: npt.ArrayLike | None = None,
     camera: Camera | None = None,
+    whitening: Floats | None = None,
     own: Sequence[str] = ('base',),
     fit: Sequence[str] = (),
     fix: Sequence[str] = (),
@@ -262,6 +263,9 @@ def calibrate(
     camera
         Where the poses are those of a board in the frame of a camera: `on-tool`, and the board
         stands still; or `fixed`, and the board is on the tool.
+    whitening : shape (N, 3, 3)
+        What differences of positions are multiplied by where they are weighed, so that their noise
+        is the same along all axes and in all rows; None: it is so already.
     own
         What each set has of its own: `base`, `tool`, or both.
     fit, fix
@@ -346,7 +350,9 @@ def calibrate(
     each = Free('base' in own, 'tool' in own)
     offsets, frames = checked_offsets(robot, given, free, each, check, read)
     problem = replace(
-        names.problem(arm.chain, offsets, fitted, tolerances), from_tool=camera == ON_TOOL
+        names.problem(arm.chain, offsets, fitted, tolerances),
+        from_tool=camera == ON_TOOL,
+        whitening=whitening,
     )
     found = replace(_fitted(robot, given, names, problem, frames, known, progress), camera=camera)
     if found.accepted or not check:

@@ -81,6 +81,9 @@ class FitProblem:
     from_tool
         Whether the inverse poses were measured, and have the noise: as a camera on the tool sees
         what stands still. Then what remains is of these.
+    whitening : shape (N, 3, 3)
+        What remaining positions are multiplied by where they are weighed, so that their noise is
+        the same along all axes and in all rows; None: it is so already.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -95,6 +98,7 @@ class FitProblem:
     rates: Floats | None = None
     known_distances: tuple[KnownDistance, ...] = ()
     from_tool: bool = False
+    whitening: Floats | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -130,13 +134,24 @@ class FitProblem:
         """Return position (m) and rotation (rad) that remain, shape (N, 2, 3)."""
         return self._between(self.predicted(values))
 
+    def weighed(self, values: Floats) -> Floats:
+        """Return what remains (N, 2, 3) with a noise that is alike in all rows."""
+        return self._whitened(self.remainders(values))
+
+    def _whitened(self, rows: Floats) -> Floats:
+        # Of shape (N, 2, 3, ...).
+        if self.whitening is not None:
+            rows = np.array(rows)
+            rows[:, 0] = np.einsum('nij,nj...->ni...', self.whitening, rows[:, 0])
+        return rows
+
     def _between(self, poses: Floats) -> Floats:
         if self.from_tool:
             return remainders_between(inverses(self.poses), inverses(poses), self.positions)
         return remainders_between(self.poses, poses, self.positions)
 
     def equations(self, values: Floats) -> tuple[Floats, Floats]:
-        """Return what remains (N, 2, 3), and how the poses move (N, 2, 3, P)."""
+        """Return what remains (N, 2, 3), and how the poses move (N, 2, 3, P), as weighed."""
         poses = np.empty_like(self.poses)
         jacobian = np.empty((len(self.q), 6, len(self.columns)))
         for k, chain in enumerate(self.chains):
@@ -152,7 +167,8 @@ class FitProblem:
         left = self._between(poses)
         if self.from_tool:
             jacobian = _of_inverses(poses, jacobian)
-        return left, jacobian.reshape(len(poses), 2, 3, -1)
+        moves = jacobian.reshape(len(poses), 2, 3, -1)
+        return self._whitened(left), self._whitened(moves)
 
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
         """Return how known distances move (D, P) and what remains (D,), in their deviations."""
@@ -260,7 +276,7 @@ def identify(
     limit = OUTLIER_OF_THREE if problem.positions else OUTLIER
     for k in range(ROBUST_ROUNDS):
         progress(k)
-        remainders = problem.remainders(values)
+        remainders = problem.weighed(values)
         found = _at_least(noise, _median_noise(remainders))
         distances = _distances(problem, remainders, found)
         weights = np.minimum(1.0, HUBER / np.maximum(distances, 1e-300))
@@ -268,7 +284,7 @@ def identify(
         values = values + step
         if np.all(np.abs(step) < ENOUGH * problem.prior):
             break
-    remainders = problem.remainders(values)
+    remainders = problem.weighed(values)
     found = _at_least(noise, _median_noise(remainders))
     used = _distances(problem, remainders, found) < limit
     for k in range(ROUNDS):
@@ -276,7 +292,7 @@ def identify(
         solved = _solve(problem, values, found, used.astype(np.float64))
         values = values + problem.prior * solved.step
         inverse = np.asarray(np.linalg.inv(solved.triangle), dtype=np.float64)
-        remainders = problem.remainders(values)
+        remainders = problem.weighed(values)
         before = found
         evident, freedom = _evident_noise(problem, remainders, solved.rows, inverse, used)
         found = _at_least(noise, evident)
@@ -352,7 +368,7 @@ def _stepped(problem: FitProblem, values: Floats, noise: Noise, weights: Floats)
 
 def _squares(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> float:
     # What remains of rows, known distances and priors, in their deviations.
-    d = _distances(problem, problem.remainders(values), noise)
+    d = _distances(problem, problem.weighed(values), noise)
     known = np.sum(problem.distance_equations(values)[1] ** 2)
     return float(np.sum(weights * d**2) + known + np.sum((values / problem.prior) ** 2))
 

@@ -14,13 +14,15 @@ import numpy.typing as npt
 
 from ...errors import CalibrationError
 from ...kernel import Floats
+from ...kinematics.forward import forward_kinematics, jacobian
 from ...kinematics.uncertainty.parameters import parameters_of
 from ...robot.file.parts.parameters import BACKLASH, ENDS
 from ...robot.robot import Robot
 from ..frame_check.errors import angle_in_words, length_in_words
 from .calibration import Calibration, calibrate
-from .checking import DEGREES, from_degrees
+from .checking import DEGREES, from_degrees, rigid_positions
 from .knowledge import ParameterCombination
+from .placing import Free, offsets_of
 
 # How far zeros may be off before (rad, m), and how well one is known if it is called known.
 BEFORE = (float(np.radians(10.0)), 0.03)
@@ -68,6 +70,7 @@ def calibrate_zeros(
     *,
     approach: npt.ArrayLike | None = None,
     noise: tuple[float, float] | None = None,
+    play: float = 0.0,
     fix: tuple[str, ...] = (),
     check: bool = True,
     progress: Callable[[str], None] = lambda phase: None,
@@ -83,6 +86,8 @@ def calibrate_zeros(
         in the frame of the sheet, wherever that lies.
     approach, noise, fix, progress
         As `calibrate` takes them.
+    play : rad
+        Of the turning joints, where nothing tells to which side it was: a noise of theirs.
     check
         Whether what would explain a refusal is tried.
 
@@ -95,6 +100,9 @@ def calibrate_zeros(
     before = {one.name: BEFORE[not one.angle] for one in offsets}
     fit = ('offsets', *ENDS, *([] if approach is None else [BACKLASH.group]))
 
+    touch = TOUCH if noise is None else noise[0]
+    whitening = _whitening(robot, q, points, touch, play) if play and approach is None else None
+
     def fitted(
         q: Floats,
         noise: tuple[float, float] | None,
@@ -106,6 +114,7 @@ def calibrate_zeros(
             q,
             points,
             approach=approach,
+            whitening=whitening,
             fit=fit,
             fix=(*fix, *hidden),
             tolerances=before,
@@ -125,6 +134,16 @@ def calibrate_zeros(
     if fitted(from_degrees(robot, q), noise, hidden).accepted:
         raise CalibrationError(DEGREES)
     return fitted(q, noise, hidden, True)
+
+
+def _whitening(robot: Robot, q: Floats, points: Floats, touch: float, play: float) -> Floats:
+    # By the covariance of where the tip is: of a touch, and of joints at one end of their play.
+    A = forward_kinematics(robot, q)
+    placed = offsets_of(A, rigid_positions(points), True, Free())
+    J = placed.base[:3, :3] @ jacobian(robot, q, at=placed.tool[:3, 3])[:, :3]
+    J = J[:, :, ~robot.prismatic] * (0.5 * play / touch)
+    factor = np.linalg.cholesky(np.eye(3) + J @ np.swapaxes(J, 1, 2))
+    return np.asarray(np.linalg.inv(factor))
 
 
 def _hidden(found: Calibration) -> tuple[str, ...]:

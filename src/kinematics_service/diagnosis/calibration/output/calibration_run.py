@@ -196,7 +196,13 @@ class CalibrationRun(NamedTuple):
         return CalibratedPoses(found, [one.file for one in given], remarks, q, poses)
 
     def of_sheet(
-        self, files: Sequence[Path], reading: Selection, column: str, sheet: Sheet, tell: Tell
+        self,
+        files: Sequence[Path],
+        reading: Selection,
+        column: str,
+        sheet: Sheet,
+        play: float,
+        tell: Tell,
     ) -> CalibratedPoses:
         """Return the zeros of the joints from points of a sheet, named in a column."""
         given = [read_touches(file, reading, column) for file in files]
@@ -209,6 +215,7 @@ class CalibrationRun(NamedTuple):
             points,
             approach=np.concatenate(came) if len(came) == len(given) else None,
             noise=self.fitting.noise,
+            play=play,
             fix=self.fitting.fix,
             check=self.fitting.check,
             progress=tell,
