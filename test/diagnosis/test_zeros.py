@@ -196,14 +196,19 @@ def test_the_command_writes_the_sheet_the_arm_and_its_servos(tmp_path, capsys):
     assert (code, out, err) == (0, f'wrote {sheet}\n', '')
     assert 'LETTER' in sheet.read_text()
     touches = touches_of(4)
-    file = table(tmp_path / 'touches.csv', touches, velocities=True)
+    file, document = tmp_path / 'touches.csv', tmp_path / 'found.json'
+    table(file, touches, velocities=True)
     old, new, arm = servos(tmp_path / 'old.json'), tmp_path / 'new.json', tmp_path / 'mine.yaml'
-    options = ['--stamps', 'none', '--motors', old, new, '--output', arm]
+    options = ['--stamps', 'none', '--motors', old, new, '--output', arm, '--json', document]
     code, out, err = run(capsys, *given, file, *options)
     assert (code, err) == (0, '')
     assert 'shoulder_pan: the zero is not known from these touches; it stays as it was.' in out
     assert re.search(r'The backlash of the joints is 0\.\d+ deg, with a standard', out)
     assert re.search(r'elbow_flex: to be added is [+-][\d.]+ deg, with a standard devi', out)
+    zeros = json.loads(document.read_text())['zeros']
+    assert [one['known'] for one in zeros] == [False, True, True, True, False]
+    found = [one['correction'] for one in zeros]
+    assert np.abs(found[1:4] - touches.zeros[1:4]).max() < np.radians(0.5)
     before, after = (json.loads(one.read_text()) for one in (old, new))
     ticks = [after[name]['homing_offset'] - before[name]['homing_offset'] for name in before]
     expected = -touches.zeros[1:4] * 4095 / math.tau

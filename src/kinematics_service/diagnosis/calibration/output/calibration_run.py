@@ -30,7 +30,7 @@ from ..proposal import LineOfSight, propose_poses, table_text, trajectory_text
 from ..reading import read_measured, read_touches, seen, without_lag
 from ..report import cells_of, document_of, kind_of, sentences_of
 from ..robot_text import CalibrationOrigin, Frames, calibrated_text
-from ..zeros import calibrate_zeros, zero_sentences
+from ..zeros import JointZero, calibrate_zeros, zero_sentences, zeros_of
 from .page import PageOrigin, page_of
 from .sheet import Sheet
 
@@ -111,6 +111,8 @@ class CalibratedPoses(NamedTuple):
         The files, and sentences on reading them.
     q, poses : shapes (N, n) and (N, 4, 4)
         Of the first set, for known poses.
+    zeros
+        Of the joints, where these alone were asked for.
     """
 
     found: Calibration
@@ -118,6 +120,7 @@ class CalibratedPoses(NamedTuple):
     remarks: Sequence[str]
     q: Floats
     poses: Floats
+    zeros: Sequence[JointZero] = ()
 
 
 class CalibrationRun(NamedTuple):
@@ -223,7 +226,12 @@ class CalibrationRun(NamedTuple):
         remarks = [remark for one in given for remark in one.remarks]
         names = [one.file for one in given]
         return CalibratedPoses(
-            found, names, [*zero_sentences(found), *remarks], q, rigid_positions(points)
+            found,
+            names,
+            [*zero_sentences(found), *remarks],
+            q,
+            rigid_positions(points),
+            zeros_of(found),
         )
 
     def of_heard(self, poses: CollectedPoses, tell: Tell = lambda phase: None) -> Calibration:
@@ -294,7 +302,10 @@ def write_report(data: CalibratedPoses, robot: str, outputs: CalibrationOutputs)
         )
         write_file(outputs.html, page_of(found, origin))
     if outputs.json is not None:
-        text = json_text({**document_of(found, data.files), 'reading': data.remarks})
+        document = {**document_of(found, data.files), 'reading': data.remarks}
+        if data.zeros:
+            document['zeros'] = [one._asdict() for one in data.zeros]
+        text = json_text(document)
         if outputs.printed:
             print(text)
         else:
