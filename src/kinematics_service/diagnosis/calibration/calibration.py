@@ -336,7 +336,7 @@ def calibrate(
         raise CalibrationError('give poses; or same_point, which alone takes distances')
     given = measured(robot, q, poses, sets, qdot if approach is None else _half_behind(approach))
     if camera == ON_TOOL:
-        given = given._replace(poses=seen_poses(given))
+        given = given._replace(poses=seen_poses(given.poses, given.positions))
     if approach is not None:
         given = given._replace(along=BACKLASH)
     for end in own:

@@ -15,7 +15,6 @@ from ...formats.recordings.open_file import TABLES, open_source
 from ...formats.recordings.source import PoseTrack, RecordingSource, Selection
 from ...formats.recordings.table_reader import table_of
 from ...kernel import Floats
-from ...rigid_motion import inverses
 from ...robot.robot import Robot
 from ..audit.frames import chosen_poses, matched
 from ..audit.ingest import Ingest
@@ -23,6 +22,7 @@ from ..audit.neighbourhoods import Neighbourhoods
 from ..frame_check.diagnosis import diagnose_frames
 from ..frame_check.errors import time_in_words
 from ..frame_check.joint_motion import SampledMotion
+from .camera import seen_poses
 
 # Poses fewer than these tell no lag.
 LEAST_FOR_LAG = 8
@@ -183,19 +183,14 @@ def _rates(robot: Robot, motion: tuple[Floats, Floats] | None, stamps: Floats) -
 
 def seen(given: MeasuredRecording) -> MeasuredRecording:
     """
-    Return the poses the other way round: of the camera in the frame of the board, or back.
+    Return the poses the other way round, as `seen_poses` does.
 
     Raises
     ------
     CalibrationError
         They are positions alone.
     """
-    if given.positions:
-        raise CalibrationError(
-            f'{given.file}: {given.name}: a camera on the tool is calibrated by poses of the '
-            'board, not by positions alone'
-        )
-    return replace(given, poses=inverses(given.poses))
+    return replace(given, poses=seen_poses(given.poses, given.positions))
 
 
 def without_lag(robot: Robot, given: MeasuredRecording) -> MeasuredRecording:
