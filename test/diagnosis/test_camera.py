@@ -108,6 +108,10 @@ def test_what_no_camera_measures_is_refused():
         ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3], camera='on-tool')
     with pytest.raises(CalibrationError, match="'hand' is not one of on-tool, fixed"):
         ks.calibrate(arm.robot, arm.q, arm.poses, camera='hand')
+    with pytest.raises(CalibrationError, match='joint positions alone: .* camera'):
+        ks.calibrate(arm.robot, arm.q, same_point=20 * ['A'], camera='fixed')
+    with pytest.raises(CalibrationError, match='or approach where it stood still'):
+        ks.calibrate(arm.robot, arm.q, arm.poses, qdot=arm.q, approach=arm.q)
     assert placed_camera(ks.calibrate(arm.robot, arm.q, arm.poses)) == ()
 
 

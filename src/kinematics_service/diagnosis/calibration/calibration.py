@@ -313,8 +313,11 @@ def calibrate(
         raise CalibrationError(f'camera: {camera!r} is not one of {", ".join(get_args(Camera))}')
     refuse_loops(robot.description, 'the calibration')
     if same_point is not None:
-        if not (poses is None and sets is None and qdot is None):
-            raise CalibrationError('same_point takes joint positions alone: no poses, sets, qdot')
+        others = (poses, sets, qdot, approach, camera, whitening)
+        if any(one is not None for one in others):
+            raise CalibrationError(
+                'same_point takes joint positions alone: no poses, sets, qdot, approach, camera'
+            )
         touched = touches_of(robot, q, same_point)
         progress('points')
         arm = parameters_of(robot, asks_for_gears(fit))
@@ -332,6 +335,8 @@ def calibrate(
                 robot, change.joints(touched.q), same_point=same_point, check=False
             ),
         )
+    if not (qdot is None or approach is None):
+        raise CalibrationError('give qdot where the arm moved, or approach where it stood still')
     if poses is None or apart:
         raise CalibrationError('give poses; or same_point, which alone takes distances')
     given = measured(robot, q, poses, sets, qdot if approach is None else _half_behind(approach))
