@@ -23,11 +23,23 @@ is the part on proposed poses. Beside what calibrations leave it says what they 
 order: the tool's error over random poses (m, RMS), tr(A M^-1) with A the mean square of how these
 move with the parameters and M what priors and measured poses tell. Of any eight poses inside the
 limits, and of any shares of them, that is at least `floor_of`.
+
+    python bench/calibrate.py [runs] --zeros
+
+is the zeros of an SO-101 by touches of a sheet that lies anywhere, with a play of 0.5 degrees and
+0.6 mm (1 mm in all) or 1 mm of each number: what they are off by, without and with the way that
+the joints came.
+
+    python bench/calibrate.py [runs] --camera
+
+is 25 poses of a board seen by a camera on the tool of a UR5e, and by a fixed one: how far a board
+at 200 other poses is off, beside the closed form of AX = XB with the nominal table.
 """
 
 import argparse
 import sys
 import time
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -39,9 +51,12 @@ from arms import robot_of
 from calibrated_arms import (
     TEN,
     TIP,
+    board_errors,
+    camera_arm,
     measured_arm,
     positions_within,
     predicted,
+    sheet_touches,
     touching_positions,
     true_arm,
     truly,
@@ -49,9 +64,10 @@ from calibrated_arms import (
 
 import kinematics_service as ks
 from kinematics_service.diagnosis.calibration.chosen_parameters import prior_of
+from kinematics_service.diagnosis.calibration.zeros import calibrate_zeros, zeros_of
 from kinematics_service.kinematics.uncertainty.corrected_chain import pose_change
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of, placement
-from kinematics_service.rigid_motion import exponential
+from kinematics_service.rigid_motion import exponential, pose_of
 from kinematics_service.robot.file.parts.parameters import ENDS, end_parameters
 
 NOISE, POSES = 5e-5, 50
@@ -264,6 +280,57 @@ def floor_of(rows, A):
     return 1e3 * NOISE * np.sqrt(best)
 
 
+def zeros(runs):
+    """Print how far zeros of an SO-101 are off that touches of a sheet tell."""
+    robot, place = robot_of('so101'), pose_of([0.0, -0.25, 0.0], (0.0, 0.0, 0.1))
+    words = 'nothing', '--backlash', 'the way'
+    for each, noise, told in product((1, 2, 3), (6e-4, 1e-3), words):
+        errors, deviations, plays = [], [], []
+        for seed in range(runs):
+            made = sheet_touches(robot, place, each, noise, np.radians(0.5), seed)
+            way = made.approach if told == 'the way' else None
+            play = np.radians(0.5) if told == '--backlash' else 0.0
+            found = calibrate_zeros(robot, made.q, made.points, approach=way, play=play)
+            own = zeros_of(found)[1:4]  # the sheet hides the others
+            errors.append(np.degrees([one.correction for one in own] - made.zeros[1:4]))
+            deviations.append(np.degrees([one.deviation for one in own]))
+            plays.append(
+                np.degrees(found.parameters[-1].correction) if told == 'the way' else np.nan
+            )
+        errors, far = np.array(errors), np.abs(errors).max(axis=1)
+        print(
+            f'{12 * each} touches, {1e3 * noise} mm, told {told}: '
+            f'rms {np.sqrt(np.mean(errors**2)):.2f} deg, of each '
+            f'{np.round(np.sqrt(np.mean(errors**2, axis=0)), 2)}, worst of a run: median '
+            f'{np.median(far):.2f}, largest {far.max():.2f}; within 0.3 deg '
+            f'{100 * np.mean(np.abs(errors) < 0.3):.0f} %; chi-square/P '
+            f'{np.mean((errors / deviations) ** 2):.2f}; play {np.mean(plays):.3f}',
+            flush=True,
+        )
+
+
+def cameras(runs):
+    """Print how far off a board is by camera, board and arm at once, and by the closed form."""
+    for where in ('on-tool', 'fixed'):
+        errors, squares = [], []
+        for seed in range(runs):
+            arm = camera_arm(where, 25, seed)
+            found = ks.calibrate(arm.robot, arm.q, arm.poses, camera=where)
+            errors.append(board_errors(arm, where, found))
+            count = len(arm.errors)
+            off = np.array([one.correction for one in found.parameters[:count]]) - arm.errors
+            squares.append(off @ np.linalg.solve(found.covariance[:count, :count], off) / count)
+        fitted, closed = 1e3 * np.array(errors).T
+        ratio = closed / fitted
+        print(
+            f'camera {where}: median {np.median(fitted):.2f} mm, largest {fitted.max():.2f}; '
+            f'closed form {np.median(closed):.2f} mm, largest {closed.max():.2f}; nearer by '
+            f'{np.median(ratio):.1f} (median), {ratio.min():.1f} (least); chi-square/P '
+            f'{np.mean(squares):.3f}',
+            flush=True,
+        )
+
+
 def speed():
     """Print the time of 2,000 poses, and its share of five seconds."""
     arm = measured_arm('ur5e', 2000, NOISE)
@@ -280,10 +347,18 @@ def main():
     parser.add_argument('runs', nargs='?', type=int, default=20)
     parser.add_argument('--touches', nargs='*', metavar='ARM')
     parser.add_argument('--proposals', nargs='*', metavar='ARM')
+    parser.add_argument('--zeros', action='store_true')
+    parser.add_argument('--camera', action='store_true')
     parser.add_argument('--size', type=float, default=1.0)
     given = parser.parse_args()
     runs = given.runs
     print(f'{runs} runs of each arm')
+    if given.camera:
+        cameras(runs)
+        return
+    if given.zeros:
+        zeros(runs)
+        return
     if given.touches is not None:
         for name in given.touches or TEN:
             touches(name, runs, given.size)

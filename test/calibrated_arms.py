@@ -8,8 +8,15 @@ from arms import robot_of
 
 import kinematics_service as ks
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
+from kinematics_service.diagnosis.calibration.output.sheet import SHEETS
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of
-from kinematics_service.rigid_motion import exponential, pose_of
+from kinematics_service.rigid_motion import (
+    exponential,
+    inverses,
+    nearest_rotation,
+    pose_of,
+    rotation_vector,
+)
 from kinematics_service.robot.task import seeded_poses
 
 # Ten arms: 6R with and without parallel axes, 7R, SCARA, prismatic, coupled, modified, elementary,
@@ -135,3 +142,131 @@ def touching_arm(name, points, count, noise=0.0, seed=0):
     ]
     marks = [mark for mark, _ in points for _ in range(count)]
     return TouchingArm(robot_of(name), true, errors, np.concatenate(q), marks)
+
+
+class SheetTouches(NamedTuple):
+    """
+    An arm with wrong zeros that touched points of a sheet.
+
+    q (N, n) as the joints report them, points (N, 3) in the frame of the sheet with their names,
+    what is to be added to each joint, and the sign (N, n) of the way it came.
+    """
+
+    robot: ks.Robot
+    q: np.ndarray
+    points: np.ndarray
+    names: list
+    zeros: np.ndarray
+    approach: np.ndarray
+
+
+def sheet_touches(robot, place, each, noise, play, seed, size=0.05, crosses=None):
+    """
+    Return touches of crosses of a sheet at a place (4, 4), from `each` postures far apart.
+
+    Joints are half the play (rad) behind the way they came; zeros are off by a size (rad).
+    """
+    random = np.random.default_rng([seed, 9])
+    chosen, points, names = [], [], []
+    for k, (name, point) in enumerate(SHEETS['a4'].points.items()):
+        if crosses is not None and name not in crosses:
+            continue
+        at = place[:3, :3] @ point + place[:3, 3]
+        q = touching_positions(robot, at, 100, [seed, k], noise)
+        low, high = robot.limits.T
+        q = q[np.all((q > low) & (q < high), axis=1)]
+        own = [0]
+        while len(own) < each:
+            between = np.linalg.norm(q[:, None, :-1] - q[None, own, :-1], axis=2)
+            own.append(int(np.argmax(between.min(axis=1))))
+        chosen.append(q[own])
+        points += each * [point]
+        names += each * [name]
+    q = np.concatenate(chosen)
+    zeros = random.normal(size=robot.dof) * size
+    approach = random.choice([-1.0, 1.0], q.shape)
+    q = q - zeros + 0.5 * play * approach
+    return SheetTouches(robot, q, np.array(points), names, zeros, approach)
+
+
+class CameraArm(NamedTuple):
+    """
+    An arm with errors, and a board in the frame of a camera.
+
+    q (N, n) and poses (N, 4, 4) of the board; `on_tool` and `still` are where the one of camera
+    and board is in the tool frame, and the other in the base frame.
+    """
+
+    robot: ks.Robot
+    true: ks.Robot
+    errors: np.ndarray
+    q: np.ndarray
+    poses: np.ndarray
+    on_tool: np.ndarray
+    still: np.ndarray
+
+
+# Before a UR5e: joint positions about which the camera sees the board, and how far they go.
+BEFORE_BOARD, AROUND = np.array([0.3, -1.4, 1.6, -1.8, -1.5, 0.4]), 0.6
+# Noise of a board in a picture: m across and along the view, rad.
+SEEN = (3e-4, 1e-3)
+
+
+def camera_arm(where, count, seed, noise=SEEN, size=1.0):
+    """Return a UR5e with errors and a camera that is on its tool, or fixed."""
+    _, errors, true = true_arm('ur5e', seed, size)
+    random = np.random.default_rng([seed, 11])
+    on_tool = pose_of(random.uniform(-0.06, 0.06, 3), random.uniform(-0.5, 0.5, 3))
+    still = pose_of([0.5, 0.1, 0.02], random.uniform(-0.5, 0.5, 3))
+    if where == 'fixed':
+        still = pose_of([1.3, 0.2, 0.5], random.uniform(-0.5, 0.5, 3))
+    q = BEFORE_BOARD + random.uniform(-AROUND, AROUND, (count, 6))
+    poses = board_seen(true, q, on_tool, still, where)
+    poses[:, :3, 3] += noise[0] * random.normal(size=(count, 3))
+    poses[:, :3, :3] = exponential(noise[1] * random.normal(size=(count, 3))) @ poses[:, :3, :3]
+    return CameraArm(robot_of('ur5e'), true, errors, q, poses, on_tool, still)
+
+
+def board_seen(robot, q, on_tool, still, where):
+    """Return the board in the frame of the camera, (N, 4, 4)."""
+    between = inverses(ks.forward_kinematics(robot, q) @ on_tool) @ still
+    return between if where == 'on-tool' else inverses(between)
+
+
+def closed_form(A, B):
+    """
+    Return X of A_i X B_i = Z for poses (N, 4, 4): AX = XB (Park and Martin 1994), all pairs.
+
+    A are poses of the tool in the base frame, B of what stands still in that of what is on it.
+    """
+    i, j = np.triu_indices(len(A), 1)
+    a, b = inverses(A[j]) @ A[i], B[j] @ inverses(B[i])
+    M = rotation_vector(b[:, :3, :3]).T @ rotation_vector(a[:, :3, :3])
+    U, _, Vt = np.linalg.svd(M)
+    R = Vt.T @ np.diag([1.0, 1.0, np.linalg.det(Vt.T @ U.T)]) @ U.T
+    left = (a[:, :3, :3] - np.eye(3)).reshape(-1, 3)
+    right = (b[:, :3, 3] @ R.T - a[:, :3, 3]).reshape(-1)
+    X = np.eye(4)
+    X[:3, :3], X[:3, 3] = R, np.linalg.lstsq(left, right, rcond=None)[0]
+    return X
+
+
+def by_closed_form(arm, where):
+    """Return what is on the tool, and what stands still, by the closed form on the nominal arm."""
+    A = ks.forward_kinematics(arm.robot, arm.q)
+    B = arm.poses if where == 'on-tool' else inverses(arm.poses)
+    X = closed_form(A, B)
+    every = A @ X @ B
+    Z = np.eye(4)
+    Z[:3, :3], Z[:3, 3] = nearest_rotation(every[:, :3, :3].mean(axis=0)), every[:, :3, 3].mean(0)
+    return X, Z
+
+
+def board_errors(arm, where, found, seed=5):
+    """Return how far (m, RMS) the board of new poses is off: calibrated, by the closed form."""
+    q = BEFORE_BOARD + np.random.default_rng(seed).uniform(-AROUND, AROUND, (200, 6))
+    true = board_seen(arm.true, q, arm.on_tool, arm.still, where)
+    fitted = found.tool_offsets[0], np.linalg.inv(found.base_offsets[0])
+    both = (found.calibrated, *fitted), (arm.robot, *by_closed_form(arm, where))
+    seen = [board_seen(*one[:1], q, *one[1:], where) for one in both]
+    return [np.sqrt(np.mean(np.sum((one - true)[:, :3, 3] ** 2, axis=1))) for one in seen]

@@ -51,6 +51,14 @@ def inverse(T: Floats) -> Floats:
     return result
 
 
+def inverses(T: Floats) -> Floats:
+    """Return the inverses of rigid motions (N, 4, 4), by their transposes."""
+    result = np.array(T)
+    result[:, :3, :3] = np.swapaxes(T[:, :3, :3], 1, 2)
+    result[:, :3, 3:] = -result[:, :3, :3] @ T[:, :3, 3:]
+    return result
+
+
 def rotation_of_quaternion(quaternion_xyzw: npt.ArrayLike) -> Floats:
     """
     Return the rotations (..., 3, 3) of quaternions x y z w (..., 4) of any length but zero.

@@ -6,6 +6,7 @@ chain of its own, so that each number comes by two roads.
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
+from kinematics_service.diagnosis.calibration.identified_table import CalibratedParameter
 from kinematics_service.diagnosis.calibration.report import sentences_of
 from kinematics_service.kinematics.uncertainty.corrected_chain import pose_change, poses_of
 from kinematics_service.kinematics.uncertainty.parameters import (
@@ -292,6 +294,14 @@ def with_tolerance(name, text):
 
 
 @pytest.mark.slow
+def test_what_is_identifiable_is_so_beside_the_tolerance_it_was_given():
+    wide = CalibratedParameter('theta2', 'offsets', True, 1, 'theta', 0.02, 0.01, 0.17)
+    assert wide.identifiable
+    assert not replace(wide, prior=0.02).identifiable
+    # Of a base nothing is known before; it is measured by a usual error.
+    assert not replace(wide, name='base.rz', group='base', prior=1.0).identifiable
+
+
 def test_the_robot_file_says_how_far_its_numbers_may_be_off():
     arm = measured_arm('ur5e', 30, NOISE)
     robot = with_tolerance('ur5e', '{length: 0.3e-3, of: {d1: 2e-3, theta3: 1e-9, beta5: 0.1}}')

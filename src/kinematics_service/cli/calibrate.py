@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Optional, TextIO
+from typing import Annotated, NamedTuple, Optional, TextIO
 
 import typer
 
@@ -16,6 +16,7 @@ from ..diagnosis.calibration.output.calibration_run import (
     CalibrationOutputs,
     CalibrationRun,
     Fitting,
+    Tell,
     WantedPoses,
     write_proposal,
     write_report,
@@ -49,6 +50,7 @@ from .recording_options import (
     TopicOption,
     given_selection,
 )
+from .zero_options import POINT, SheetChoice, ZeroOptions, given_zeros
 
 PLANS = ('.csv', '.yaml', '.yml')
 # Outputs that replace no file unless they are told to.
@@ -57,6 +59,13 @@ DISTANCE = re.compile(r'([^,=]+),([^,=]+)=\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(mm
 SIGHT = re.compile(r'([^,]+),([^,]+),([^,]+),([^,]+?)\s*(?:deg)?(?:,\s*([+-]?)([xyz]))?')
 # No two points that an arm touches are farther apart, m.
 FARTHEST = 100.0
+
+
+class CameraChoice(str, Enum):
+    """Where the camera is."""
+
+    on_tool = 'on-tool'
+    fixed = 'fixed'
 
 
 class FramesChoice(str, Enum):
@@ -100,6 +109,22 @@ def calibrate(
     distance: Optional[list[str]] = option(
         'Known distance of two such points, in m.', 'A,B=LENGTH'
     ),
+    camera: Optional[CameraChoice] = option(
+        'The poses are those of a board that a camera sees: on the tool, or fixed.'
+    ),
+    zeros: bool = flag(
+        '--zeros', 'Fit the zeros of the joints alone, to touches of known points of a sheet.'
+    ),
+    sheet: Optional[SheetChoice] = option(
+        'The sheet of --zeros; without FILE --html writes it, to be printed.', shown='a4'
+    ),
+    backlash: Optional[str] = option(
+        'The play of the turning joints, if it is known: for instance 0.5deg.', 'ANGLE'
+    ),
+    motors: Optional[tuple[Path, Path]] = option(
+        "LeRobot's calibration file of the servos, and the one to write with these zeros.",
+        'OLD NEW',
+    ),
     live: Optional[float] = option(
         'Collect poses of a running robot, until Ctrl-C at the latest.', 'SECONDS'
     ),
@@ -133,6 +158,9 @@ def calibrate(
       kinematics_service calibrate a.csv b.csv --robot ur5e --own base --json -
       kinematics_service calibrate run.csv --robot ur3e --fix base --frames measured
       kinematics_service calibrate holes.csv --robot ur5e --same-point hole
+      kinematics_service calibrate seen.csv --robot ur5e --camera on-tool
+      kinematics_service calibrate --robot so101 --zeros --sheet a4 --html sheet.html
+      kinematics_service calibrate touches.csv --robot so101 --zeros
       kinematics_service calibrate --robot ur5e --live 300 --output my_ur5e.yaml
       kinematics_service calibrate --robot ur5e --propose 10 --plan next.yaml
 
@@ -155,6 +183,19 @@ def calibrate(
     from many poses, and COLUMN of a table names the point of each row. Points and
     tip are fitted. Only the ratios of lengths are identifiable then, unless
     --distance says how far two points are apart.
+
+    \b
+    --camera takes the poses of a board (a marker, a checkerboard) in the frame of a
+    camera. On the tool, the board stands still; fixed, the board is on the tool.
+    Camera, board and the numbers of the arm are found at once.
+
+    \b
+    --zeros is for arms whose encoders were mounted by hand. The tip touches crosses
+    of a printed sheet, and the column `point` (--same-point names another) has their
+    names. Where the sheet lies and where the tip is are fitted along; --fix tool
+    where the robot file has the tip. Columns velocity.<joint>, the direction each
+    joint came from, tell a backlash; without them --backlash says how far joints
+    may be off by it. --motors writes LeRobot's calibration file anew.
 
     \b
     --live hears joint states (--topic, /joint_states) and poses of the tool
@@ -189,6 +230,9 @@ def calibrate(
     _check_outputs({'--output': output, '--html': html, '--json': json}, plans, files, force)
     outputs = CalibrationOutputs(output, html, json, plans, frames.value, anyway)
     arm = given_robot(robot)
+    others = {'--fit': fit, '--tolerance': tolerance, '--distance': distance, '--live': live}
+    refused = {**others, '--propose': propose, '--pose-gap': pose_gap, '--camera': camera}
+    of_zeros = given_zeros(zeros, arm, (sheet, backlash, motors), force, refused)
     words = TableWords(columns, pose_format, joint_format, stamps)
     reading = given_selection(arm, topic, pose_topic, joint_prefix, words)
     form = reading.pose_format
@@ -197,19 +241,20 @@ def calibrate(
         _words(fix),
         _words(own),
         None if tolerance is None else given_limit('--tolerance', tolerance),
-        _instrument(noise, form.kind == 'position' or same_point is not None),
+        _instrument(noise, form.kind == 'position' or same_point is not None or zeros),
         not anyway,
+        None if camera is None else camera.value,
     )
-    if pose_gap is not None and not 0.0 < pose_gap <= LONGEST_GAP:
-        raise WrongUsage(f'--pose-gap: {pose_gap:g} is not within 0 and {LONGEST_GAP:g} s')
-    if distance and same_point is None:
-        raise WrongUsage('--distance is between points: give --same-point COLUMN too')
+    _check_rows(pose_gap, distance, same_point, camera is not None)
     if live is not None:
         _check_live(live, files, (same_point, *words))
         if among is not None or sight is not None:
             raise WrongUsage('--live proposes as it hears: no --among, no --line-of-sight')
     elif context.obj:
         raise WrongUsage('calibrate takes no --ros-args without --live: it needs no ROS')
+    if of_zeros is not None and not files:
+        of_zeros.write_sheet(html)
+        return
     given = None if among is None else _positions(among, reading)
     wanted = WantedPoses(propose or 0, given, sight)
     if live is None and not files:
@@ -235,17 +280,38 @@ def calibrate(
             if heard is not None:
                 found = run.of_heard(heard, tell)
                 data = CalibratedPoses(found, topics[:2], (), heard.q, heard.poses)
-            elif same_point is not None:
-                data = run.of_touches(files or [], reading, same_point, apart, tell)
             else:
-                data = run.of_recordings(files or [], reading, pose_gap, tell)
+                rows = _Rows(files or [], reading, same_point, apart, pose_gap)
+                data = _of_files(run, rows, of_zeros, tell)
             written = write_robot_file(data, robot, outputs)
         write_report(data, robot, outputs)
         if not (data.found.accepted or anyway):
             raise typer.Exit(1)
     print(written, end='', file=outputs.stream)
+    if of_zeros is not None:
+        of_zeros.write_servos(data.found, outputs.stream)
     if propose is not None:
         write_proposal(arm, wanted, outputs, data.found.positions, data.found)
+
+
+class _Rows(NamedTuple):
+    # What options say of the rows of files.
+    files: list[Path]
+    reading: Selection
+    same_point: str | None
+    apart: dict[tuple[str, str], float]
+    gap: float | None
+
+
+def _of_files(
+    run: CalibrationRun, rows: _Rows, zeros: ZeroOptions | None, tell: Tell
+) -> CalibratedPoses:
+    if zeros is not None:
+        column = rows.same_point or POINT
+        return run.of_sheet(rows.files, rows.reading, column, zeros.sheet, zeros.play, tell)
+    if rows.same_point is not None:
+        return run.of_touches(rows.files, rows.reading, rows.same_point, rows.apart, tell)
+    return run.of_recordings(rows.files, rows.reading, rows.gap, tell)
 
 
 @contextmanager
@@ -266,6 +332,17 @@ def _check_live(
             '--joint-format and --stamps are for recordings'
         )
     checked_seconds(seconds)
+
+
+def _check_rows(
+    gap: float | None, distance: Sequence[str] | None, same_point: str | None, camera: bool
+) -> None:
+    if gap is not None and not 0.0 < gap <= LONGEST_GAP:
+        raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {LONGEST_GAP:g} s')
+    if camera and same_point is not None:
+        raise WrongUsage('--camera is for measured poses, not for --same-point')
+    if distance and same_point is None:
+        raise WrongUsage('--distance is between points: give --same-point COLUMN too')
 
 
 def _check_files(files: Sequence[Path]) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, replace
 from functools import cached_property, partial
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +12,15 @@ from ...errors import CalibrationError
 from ...formats.recordings.block import Flags
 from ...kernel import Floats, Integers
 from ...kinematics.uncertainty.parameters import parameters_of
-from ...robot.file.parts.parameters import ENDS, GEARS, TABLE_GROUPS
+from ...rigid_motion import inverses
+from ...robot.file.parts.parameters import BACKLASH, ENDS, GEARS, TABLE_GROUPS
 from ...robot.loops import refuse_loops
 from ...robot.robot import AnyRobot, Robot, as_robot
 from ..frame_check.diagnosis import FrameDiagnosis
 from ..frame_check.errors import Errors, errors_of
 from ..frame_check.hypotheses import Hypothesis, joint_hypotheses_of
 from .acceptance import JudgedFit, refusals_of
+from .camera import ON_TOOL, Camera, seen_poses
 from .checking import Measured, checked_offsets, measured
 from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
 from .corrections import corrected_robot
@@ -113,6 +115,9 @@ class Calibration(IdentifiedTable):
         position, and a rotation vector; in the frame of the poses.
     points
         Those that were touched, if the poses were measured by nothing else.
+    camera
+        Where the camera is that saw a board, if one did. On the tool `measured` is the camera in
+        the frame of the board, and what remains is the board in the frame of the camera.
     """
 
     READ_ONLY = (
@@ -156,6 +161,7 @@ class Calibration(IdentifiedTable):
     remainders_before: Floats
     remainders: Floats
     points: tuple[TouchedPoint, ...] = ()
+    camera: Camera | None = None
     explained: RefusalCauses = RefusalCauses()
 
     @property
@@ -212,6 +218,9 @@ def calibrate(
     apart: Mapping[tuple[str, str], float] | None = None,
     sets: npt.ArrayLike | None = None,
     qdot: npt.ArrayLike | None = None,
+    approach: npt.ArrayLike | None = None,
+    camera: Camera | None = None,
+    whitening: Floats | None = None,
     own: Sequence[str] = ('base',),
     fit: Sequence[str] = (),
     fix: Sequence[str] = (),
@@ -248,6 +257,15 @@ def calibrate(
     qdot : shape (N, n), rad/s or m/s
         Joint velocities where the arm moved: then a small lag is fitted, too. The joints are where
         the poses have them `lag` seconds later.
+    approach : shape (N, n)
+        Where the arm stands still: the direction each joint came from, by the sign of its last
+        velocity. Then one backlash of all joints is fitted, too: half of it is behind them.
+    camera
+        Where the poses are those of a board in the frame of a camera: `on-tool`, and the board
+        stands still; or `fixed`, and the board is on the tool.
+    whitening : shape (N, 3, 3)
+        What differences of positions are multiplied by where they are weighed, so that their noise
+        is the same along all axes and in all rows; None: it is so already.
     own
         What each set has of its own: `base`, `tool`, or both.
     fit, fix
@@ -291,10 +309,15 @@ def calibrate(
     again = partial(
         calibrate, apart=apart, own=own, fit=fit, fix=fix, tolerances=tolerances, noise=noise
     )
+    if camera not in (None, *get_args(Camera)):
+        raise CalibrationError(f'camera: {camera!r} is not one of {", ".join(get_args(Camera))}')
     refuse_loops(robot.description, 'the calibration')
     if same_point is not None:
-        if not (poses is None and sets is None and qdot is None):
-            raise CalibrationError('same_point takes joint positions alone: no poses, sets, qdot')
+        others = (poses, sets, qdot, approach, camera, whitening)
+        if any(one is not None for one in others):
+            raise CalibrationError(
+                'same_point takes joint positions alone: no poses, sets, qdot, approach, camera'
+            )
         touched = touches_of(robot, q, same_point)
         progress('points')
         arm = parameters_of(robot, asks_for_gears(fit))
@@ -312,9 +335,15 @@ def calibrate(
                 robot, change.joints(touched.q), same_point=same_point, check=False
             ),
         )
+    if not (qdot is None or approach is None):
+        raise CalibrationError('give qdot where the arm moved, or approach where it stood still')
     if poses is None or apart:
         raise CalibrationError('give poses; or same_point, which alone takes distances')
-    given = measured(robot, q, poses, sets, qdot)
+    given = measured(robot, q, poses, sets, qdot if approach is None else _half_behind(approach))
+    if camera == ON_TOOL:
+        given = given._replace(poses=seen_poses(given.poses, given.positions))
+    if approach is not None:
+        given = given._replace(along=BACKLASH)
     for end in own:
         if end not in ENDS:
             raise CalibrationError(f'own: {end!r} is not one of {", ".join(ENDS)}')
@@ -325,8 +354,12 @@ def calibrate(
     progress('frame check')
     each = Free('base' in own, 'tool' in own)
     offsets, frames = checked_offsets(robot, given, free, each, check, read)
-    problem = names.problem(arm.chain, offsets, fitted, tolerances)
-    found = _fitted(robot, given, names, problem, frames, known, progress)
+    problem = replace(
+        names.problem(arm.chain, offsets, fitted, tolerances),
+        from_tool=camera == ON_TOOL,
+        whitening=whitening,
+    )
+    found = replace(_fitted(robot, given, names, problem, frames, known, progress), camera=camera)
     if found.accepted or not check:
         return found
     progress('explanations')
@@ -334,7 +367,9 @@ def calibrate(
     def undone(change: Hypothesis) -> Calibration:
         T = change.seen(given.poses)
         B = T[:, :3, 3] if given.positions else T
-        return again(robot, change.joints(given.q), B, sets=given.sets, check=False)
+        B = inverses(T) if camera == ON_TOOL else B
+        q = change.joints(given.q)
+        return again(robot, q, B, sets=given.sets, camera=camera, check=False)
 
     used = ~np.isin(np.arange(found.count), found.outliers)
     changes = mistakes_of(robot, given, read)
@@ -362,6 +397,10 @@ def _with_explanations(
             changes, score, outcome_of, found.with_outliers.after, found.positions
         ),
     )
+
+
+def _half_behind(approach: npt.ArrayLike) -> Floats:
+    return np.asarray(-0.5 * np.sign(np.array(approach, dtype=np.float64)))
 
 
 def _fitted(

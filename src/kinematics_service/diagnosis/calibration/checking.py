@@ -11,11 +11,11 @@ from ...formats.recordings.source import MOST_POSES
 from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import rotation_vector
-from ...robot.file.parts.parameters import GEARS, LAG
+from ...robot.file.parts.parameters import GEARS, LAG, ArmParameter
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis, check_rotations, diagnose_frames
 from ..frame_check.errors import angle_in_words, length_in_words, time_in_words
-from ..frame_check.hypotheses import joint_hypotheses_of
+from ..frame_check.hypotheses import INVERSE, joint_hypotheses_of
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
 # Poses of a set, and poses by which a cause is tested.
@@ -31,6 +31,7 @@ FAR_OFF, DECISIVE = 5.0, 3.0
 AS_WELL = 2.0
 DEGREES = 'the joint positions are in degrees, not radians'
 # What a calibration finds by itself.
+CAMERA = '. Poses of a board take --camera on-tool, or fixed, as the camera is'
 FOUND_HERE = ('joint_offset', 'link_length')
 
 
@@ -48,7 +49,8 @@ class Measured(NamedTuple):
     sets : shape (N,)
         Whole numbers from 0.
     rates : shape (N, n), rad/s or m/s
-        Joint velocities; None if they are not known.
+        How the joints move with the correction `along`: their velocities with the lag; None if
+        they are not known.
     """
 
     q: Floats
@@ -56,6 +58,7 @@ class Measured(NamedTuple):
     positions: bool
     sets: Integers
     rates: Floats | None = None
+    along: ArmParameter = LAG
 
     @property
     def set_count(self) -> int:
@@ -216,7 +219,8 @@ def _checked(
             alone = offsets_of(forward_kinematics(robot, q), poses, True, free)
             _check_positions(robot, q, poses, float(np.median(alone.remainder)), free)
         if cause is not None and cause.key not in FOUND_HERE:
-            raise CalibrationError(f'the frame check comes first: {diagnosis.sentence}')
+            camera = CAMERA if INVERSE[1:] in cause.sentence else ''
+            raise CalibrationError(f'the frame check comes first: {diagnosis.sentence}{camera}')
     if middle > NO_CALIBRATION:
         explained = ''
         if positions:

@@ -13,6 +13,7 @@ from ...kinematics.uncertainty.corrected_chain import CorrectedChain, motion_of
 from ...kinematics.uncertainty.parameters import placement, scaled_jacobian, structural_rank
 from ...robot.file.parts.description import Tolerances
 from ...robot.file.parts.parameters import (
+    BACKLASH,
     ENDS,
     GEARS,
     GROUPS,
@@ -29,7 +30,7 @@ from .knowledge import ParameterCombination, combinations_of
 from .placing import Offsets
 
 # Standard deviations of base, tool and points before, m and rad: nothing is known of them; of a
-# lag, s.
+# lag, s, and of a backlash, rad.
 ANYWHERE, ANY_LAG = 1.0, 0.1
 NOTHING_SAID = Tolerances()
 # The word for all groups, gear ratios too: these are fitted where they are asked for alone.
@@ -91,7 +92,7 @@ class ChosenParameters:
                 for k in range(self.ends[end])
                 for one in end_parameters(end, k)
             ),
-            *([] if given.rates is None else [LAG]),
+            *([] if given.rates is None else [given.along]),
         )
 
     def first(self, end: str, k: int) -> int:
@@ -254,7 +255,7 @@ def prior_of(
         Those of the robot file, where `tolerances` has none.
     """
     if one.group not in TABLE_GROUPS:
-        return tolerances.get(one.name, ANY_LAG if one == LAG else ANYWHERE)
+        return tolerances.get(one.name, ANY_LAG if one in (LAG, BACKLASH) else ANYWHERE)
     by_kind = of_file.angle if one.angle else of_file.length
     usual = dict(of_file.named).get(one.name)
     usual = usual or (of_file.gear if one.group == GEARS else by_kind)

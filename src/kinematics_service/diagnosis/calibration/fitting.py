@@ -16,8 +16,8 @@ from ...formats.recordings.block import Flags
 from ...kernel import Floats, Integers
 from ...kinematics.uncertainty.corrected_chain import CorrectedChain, pose_change, poses_of
 from ...kinematics.uncertainty.triangle import triangle_of
-from ...rigid_motion import rotation_vector
-from ...robot.file.parts.parameters import LAG, ArmParameter
+from ...rigid_motion import inverses, rotation_vector
+from ...robot.file.parts.parameters import ArmParameter
 
 # Noise (m and rad) below this is round-off; with this many rows more than numbers or fewer the
 # poses cannot tell it, and it is no less than encoders and trackers have.
@@ -36,7 +36,7 @@ LEAST_FREEDOM, UNTOLD = 1.0, 1.0
 HALVINGS = 5
 # Standard deviation (m) of a distance between points that is known.
 DISTANCE = 1e-5
-# Time (s) of the difference by which poses move with a lag.
+# Difference (s, rad) by which poses move with a lag, or a backlash.
 STEP = 1e-4
 
 
@@ -74,9 +74,16 @@ class FitProblem:
     positions
         Whether the poses are positions alone.
     rates : shape (N, n), rad/s or m/s
-        Joint velocities, if the last of all corrections is a lag; None if there is none.
+        How the joints move with the last of all corrections, a lag or a backlash; None if there
+        is none.
     known_distances
         Distances between corrected points.
+    from_tool
+        Whether the inverse poses were measured, and have the noise: as a camera on the tool sees
+        what stands still. Then what remains is of these.
+    whitening : shape (N, 3, 3)
+        What remaining positions are multiplied by where they are weighed, so that their noise is
+        the same along all axes and in all rows; None: it is so already.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -90,6 +97,8 @@ class FitProblem:
     positions: bool
     rates: Floats | None = None
     known_distances: tuple[KnownDistance, ...] = ()
+    from_tool: bool = False
+    whitening: Floats | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -123,10 +132,26 @@ class FitProblem:
 
     def remainders(self, values: Floats) -> Floats:
         """Return position (m) and rotation (rad) that remain, shape (N, 2, 3)."""
-        return remainders_between(self.poses, self.predicted(values), self.positions)
+        return self._between(self.predicted(values))
+
+    def weighed(self, values: Floats) -> Floats:
+        """Return what remains (N, 2, 3) with a noise that is alike in all rows."""
+        return self._whitened(self.remainders(values))
+
+    def _whitened(self, rows: Floats) -> Floats:
+        # Of shape (N, 2, 3, ...).
+        if self.whitening is not None:
+            rows = np.array(rows)
+            rows[:, 0] = np.einsum('nij,nj...->ni...', self.whitening, rows[:, 0])
+        return rows
+
+    def _between(self, poses: Floats) -> Floats:
+        if self.from_tool:
+            return remainders_between(inverses(self.poses), inverses(poses), self.positions)
+        return remainders_between(self.poses, poses, self.positions)
 
     def equations(self, values: Floats) -> tuple[Floats, Floats]:
-        """Return what remains (N, 2, 3), and how the poses move (N, 2, 3, P)."""
+        """Return what remains (N, 2, 3), and how the poses move (N, 2, 3, P), as weighed."""
         poses = np.empty_like(self.poses)
         jacobian = np.empty((len(self.q), 6, len(self.columns)))
         for k, chain in enumerate(self.chains):
@@ -134,13 +159,16 @@ class FitProblem:
             every = self.every(values)
             change = pose_change(chain, every, self._joints(own, every))
             poses[own], jacobian[own] = change.pose, change.jacobian[:, :, self.columns]
-            if self.parameters and self.parameters[-1] == LAG:
+            if self.rates is not None and self.count - 1 in self.columns:
                 later, sooner = (self._poses(chain, own, values, s * STEP) for s in (1.0, -1.0))
                 R = later[:, :3, :3] @ np.swapaxes(sooner[:, :3, :3], 1, 2)
                 jacobian[own, :3, -1] = (later - sooner)[:, :3, 3] / (2.0 * STEP)
                 jacobian[own, 3:, -1] = rotation_vector(R) / (2.0 * STEP)
-        left = remainders_between(self.poses, poses, self.positions)
-        return left, jacobian.reshape(len(poses), 2, 3, -1)
+        left = self._between(poses)
+        if self.from_tool:
+            jacobian = _of_inverses(poses, jacobian)
+        moves = jacobian.reshape(len(poses), 2, 3, -1)
+        return self._whitened(left), self._whitened(moves)
 
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
         """Return how known distances move (D, P) and what remains (D,), in their deviations."""
@@ -164,6 +192,14 @@ class FitProblem:
             prior=self.prior[kept],
             columns=self.columns[kept],
         )
+
+
+def _of_inverses(poses: Floats, jacobian: Floats) -> Floats:
+    # With T = (R, p) that moves by v and w, T^-1 does by -R^T (v - w x p) and -R^T w.
+    linear, angular = jacobian[:, :3], jacobian[:, 3:]
+    turned = np.cross(angular, poses[:, :3, 3, None], axisb=1, axisa=1, axisc=1)
+    R = np.swapaxes(poses[:, :3, :3], 1, 2)
+    return np.concatenate([-R @ (linear - turned), -R @ angular], axis=1)
 
 
 def remainders_between(measured: Floats, poses: Floats, positions: bool) -> Floats:
@@ -240,7 +276,7 @@ def identify(
     limit = OUTLIER_OF_THREE if problem.positions else OUTLIER
     for k in range(ROBUST_ROUNDS):
         progress(k)
-        remainders = problem.remainders(values)
+        remainders = problem.weighed(values)
         found = _at_least(noise, _median_noise(remainders))
         distances = _distances(problem, remainders, found)
         weights = np.minimum(1.0, HUBER / np.maximum(distances, 1e-300))
@@ -248,7 +284,7 @@ def identify(
         values = values + step
         if np.all(np.abs(step) < ENOUGH * problem.prior):
             break
-    remainders = problem.remainders(values)
+    remainders = problem.weighed(values)
     found = _at_least(noise, _median_noise(remainders))
     used = _distances(problem, remainders, found) < limit
     for k in range(ROUNDS):
@@ -256,7 +292,7 @@ def identify(
         solved = _solve(problem, values, found, used.astype(np.float64))
         values = values + problem.prior * solved.step
         inverse = np.asarray(np.linalg.inv(solved.triangle), dtype=np.float64)
-        remainders = problem.remainders(values)
+        remainders = problem.weighed(values)
         before = found
         evident, freedom = _evident_noise(problem, remainders, solved.rows, inverse, used)
         found = _at_least(noise, evident)
@@ -332,7 +368,7 @@ def _stepped(problem: FitProblem, values: Floats, noise: Noise, weights: Floats)
 
 def _squares(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> float:
     # What remains of rows, known distances and priors, in their deviations.
-    d = _distances(problem, problem.remainders(values), noise)
+    d = _distances(problem, problem.weighed(values), noise)
     known = np.sum(problem.distance_equations(values)[1] ** 2)
     return float(np.sum(weights * d**2) + known + np.sum((values / problem.prior) ** 2))
 

@@ -14,7 +14,15 @@ from ...kinematics.uncertainty.corrected_chain import CorrectedChain, motion_of,
 from ...kinematics.uncertainty.parameters import parameters_of, placement
 from ...rigid_motion import inverse
 from ...robot.chain import FrozenArrays
-from ...robot.file.parts.parameters import ENDS, GEARS, LAG, SIX, ArmParameter, end_parameters
+from ...robot.file.parts.parameters import (
+    ENDS,
+    GEARS,
+    LAG,
+    SIX,
+    TABLE_GROUPS,
+    ArmParameter,
+    end_parameters,
+)
 from ...robot.robot import Robot
 from .checking import apart, value_in_words
 
@@ -55,7 +63,9 @@ class CalibratedParameter(ArmParameter):
     @property
     def identifiable(self) -> bool:
         """Return whether the poses identify it; else it mostly stays where its prior has it."""
-        return self.deviation < IDENTIFIABLE * min(self.prior, self.scale)
+        # Of base and tool nothing was known before: they are measured by usual errors.
+        before = self.prior if self.group in TABLE_GROUPS else min(self.prior, self.scale)
+        return self.deviation < IDENTIFIABLE * before
 
 
 @dataclass(frozen=True, eq=False)

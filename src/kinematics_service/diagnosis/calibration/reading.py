@@ -1,7 +1,7 @@
 """Measured poses of recordings with the joints at their times; and tables of touched points."""
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,6 +22,7 @@ from ..audit.neighbourhoods import Neighbourhoods
 from ..frame_check.diagnosis import diagnose_frames
 from ..frame_check.errors import time_in_words
 from ..frame_check.joint_motion import SampledMotion
+from .camera import seen_poses
 
 # Poses fewer than these tell no lag.
 LEAST_FOR_LAG = 8
@@ -180,6 +181,18 @@ def _rates(robot: Robot, motion: tuple[Floats, Floats] | None, stamps: Floats) -
     return np.where(joints.known[:, None], joints.rates, 0.0)
 
 
+def seen(given: MeasuredRecording) -> MeasuredRecording:
+    """
+    Return the poses the other way round, as `seen_poses` does.
+
+    Raises
+    ------
+    CalibrationError
+        They are positions alone.
+    """
+    return replace(given, poses=seen_poses(given.poses, given.positions))
+
+
 def without_lag(robot: Robot, given: MeasuredRecording) -> MeasuredRecording:
     """
     Return the poses with the joint positions of the time they were measured at.
@@ -226,6 +239,8 @@ class TouchRecording:
     q : shape (N, n), rad or m
     points : N
         Names of the points touched.
+    approach : shape (N, n), rad/s or m/s
+        Joint velocities with which the tip came there; None if the table has none.
     remarks
         Sentences on what was left out.
     """
@@ -233,6 +248,7 @@ class TouchRecording:
     file: str
     q: Floats
     points: tuple[str, ...]
+    approach: Floats | None
     remarks: tuple[str, ...]
 
 
@@ -257,6 +273,8 @@ def read_touches(file: Path, wanted: Selection, column: str) -> TouchRecording:
     q = np.concatenate([one.positions for one in blocks])
     names = np.array(_column(file, column)[: len(q)])
     named = names != ''
+    came = np.concatenate([one.velocities for one in blocks])
+    approach = np.nan_to_num(came[named]) if came.shape == q.shape else None
     missing = np.flatnonzero(named & ~np.all(np.isfinite(q), axis=1))
     if len(missing):
         raise CalibrationError(
@@ -266,7 +284,9 @@ def read_touches(file: Path, wanted: Selection, column: str) -> TouchRecording:
         left = int(np.sum(~named))
         what = 'row names no point and is' if left == 1 else 'rows name no point and are'
         remarks.append(f'{left} {what} left out')
-    return TouchRecording(str(file), q[named], tuple(names[named].tolist()), tuple(remarks))
+    return TouchRecording(
+        str(file), q[named], tuple(names[named].tolist()), approach, tuple(remarks)
+    )
 
 
 def _column(file: Path, column: str) -> list[str]:

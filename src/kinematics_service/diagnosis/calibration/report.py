@@ -12,6 +12,7 @@ from ..frame_check.errors import Errors, length_in_words
 from .calibration import BLOCKS, Calibration, FitErrors
 from .checking import in_words
 from .identified_table import CalibratedParameter
+from .placed_camera import camera_sentences, placed_camera
 
 # Outliers named in a sentence.
 MOST_NAMED = 8
@@ -63,6 +64,7 @@ def sentences_of(found: Calibration) -> Iterator[str]:
         f'{found.known} independent combinations of the {len(found.parameters)} parameters are '
         f'identifiable from these {kind}; from any such {kind} at most {found.possible} are'
     )
+    yield from camera_sentences(found)
     for point in found.points:
         xyz = ', '.join(f'{x:.5f}' for x in point.position)
         off = ', '.join(length_in_words(x) for x in point.deviation)
@@ -166,6 +168,9 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
         ],
         **attributes(found, 'base_offsets', 'tool_offsets', 'base_starts', 'tool_starts'),
         'frame_check': None if found.frames is None else found.frames.sentence,
+        'camera': [
+            attributes(one, 'name', 'frame', 'pose', 'deviation') for one in placed_camera(found)
+        ],
         'remarks': found.remarks,
         'sentences': list(sentences_of(found)),
     }

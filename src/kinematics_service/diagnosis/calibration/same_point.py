@@ -137,7 +137,7 @@ class SamePointParameters(ChosenParameters):
     """The parameters of an arm whose tip touched points, and what these touches tell."""
 
     placed_groups = ('tool', POINTS)
-    words = tuple(one for one in GROUPS if one not in ('base', 'lag'))
+    words = tuple(one for one in GROUPS if one not in ('base', 'lag', 'backlash'))
 
     def __init__(
         self,

@@ -21,6 +21,7 @@ from .offsets import PoseDerivative
 
 # The same numbers, said of a source of poses in general; of known poses in `known_pose_causes`.
 RADIANS_TWICE = 'the joint positions were turned from degrees into radians twice'
+INVERSE = 'the poses are those of the base in the tool frame'
 LENGTHS_IN_MM = 'the lengths of the table are in millimetres, not metres'
 # Arms with more joints than this are not searched for two joints that are swapped, or that turn
 # together.
@@ -256,8 +257,7 @@ def _of_poses(poses: Floats) -> Iterator[Hypothesis]:
     yield undone('millimetres', LENGTHS_IN_MM, R, 1e3 * p, 1e-3)
     positions = 'the positions are in tool axes, not in base axes'
     yield undone('tool_axes', positions, R, _turned(R, p))
-    inverse = 'the poses are those of the base in the tool frame'
-    yield undone('tool_axes', inverse, Rt, -_turned(Rt, p))
+    yield undone('tool_axes', INVERSE, Rt, -_turned(Rt, p))
     yield undone('tool_axes', 'the orientations are those of the base in tool axes', Rt, p)
     read = 'the quaternions are w x y z, and are read as x y z w'
     yield undone('quaternion_order', read, from_wxyz, p)

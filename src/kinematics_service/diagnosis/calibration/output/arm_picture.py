@@ -9,6 +9,7 @@ from ....kernel import Floats
 from ....kinematics.forward import forward_kinematics, link_frames
 from ...frame_check.errors import length_in_words
 from ..calibration import Calibration
+from ..camera import ON_TOOL
 
 WIDTH, HEIGHT = 720, 460
 # From where it is seen, to begin with (rad).
@@ -67,6 +68,11 @@ def _tips(found: Calibration, rows: np.ndarray) -> Floats:  # type: ignore[type-
 
 
 def _in_base(found: Calibration, rows: np.ndarray, remainders: Floats) -> Floats:  # type: ignore[type-arg]
+    if found.camera == ON_TOOL:
+        # Remainders are in the frame of the camera.
+        tool = found.tool_offsets[_sets(found, rows, len(found.tool_offsets))]
+        R = (forward_kinematics(found.calibrated, found.q[rows]) @ tool)[:, :3, :3]
+        return np.asarray((R @ remainders[rows, 0, :, None])[:, :, 0])
     # Remainders are in the frame of the measured poses.
     X = found.base_offsets[_sets(found, rows, len(found.base_offsets))]
     turned = np.swapaxes(X[:, :3, :3], 1, 2) @ remainders[rows, 0, :, None]

@@ -22,14 +22,17 @@ from ....robot.loops import refuse_loops
 from ....robot.robot import Robot
 from ...frame_check.errors import PoseLimit
 from ..calibration import Calibration, calibrate
+from ..camera import ON_TOOL, Camera
 from ..checking import Measured, rigid_positions
 from ..chosen_parameters import ChosenParameters, asks_for_gears
 from ..collecting import CollectedPoses
 from ..proposal import LineOfSight, propose_poses, table_text, trajectory_text
-from ..reading import read_measured, read_touches, without_lag
+from ..reading import read_measured, read_touches, seen, without_lag
 from ..report import cells_of, document_of, kind_of, sentences_of
 from ..robot_text import CalibrationOrigin, Frames, calibrated_text
+from ..zeros import JointZero, calibrate_zeros, zero_sentences, zeros_of
 from .page import PageOrigin, page_of
+from .sheet import Sheet
 
 # A joint as fast (rad/s, m/s) as this makes a lag matter.
 MOVING = 0.05
@@ -51,6 +54,8 @@ class Fitting(NamedTuple):
         Of the instrument: m and rad.
     check
         Whether mistakes are looked for.
+    camera
+        Where the camera is, if the poses are those of a board that it sees.
     """
 
     fit: tuple[str, ...]
@@ -59,6 +64,7 @@ class Fitting(NamedTuple):
     limit: PoseLimit | None
     noise: tuple[float, float] | None
     check: bool
+    camera: Camera | None = None
 
 
 class CalibrationOutputs(NamedTuple):
@@ -105,6 +111,8 @@ class CalibratedPoses(NamedTuple):
         The files, and sentences on reading them.
     q, poses : shapes (N, n) and (N, 4, 4)
         Of the first set, for known poses.
+    zeros
+        Of the joints, where these alone were asked for.
     """
 
     found: Calibration
@@ -112,6 +120,7 @@ class CalibratedPoses(NamedTuple):
     remarks: Sequence[str]
     q: Floats
     poses: Floats
+    zeros: Sequence[JointZero] = ()
 
 
 class CalibrationRun(NamedTuple):
@@ -148,18 +157,23 @@ class CalibrationRun(NamedTuple):
             Largest time between the joint states around a pose; None: three usual intervals.
         """
         settings = EstimatorSettings(reading.joint_prefix)
+        on_tool = self.fitting.camera == ON_TOOL
         given = [
-            without_lag(self.arm, read_measured(file, reading, settings, gap)) for file in files
+            without_lag(self.arm, seen(one) if on_tool else one)
+            for one in (read_measured(file, reading, settings, gap) for file in files)
         ]
         if len({one.positions for one in given}) > 1:
             raise CalibrationError('some files have poses and others positions alone')
         found = self._calibrated(
             np.concatenate([one.q for one in given]),
             tell,
-            poses=np.concatenate([one.measured for one in given]),
+            poses=np.concatenate(
+                [seen(one).measured if on_tool else one.measured for one in given]
+            ),
             sets=np.repeat(np.arange(len(given)), [len(one.q) for one in given]),
             qdot=np.concatenate([one.rates for one in given]),
-            read=given[0].kind,
+            read='' if on_tool else given[0].kind,
+            camera=self.fitting.camera,
         )
         remarks = [remark for one in given for remark in one.remarks]
         return CalibratedPoses(
@@ -184,15 +198,53 @@ class CalibrationRun(NamedTuple):
         poses = rigid_positions(np.array([points[mark] for mark in marks]))
         return CalibratedPoses(found, [one.file for one in given], remarks, q, poses)
 
+    def of_sheet(
+        self,
+        files: Sequence[Path],
+        reading: Selection,
+        column: str,
+        sheet: Sheet,
+        play: float,
+        tell: Tell,
+    ) -> CalibratedPoses:
+        """Return the zeros of the joints from points of a sheet, named in a column."""
+        given = [read_touches(file, reading, column) for file in files]
+        points = np.array([sheet.point(name) for one in given for name in one.points])
+        came = [one.approach for one in given if one.approach is not None]
+        q = np.concatenate([one.q for one in given])
+        found = calibrate_zeros(
+            self.arm,
+            q,
+            points,
+            approach=np.concatenate(came) if len(came) == len(given) else None,
+            noise=self.fitting.noise,
+            play=play,
+            fix=self.fitting.fix,
+            check=self.fitting.check,
+            progress=tell,
+        )
+        remarks = [remark for one in given for remark in one.remarks]
+        names = [one.file for one in given]
+        return CalibratedPoses(
+            found,
+            names,
+            [*zero_sentences(found), *remarks],
+            q,
+            rigid_positions(points),
+            zeros_of(found),
+        )
+
     def of_heard(self, poses: CollectedPoses, tell: Tell = lambda phase: None) -> Calibration:
         """Return the calibration from poses of a running robot."""
-        return self._calibrated(poses.q, tell, poses=poses.poses, qdot=poses.rates)
+        return self._calibrated(
+            poses.q, tell, poses=poses.poses, qdot=poses.rates, camera=self.fitting.camera
+        )
 
     def _calibrated(
         self, q: Floats, tell: Tell, qdot: Floats | None = None, **rows: Any
     ) -> Calibration:
         moves = qdot is not None and np.max(np.abs(qdot)) > MOVING
-        fit, fix, own, _, noise, check = self.fitting
+        fit, fix, own, _, noise, check, _ = self.fitting
         return calibrate(
             self.arm,
             q,
@@ -250,7 +302,10 @@ def write_report(data: CalibratedPoses, robot: str, outputs: CalibrationOutputs)
         )
         write_file(outputs.html, page_of(found, origin))
     if outputs.json is not None:
-        text = json_text({**document_of(found, data.files), 'reading': data.remarks})
+        document = {**document_of(found, data.files), 'reading': data.remarks}
+        if data.zeros:
+            document['zeros'] = [one._asdict() for one in data.zeros]
+        text = json_text(document)
         if outputs.printed:
             print(text)
         else:

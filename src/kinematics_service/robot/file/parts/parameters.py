@@ -27,7 +27,7 @@ WITH_EXTRA = ('standard', 'modified')
 ENDS = ('base', 'tool')
 GEARS = 'gears'
 TABLE_GROUPS = ('offsets', 'lengths', 'angles', GEARS)
-GROUPS = (*TABLE_GROUPS, *ENDS, 'lag')
+GROUPS = (*TABLE_GROUPS, *ENDS, 'lag', 'backlash')
 SIX = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
 
@@ -43,9 +43,9 @@ class ArmParameter:
         an extra turn about y beside that row's alpha, `b2` an extra length along y beside its a;
         `Rz3`, `Tx2` of other conventions; `gear2` of joint 2, by which share its motion is larger
         than it says; `base.x` to `tool.rz`, `base2.x` of the second set; `lag`, the time (s) after
-        which the joints are where the poses have them.
+        which the joints are where the poses have them; `backlash`, the play (rad) of every joint.
     group
-        offsets (of joint positions), lengths, angles, gears, base, tool or lag.
+        offsets (of joint positions), lengths, angles, gears, base, tool, lag or backlash.
     angle
         Whether it is in rad; otherwise it is in m, or a share.
     row
@@ -135,6 +135,8 @@ def gear_parameters(joints: Sequence[JointDescription]) -> list[ArmParameter]:
 
 
 LAG = ArmParameter('lag', 'lag', False)
+# The whole play of the joints, of which they lack half in the direction they came from.
+BACKLASH = ArmParameter('backlash', 'backlash', True)
 
 
 def end_parameters(end: str, number: int, angles: bool = True) -> list[ArmParameter]:

@@ -1,0 +1,92 @@
+"""A sheet to print, with points whose places on it are known, for the tip of an arm to touch."""
+
+from html import escape
+from typing import NamedTuple
+
+from ....errors import CalibrationError
+
+# Columns from left to right and rows from the lower edge up, mm from the middle of the sheet.
+COLUMNS = {'A': -80.0, 'B': 0.0, 'C': 80.0}
+ROWS = {'1': -120.0, '2': -40.0, '3': 40.0, '4': 120.0}
+# Width and height, mm.
+SIZES = {'a4': (210.0, 297.0), 'letter': (215.9, 279.4)}
+# Arms of a cross, and the two rulers beside which the print is checked, mm.
+CROSS, ACROSS, UP = 5.0, 160, 240
+STYLE = (
+    'body{margin:0}svg{display:block}text{font:4px sans-serif;text-anchor:middle}'
+    'path{stroke:#000;stroke-width:.2;fill:none}'
+)
+
+
+class Sheet(NamedTuple):
+    """
+    A sheet of paper of a size (mm).
+
+    Its frame is in its middle: x to the right, y to the upper edge, z out of the paper.
+    """
+
+    name: str
+    width: float
+    height: float
+
+    @property
+    def points(self) -> dict[str, tuple[float, float, float]]:
+        """Return the points, in m, by name."""
+        return {
+            f'{column}{row}': (1e-3 * x, 1e-3 * y, 0.0)
+            for column, x in COLUMNS.items()
+            for row, y in ROWS.items()
+        }
+
+    def point(self, name: str) -> tuple[float, float, float]:
+        """
+        Return a point, in m.
+
+        Raises
+        ------
+        CalibrationError
+            There is none of that name.
+        """
+        points = self.points
+        if name not in points:
+            raise CalibrationError(
+                f'there is no point {name!r} on the sheet; it has {", ".join(points)}'
+            )
+        return points[name]
+
+    @property
+    def page(self) -> str:
+        """Return the page to print, as HTML; 1 of its drawing is 1 mm."""
+        title = f'Points to touch, {self.name.upper()}'
+        marks = ''.join(
+            f'<path d="M{x - CROSS:g} {y:g}h{2 * CROSS:g}M{x:g} {y - CROSS:g}v{2 * CROSS:g}"/>'
+            f'<text x="{x + CROSS:g}" y="{y - 2:g}">{name}</text>'
+            for name, (right, up, _) in self.points.items()
+            for x, y in [(1e3 * right, -1e3 * up)]
+        )
+        size = f'{self.width:g}mm', f'{self.height:g}mm'
+        return (
+            f'<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>{escape(title)}'
+            f'</title>\n<style>@page{{size:{" ".join(size)};margin:0}}{STYLE}</style>\n'
+            f'<svg width="{size[0]}" height="{size[1]}" viewBox="{-self.width / 2:g} '
+            f'{-self.height / 2:g} {self.width:g} {self.height:g}">\n{marks}\n{_rulers()}'
+            '<text x="0" y="-128">Print at 100 % (no fit to page). Lay it flat before the arm, '
+            'where all of it is reached.</text>\n'
+            '<text x="0" y="-2">Touch each cross with the tip from two postures as different'
+            '</text><text x="0" y="4">as they can be: the hand leaning to the arm, and away.'
+            '</text>\n</svg></html>\n'
+        )
+
+
+def _rulers() -> str:
+    # Lines with a mark each 10 mm, across and up, between the crosses.
+    across = ''.join(f'M{x - ACROSS // 2} 80v{-2 if x else -4}' for x in range(0, ACROSS + 1, 10))
+    up = ''.join(f'M65 {y - UP // 2}h{2 if y else 4}' for y in range(0, UP + 1, 10))
+    return (
+        f'<path d="M{-ACROSS // 2} 80h{ACROSS}{across}M65 {-UP // 2}v{UP}{up}"/>\n'
+        f'<text x="0" y="86">This line is {ACROSS} mm long on a print that is right,</text>'
+        f'<text transform="translate(63 60) rotate(-90)">and this one {UP} mm.</text>\n'
+    )
+
+
+SHEETS = {name: Sheet(name, *size) for name, size in SIZES.items()}
