@@ -24,6 +24,7 @@ from kinematics_service.estimation.joint_state_form import form_of
 from kinematics_service.kinematics.inverse.plan import plan_for
 from kinematics_service.kinematics.inverse.screws import screws_of
 from kinematics_service.kinematics.inverse.search import refinement
+from kinematics_service.kinematics.inverse.sliced_arm import sliced_arm_of
 from kinematics_service.kinematics.inverse.target import PROVED, ik_target_of
 from kinematics_service.rigid_motion import inverse
 from kinematics_service.robot.closed_poses import close_at
@@ -43,7 +44,7 @@ GIVEN = (
     *(kernel.Loop, kernel.LoopGroup),
     *(kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape, kernel.OurJoints),
     *(kernel.ClosedForm, kernel.Joints, kernel.Refinement, kernel.Residual, kernel.Servo),
-    kernel.SixJoints,
+    *(kernel.SixJoints, kernel.CurveChart),
     *(kernel.Clearance, kernel.NearestSearch, kernel.PoseErrors),
 )
 # Of solutions, and of a step of the servo.
@@ -261,7 +262,8 @@ def targets(robot: Robot, random: np.random.Generator):
         state = ks.evaluate(robot, q, q)
         far = state.pose.copy()
         far[:3, 3] += 1e3
-        ks.inverse_kinematics(robot, state.pose)
+        # Plain Python takes minutes for all curves of solutions: they are visited one by one.
+        ks.inverse_kinematics(robot, state.pose, curves=False)
         ks.inverse_kinematics(robot, state.pose, near=q, all_solutions=False)
         ks.inverse_kinematics(robot, state.pose[:3, 3], rows=('x', 'y', 'z'), all_solutions=False)
         if k == 1:
@@ -281,6 +283,28 @@ def targets(robot: Robot, random: np.random.Generator):
             errors,
             *np.zeros((2, 3), np.int64),
         )
+    if robot.dof == len(ROW_NAMES) + 1:
+        curves(robot, random.uniform(-1.0, 1.0, robot.dof))
+
+
+def curves(robot: Robot, q: np.ndarray):
+    # A piece of the curve of solutions through a pose, both ways; a fold, and what is beside it.
+    arm = sliced_arm_of(robot, ROW_NAMES, '')
+    assert arm is not None
+    chart = arm.chart(ik_target_of(robot, ks.forward_kinematics(robot, q)))
+    psi = arm.to_screws(q)
+    for side in (1.0, -1.0):
+        kernel.trace(chart, psi, side, np.zeros((3, 2 * psi.size)), np.zeros(1, int))
+    at = np.stack([psi, np.zeros(psi.size)], axis=1)
+    kernel.tangent_at(chart, at, np.zeros(psi.size))
+    for joint in range(psi.size):
+        kernel.follow(chart, at.copy(), joint, psi[joint] + 0.02, 1e-6)
+    fold, beside = at + 0.01, at.copy()
+    kernel.corrected(chart, fold, -1)
+    kernel.fold_near(chart, fold, 3)
+    kernel.fold_at(chart, fold, 3, 0.1, np.zeros(4))
+    kernel.write_beside_fold(chart, 3, -1e-6, 1.0, beside)
+    kernel.holds(chart, beside, 1.0)
 
 
 def details(random: np.random.Generator):
