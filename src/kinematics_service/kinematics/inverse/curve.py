@@ -12,8 +12,9 @@ from ... import kernel
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
 
-# Most samples of a curve, and those that there is room for at first.
-MOST, FEW = 1 << 16, 1 << 11
+# Most samples of a curve, eight times what the longest of a robot's had, and those that there is
+# room for at first: where lengths are far apart a curve has no end.
+MOST, FEW = 1 << 14, 1 << 12
 # Steps to where a joint is at an end of its range, or at a position; a joint that is as near to it
 # is there (rad or m).
 STEPS, THERE = 60, 1e-13

@@ -170,11 +170,12 @@ class IkArc(FrozenArrays):
 
     def with_largest_margin(self) -> Floats:
         """Return the joint positions (n,) farthest from their limits."""
-        return self._best(lambda q: -float(np.min([q - self.limits[:, 0], self.limits[:, 1] - q])))
+        low, high = self.limits.T
+        return self._best(lambda q: -np.min(np.minimum(q - low, high - q), axis=-1))
 
     def nearest_to(self, q: Floats) -> Floats:
         """Return the joint positions (n,) nearest to others: root of the sum of squares."""
-        return self._best(lambda one: float(np.linalg.norm((one - q) / self.scales)))
+        return self._best(lambda one: np.linalg.norm((one - q) / self.scales, axis=-1))
 
     def with_largest_clearance(self, robot: Robot) -> Floats:
         """Return the joint positions (n,) of `q` with the largest proved radius free of singular
@@ -186,9 +187,9 @@ class IkArc(FrozenArrays):
         """Return the arc with one winding more."""
         return replace(self, windings=self.windings + 1)
 
-    def _best(self, cost: Callable[[Floats], float]) -> Floats:
+    def _best(self, cost: Callable[[Floats], Floats]) -> Floats:
         # The least cost: next to the sample that has the least, by golden sections.
-        k, last = int(np.argmin([cost(one) for one in self.q])), len(self.s) - 1
+        k, last = int(np.argmin(cost(self.q))), len(self.s) - 1
         a, b = float(self.s[max(k - 1, 0)]), float(self.s[min(k + 1, last)])
         if self.closed and k == 0:
             a = float(self.s[-2]) - self.length

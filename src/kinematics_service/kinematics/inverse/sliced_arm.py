@@ -61,6 +61,8 @@ class SlicedArm(NamedTuple):
         Of the arm, and of the joint that is added for a direction.
     table : shape (n, 7)
         The same for the kernel.
+    uncoupling : shape (n, n)
+        The inverse of the screws' coupling.
     whole
         Whether the rotation counts.
     length
@@ -71,6 +73,7 @@ class SlicedArm(NamedTuple):
 
     screws: Screws
     table: Floats
+    uncoupling: Floats
     whole: bool
     length: float
     slices: tuple[Slices, ...]
@@ -87,7 +90,7 @@ class SlicedArm(NamedTuple):
 
     def to_joints(self, psi: Floats, joints: int) -> Floats:
         """Return positions of the joints (..., joints) from those of the screws (..., n)."""
-        return np.asarray((psi @ np.linalg.inv(self.screws.coupling).T)[..., :joints])
+        return np.asarray((psi @ self.uncoupling.T)[..., :joints])
 
     def chart(self, target: IkTarget) -> kernel.CurveChart:
         """Return room for charts of a target's solutions."""
@@ -137,7 +140,8 @@ def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm |
     if len(screws.axes) != (7 if whole else 4) or (not whole and rows != ROW_NAMES[:3]):
         return None
     table = np.column_stack([screws.axes, screws.points, np.array(screws.slides, np.float64)])
-    arm = SlicedArm(screws, np.ascontiguousarray(table), whole, 0.5 * robot.task.length, ())
+    uncoupling, length = np.linalg.inv(screws.coupling), 0.5 * robot.task.length
+    arm = SlicedArm(screws, np.ascontiguousarray(table), uncoupling, whole, length, ())
     slices = [
         slices
         for held in ((len(table) - 1, 0) if whole else (0,))
