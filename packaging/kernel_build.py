@@ -1,5 +1,6 @@
 """The kernel's extension modules: compiled where that can be, never in the way."""
 
+import gc
 import hashlib
 import os
 import re
@@ -147,6 +148,9 @@ class BuildIfPossible(build_ext):
         self.inplace = in_place
         wanted |= self._paths()
         folders = {path.parent for path in wanted}
+        # Half of the time of translating would be the search for circles of dead objects.
+        collected = gc.isenabled()
+        gc.disable()
         try:
             self._types = self._write_types()
             super().run()
@@ -155,6 +159,9 @@ class BuildIfPossible(build_ext):
                 raise ExecError(f'the kernel cannot be compiled: {error}\n{WITHOUT}') from error
             print(f'the kernel is not compiled, it stays plain Python: {error}', file=sys.stderr)
             self.inplace, self.extensions, wanted = in_place, [], set()
+        finally:
+            if collected:
+                gc.enable()
         # Left of another build they would be imported, not the source of that name.
         for folder in folders:
             for path in set(folder.glob(f'*{sysconfig.get_config_var("EXT_SUFFIX")}')) - wanted:
