@@ -297,7 +297,7 @@ def curves(robot: Robot, q: np.ndarray):
         kernel.trace(chart, psi, side, np.zeros((3, 2 * psi.size)), np.zeros(1, int))
     at = np.stack([psi, np.zeros(psi.size)], axis=1)
     kernel.tangent_at(chart, at, np.zeros(psi.size))
-    for joint in range(psi.size):
+    for joint in (0, psi.size - 1):
         kernel.follow(chart, at.copy(), joint, psi[joint] + 0.02, 1e-6)
     fold, beside = at + 0.01, at.copy()
     kernel.corrected(chart, fold, -1)
