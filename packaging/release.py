@@ -102,7 +102,10 @@ def compiled(packed: Path, version: str, python: str, machine: str, folder: Path
     """Make a compiled wheel for any Linux of a machine with that glibc, and return it."""
     compiler = folder / 'cc'
     target = f'{machine}-linux-gnu.{GLIBC}'
-    compiler.write_text(f'#!/bin/sh\nexec {sys.executable} -m ziglang cc -target {target} "$@"\n')
+    # The headers of a distribution's Python include those of its machine by their place beside it.
+    include = run([python, '-c', 'import sysconfig; print(sysconfig.get_path("include"))'])
+    zig = f'{sys.executable} -m ziglang cc -target {target} -idirafter {Path(include).parent}'
+    compiler.write_text(f'#!/bin/sh\nexec {zig} "$@"\n')
     compiler.chmod(0o755)
     built = {'CC': str(compiler), 'LDSHARED': f'{compiler} -shared'}
     platform = f'manylinux_{GLIBC.replace(".", "_")}_{machine}'
