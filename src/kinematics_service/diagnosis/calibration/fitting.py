@@ -36,7 +36,7 @@ LEAST_FREEDOM, UNTOLD = 1.0, 1.0
 HALVINGS = 5
 # Standard deviation (m) of a distance between points that is known.
 DISTANCE = 1e-5
-# Difference (s, rad) by which poses move with a lag, or a backlash.
+# Difference (s, rad) by which poses move with what moves the joints: a lag, or a backlash.
 STEP = 1e-4
 
 
@@ -73,9 +73,9 @@ class FitProblem:
     poses : shape (N, 4, 4)
     positions
         Whether the poses are positions alone.
-    rates : shape (N, n), rad/s or m/s
-        How the joints move with the last of all corrections, a lag or a backlash; None if there
-        is none.
+    rates : shape (N, n, K)
+        How the joints move with each of the last K of all corrections, such as a lag or a
+        backlash; None if there is none.
     known_distances
         Distances between corrected points.
     from_tool
@@ -105,6 +105,11 @@ class FitProblem:
         """Return the names of the parameters."""
         return tuple(one.name for one in self.parameters)
 
+    @property
+    def first_rate(self) -> int:
+        """Return where the corrections begin that move joints."""
+        return self.count - (0 if self.rates is None else self.rates.shape[2])
+
     def every(self, values: Floats) -> Floats:
         """Return all corrections, those that are not fitted being zero."""
         found = np.zeros(self.count)
@@ -120,15 +125,15 @@ class FitProblem:
         return poses
 
     def _poses(
-        self, chain: CorrectedChain, own: Flags, values: Floats, ahead: float = 0.0
+        self, chain: CorrectedChain, own: Flags, values: Floats, ahead: Floats | float = 0.0
     ) -> Floats:
         every = self.every(values)
         return poses_of(chain, every, self._joints(own, every, ahead))
 
-    def _joints(self, own: Flags, every: Floats, ahead: float = 0.0) -> Floats:
+    def _joints(self, own: Flags, every: Floats, ahead: Floats | float = 0.0) -> Floats:
         if self.rates is None:
             return self.q[own]
-        return np.asarray(self.q[own] + (every[-1] + ahead) * self.rates[own])
+        return np.asarray(self.q[own] + self.rates[own] @ (every[self.first_rate :] + ahead))
 
     def remainders(self, values: Floats) -> Floats:
         """Return position (m) and rotation (rad) that remain, shape (N, 2, 3)."""
@@ -136,10 +141,10 @@ class FitProblem:
 
     def weighed(self, values: Floats) -> Floats:
         """Return what remains (N, 2, 3) with a noise that is alike in all rows."""
-        return self._whitened(self.remainders(values))
+        return self.whitened(self.remainders(values))
 
-    def _whitened(self, rows: Floats) -> Floats:
-        # Of shape (N, 2, 3, ...).
+    def whitened(self, rows: Floats) -> Floats:
+        """Return remainders, or how they move, (N, 2, 3, ...) as they are weighed."""
         if self.whitening is not None:
             rows = np.array(rows)
             rows[:, 0] = np.einsum('nij,nj...->ni...', self.whitening, rows[:, 0])
@@ -159,16 +164,28 @@ class FitProblem:
             every = self.every(values)
             change = pose_change(chain, every, self._joints(own, every))
             poses[own], jacobian[own] = change.pose, change.jacobian[:, :, self.columns]
-            if self.rates is not None and self.count - 1 in self.columns:
-                later, sooner = (self._poses(chain, own, values, s * STEP) for s in (1.0, -1.0))
-                R = later[:, :3, :3] @ np.swapaxes(sooner[:, :3, :3], 1, 2)
-                jacobian[own, :3, -1] = (later - sooner)[:, :3, 3] / (2.0 * STEP)
-                jacobian[own, 3:, -1] = rotation_vector(R) / (2.0 * STEP)
+            for k, column in enumerate(self.columns.tolist()):
+                if self._moves_joints(own, column):
+                    jacobian[own, :, k] = self._moved_by_rate(chain, own, values, column)
         left = self._between(poses)
         if self.from_tool:
             jacobian = _of_inverses(poses, jacobian)
         moves = jacobian.reshape(len(poses), 2, 3, -1)
-        return self._whitened(left), self._whitened(moves)
+        return self.whitened(left), self.whitened(moves)
+
+    def _moves_joints(self, own: Flags, column: int) -> bool:
+        at = column - self.first_rate
+        return self.rates is not None and at >= 0 and bool(np.any(self.rates[own, :, at]))
+
+    def _moved_by_rate(
+        self, chain: CorrectedChain, own: Flags, values: Floats, column: int
+    ) -> Floats:
+        step = np.zeros(self.count - self.first_rate)
+        step[column - self.first_rate] = STEP
+        later, sooner = (self._poses(chain, own, values, way * step) for way in (1.0, -1.0))
+        R = later[:, :3, :3] @ np.swapaxes(sooner[:, :3, :3], 1, 2)
+        moved = np.concatenate([(later - sooner)[:, :3, 3], rotation_vector(R)], axis=1)
+        return np.asarray(moved / (2.0 * STEP))
 
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
         """Return how known distances move (D, P) and what remains (D,), in their deviations."""
@@ -278,7 +295,7 @@ def identify(
         progress(k)
         remainders = problem.weighed(values)
         found = _at_least(noise, _median_noise(remainders))
-        distances = _distances(problem, remainders, found)
+        distances = distances_of(problem, remainders, found)
         weights = np.minimum(1.0, HUBER / np.maximum(distances, 1e-300))
         step = _stepped(problem, values, found, weights)
         values = values + step
@@ -286,7 +303,7 @@ def identify(
             break
     remainders = problem.weighed(values)
     found = _at_least(noise, _median_noise(remainders))
-    used = _distances(problem, remainders, found) < limit
+    used = distances_of(problem, remainders, found) < limit
     for k in range(ROUNDS):
         progress(ROBUST_ROUNDS + k)
         solved = _solve(problem, values, found, used.astype(np.float64))
@@ -296,7 +313,7 @@ def identify(
         before = found
         evident, freedom = _evident_noise(problem, remainders, solved.rows, inverse, used)
         found = _at_least(noise, evident)
-        distances = _distances(problem, remainders, found)
+        distances = distances_of(problem, remainders, found)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
         sorted_ = _known_distances(distances, freedom) < limit
         same = bool(np.array_equal(sorted_, used)) or k >= SORTING_ROUNDS
@@ -344,6 +361,30 @@ def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> F
     return values
 
 
+def held_out_remainders(
+    problem: FitProblem, values: Floats, found: Identified, blocks: Integers
+) -> Floats:
+    """
+    Return what remains (N, 2, 3) of each block of rows, by corrections fitted to the others.
+
+    Parameters
+    ----------
+    values : shape (P,)
+        What the corrections begin with.
+    found
+        Whose noise and outliers hold.
+    blocks : shape (N,)
+        The block of each row.
+    """
+    result = np.zeros((len(problem.q), 2, 3))
+    for k in np.unique(blocks):
+        block = blocks == k
+        others = found.used & ~block
+        without = refined(problem, values, found.noise, others)
+        result[block] = problem.remainders(without)[block]
+    return result
+
+
 def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
     """
     Return how the poses move with the parameters: in deviations of the noise, by those of priors.
@@ -368,7 +409,7 @@ def _stepped(problem: FitProblem, values: Floats, noise: Noise, weights: Floats)
 
 def _squares(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> float:
     # What remains of rows, known distances and priors, in their deviations.
-    d = _distances(problem, problem.weighed(values), noise)
+    d = distances_of(problem, problem.weighed(values), noise)
     known = np.sum(problem.distance_equations(values)[1] ** 2)
     return float(np.sum(weights * d**2) + known + np.sum((values / problem.prior) ** 2))
 
@@ -413,7 +454,8 @@ def _solve(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -
     return _Step(np.asarray(step, dtype=np.float64), R, remainders, rows)
 
 
-def _distances(problem: FitProblem, remainders: Floats, noise: Noise) -> Floats:
+def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Floats:
+    """Return weighed remainders (N, 2, 3) in deviations of the noise, shape (N,)."""
     kinds = 1 if problem.positions else 2
     squares = (
         np.sum(remainders**2, axis=2)[:, :kinds] / np.asarray(noise, dtype=np.float64)[:kinds] ** 2
