@@ -54,6 +54,32 @@ class KnownDistance(NamedTuple):
     distance: float
 
 
+class SharedErrors(NamedTuple):
+    """
+    Rows whose errors have a part in common: how the arm itself is off where all were measured.
+
+    Attributes
+    ----------
+    groups : shape (N,)
+        The number of the group of each row.
+    share : shape (N, 2)
+        Of the mean of its group, what is taken off each row's position and rotation, so that the
+        rest has the noise alone.
+    """
+
+    groups: Integers
+    share: Floats
+
+    def apart(self, rows: Floats) -> Floats:
+        """Return rows (N, 2, ...) without what they share."""
+        sums = np.zeros((int(np.max(self.groups)) + 1, *rows.shape[1:]))
+        np.add.at(sums, self.groups, rows)
+        counts = np.maximum(np.bincount(self.groups), 1)
+        means = sums / counts.reshape(-1, *[1] * (rows.ndim - 1))
+        share = self.share.reshape(*self.share.shape, *[1] * (rows.ndim - 2))
+        return np.asarray(rows - share * means[self.groups])
+
+
 @dataclass(frozen=True, eq=False)
 class FitProblem:
     """
@@ -84,6 +110,8 @@ class FitProblem:
     whitening : shape (N, 3, 3)
         What remaining positions are multiplied by where they are weighed, so that their noise is
         the same along all axes and in all rows; None: it is so already.
+    shared
+        What rows have in common; None: nothing.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -99,6 +127,7 @@ class FitProblem:
     known_distances: tuple[KnownDistance, ...] = ()
     from_tool: bool = False
     whitening: Floats | None = None
+    shared: SharedErrors | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -148,7 +177,7 @@ class FitProblem:
         if self.whitening is not None:
             rows = np.array(rows)
             rows[:, 0] = np.einsum('nij,nj...->ni...', self.whitening, rows[:, 0])
-        return rows
+        return rows if self.shared is None else self.shared.apart(rows)
 
     def _between(self, poses: Floats) -> Floats:
         if self.from_tool:

@@ -15,19 +15,21 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import CalibrationError
-from ...formats.recordings.block import Flags
 from ...kernel import Floats, Integers
+from ...kinematics.forward import forward_kinematics
 from ...kinematics.statics import joint_torques
 from ...kinematics.uncertainty.corrected_chain import CorrectedChain, CorrectingMotion
 from ...robot.file.parts.parameters import ANGLE, LENGTH, SIX, ArmParameter
 from ...robot.robot import Robot
-from ..frame_check.errors import Errors, angle_in_words, errors_of, length_in_words
-from .checking import ALIKE, Measured, in_words
+from ..frame_check.errors import Errors, errors_of
+from .checking import ALIKE, Measured
 from .fitting import (
+    LEAST_NOISE,
     USUAL_NOISE,
     FitProblem,
     Identified,
     Noise,
+    SharedErrors,
     distances_of,
     held_out_remainders,
     identify,
@@ -40,24 +42,22 @@ PLACEMENT, ZEROS, ELASTICITY = 'placement', 'zeros', 'elasticity'
 PLACED = (LENGTH, float(ANGLE))
 DRIFT = (float(ANGLE) / 4.0, LENGTH / 4.0)
 COMPLIANCE = (1e-4, 1e-5)
-# Below this (rad/Nm, m/N) no joint of an arm is: it would be stiffer than the largest are.
-STIFFEST = (2e-8, 1e-10)
 # Blocks of joint positions that are held out in turn, drawn with this seed.
 BLOCKS, SEED = 5, 0
+# Rounds in which what rows have in common is estimated beside the corrections.
+ROUNDS = 3
 # A gain is more than so many of its standard errors, and more than a number's worth of noise.
 SURE, LEAST_GAIN = 2.0, 1.0
 # Joint positions of a session, or with a load, at least.
 LEAST_POSITIONS = 6
-# Rows mostly have their nearest among their own where more than this share do of those that would
-# not by chance: then what differs may be the place in the workspace.
-MIXED = 2.0 / 3.0
+# Rows of a session are in a place of their own if fewer than this share of permutations of all
+# rows has them as near to each other: then what differs may be an error of the arm there.
+APART, PERMUTATIONS = 0.004, 500
 STANDARD_GRAVITY = 9.80665
-# The most (kg) that an arm whose tool is 1 m from its base, RMS, carries; by the square of that.
-CARRIED = 500.0
+# No arm whose tool is 1 m from its base (RMS) carries as much (kg); others do by the cube of that.
+CARRIED = 300.0
 # A torque below this share of the load's force times 1 m is round-off.
 NOTHING = 1e-9
-# A number beyond so many of its deviations is not 0.
-TOLD = 3.0
 
 
 class ToolLoads(NamedTuple):
@@ -133,6 +133,22 @@ class TriedTerm(NamedTuple):
     values: tuple[TermValue, ...] = ()
 
 
+class Evidence(NamedTuple):
+    """
+    How rows tell a term.
+
+    Attributes
+    ----------
+    doubt
+        Why they cannot; empty if they can.
+    paired
+        Whether by what differs at the same joint positions. Otherwise these are mixed.
+    """
+
+    doubt: str
+    paired: bool
+
+
 class OptionalTerm(NamedTuple):
     """
     Parameters that may be added to a problem.
@@ -143,8 +159,8 @@ class OptionalTerm(NamedTuple):
         Their group is the kind of the term; their standard deviations before, rad or m.
     rates : shape (N, n, K)
         How the joints of each row move with them; zero where they move the base.
-    doubt
-        As in `TriedTerm`.
+    evidence
+        How the rows tell them.
     units
         What one of each is in the units of its value.
     sessions
@@ -155,7 +171,7 @@ class OptionalTerm(NamedTuple):
     parameters: tuple[ArmParameter, ...]
     prior: Floats
     rates: Floats
-    doubt: str
+    evidence: Evidence
     units: Floats
     sessions: tuple[str, ...] = ('',)
 
@@ -193,7 +209,7 @@ def _elasticity_of(robot: Robot, q: Floats, loads: ToolLoads) -> OptionalTerm:
         _of_joints(robot, ELASTICITY),
         most * _by_kind(robot, COMPLIANCE),
         torques[:, :, None] / most * np.eye(robot.dof),
-        _doubt(robot, q, larger, ('the smaller loads', 'the larger loads')),
+        _evidence(robot, q, larger, ('the smaller loads', 'the larger loads')),
         1.0 / most,
     )
 
@@ -224,7 +240,7 @@ def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, 
             f'the load is {masses[0]:g} kg in all rows, which tells no elasticity: measure the '
             'same joint positions with another load too'
         )
-    limit = CARRIED * robot.task.length**2
+    limit = CARRIED * robot.task.length**3
     if np.max(masses) > limit:
         raise CalibrationError(
             f'a load of {np.max(masses):,.0f} kg? No arm of this size carries more than '
@@ -248,7 +264,7 @@ def _drifts_of(
     robot: Robot, q: Floats, names: tuple[str, ...], number: Integers, placed: bool
 ) -> tuple[OptionalTerm, ...]:
     # Of sessions, and the number of that of each row; `placed` asks for the drift of bases too.
-    doubt = _doubt(robot, q, number, tuple(f'session {name}' for name in names))
+    evidence = _evidence(robot, q, number, tuple(f'session {name}' for name in names))
     own = np.eye(len(names))[number]
     count, n = len(names), robot.dof
     # Those of a session are side by side.
@@ -258,7 +274,7 @@ def _drifts_of(
         count * _of_joints(robot, ZEROS),
         np.tile(_by_kind(robot, DRIFT), count),
         rates,
-        doubt,
+        evidence,
         np.ones(count * n),
         names,
     )
@@ -269,29 +285,59 @@ def _drifts_of(
         count * tuple(ArmParameter(name, PLACEMENT, k > 2) for k, name in enumerate(SIX)),
         np.tile(np.repeat(PLACED, 3), count),
         np.zeros((len(q), n, count * len(SIX))),
-        doubt,
+        evidence,
         np.ones(count * len(SIX)),
         names,
     )
     return (placement, zeros)
 
 
-def _doubt(robot: Robot, q: Floats, marks: Integers, names: Sequence[str]) -> str:
-    # Why rows marked so tell nothing of what differs between the marks.
+def _evidence(robot: Robot, q: Floats, marks: Integers, names: Sequence[str]) -> Evidence:
+    # Whether rows marked so can tell what differs between the marks.
     positions = _positions(q)
-    nearer = _nearer_to_own(q / robot.task.column_scales, marks)
-    for k, name in enumerate(names):
-        own = marks == k
-        count = len(np.unique(positions[own]))
-        if count < LEAST_POSITIONS:
-            return f'{name}: {count} joint positions, where {LEAST_POSITIONS} or more are needed'
-        chance = (np.sum(own) - 1.0) / (len(q) - 1.0)
-        if np.mean(nearer[own]) > chance + MIXED * (1.0 - chance):
-            return (
-                f'{name}: the joint positions are apart from those of all other rows, so that '
-                'errors of the arm there would be taken for it; measure the same ones'
+    own = [set(positions[marks == k].tolist()) for k in range(len(names))]
+    for these, name in zip(own, names):
+        if len(these) < LEAST_POSITIONS:
+            few = '1 joint position is' if len(these) == 1 else f'{len(these)} joint positions are'
+            return Evidence(
+                f'{few} too few for {name}: {LEAST_POSITIONS} or more are needed', False
             )
-    return ''
+    alone = [
+        name
+        for k, name in enumerate(names)
+        if own[k] - set().union(*(one for j, one in enumerate(own) if j != k))
+    ]
+    # Where all but one have nothing but joint positions of others, these tell what differs.
+    if len(alone) > 1 and _apart(robot, q, marks):
+        return Evidence(
+            f'the joint positions of {" and ".join(alone)} are in other places, so that an error '
+            'of the arm there would be taken for it; measure the same joint positions',
+            False,
+        )
+    return Evidence('', len(alone) <= 1)
+
+
+def _apart(robot: Robot, q: Floats, marks: Integers) -> bool:
+    # Whether rows with one mark are nearer to each other, in joints and tool, than by chance: the
+    # sum of distances within marks by permutations (Rizzo and Szekely 2010, DISCO analysis).
+    slides, tool = np.array(robot.prismatic), forward_kinematics(robot, q)[:, :3, 3]
+    lengths = np.concatenate([q[:, slides], tool], axis=1) / robot.task.length
+    turns = q[:, ~slides]
+    places = np.concatenate([np.cos(turns), np.sin(turns), lengths], axis=1)
+    squares = np.sum(places**2, axis=1)
+    products = places @ places.T
+    D = np.sqrt(np.maximum(squares[:, None] + squares - 2.0 * products, 0.0))
+    own = np.eye(int(np.max(marks)) + 1)[marks]
+    counts = np.sum(own, axis=0)
+
+    def within(rows: Floats) -> float:
+        return float(np.sum(rows * (D @ rows) / counts))
+
+    random = np.random.default_rng(SEED)
+    nearest = sum(
+        within(own[random.permutation(len(own))]) <= within(own) for _ in range(PERMUTATIONS)
+    )
+    return nearest < APART * PERMUTATIONS
 
 
 def _positions(q: Floats) -> Integers:
@@ -302,17 +348,6 @@ def _positions(q: Floats) -> Integers:
         near = np.max(np.abs(q - q[first]), axis=1) < ALIKE
         numbers[near & (numbers < 0)] = np.max(numbers) + 1
     return numbers
-
-
-def _nearer_to_own(q: Floats, marks: Integers) -> Flags:
-    # Whether the nearest other row of each is one with its mark.
-    nearer = np.zeros(len(q), dtype=bool)
-    for k, one in enumerate(q):
-        distances = np.linalg.norm(q - one, axis=1)
-        distances[k] = np.inf
-        own = marks == marks[k]
-        nearer[k] = np.min(distances[own]) + ALIKE < np.min(distances[~own], initial=np.inf)
-    return nearer
 
 
 def asked_terms(
@@ -366,21 +401,24 @@ def fitted_terms(
     kinds = tuple({one.group for one in problem.parameters})
     positions = _positions(problem.q)
     blocks = _drawn_blocks(positions)
-    tried = [TriedTerm(one.kind, one.doubt) for one in terms if one.doubt]
-    left = [one.kind for one in terms if not one.doubt]
+    tried = [TriedTerm(one.kind, doubt) for one in terms if (doubt := one.evidence.doubt)]
+    left = {one.kind: one.evidence.paired for one in terms if not one.evidence.doubt}
+    if left:
+        full = _weighed(full.only((*kinds, *left)), len(problem.parameters), positions)
     while left:
         trials = []
-        for kind in left:
+        for kind, paired in left.items():
             larger = full.only((*kinds, kind))
             own = identify(larger, instrument)
-            trials.append((_tried(kind, full.only(kinds), larger, own, blocks, positions), own))
+            smaller = full.only(kinds)
+            trials.append((_tried(kind, smaller, larger, own, blocks, positions, paired), own))
         trial, own = max(trials, key=lambda one: (one[0].kept, one[0].gain))
         if not trial.kept:
             tried += [one for one, _ in trials]
             break
         kinds, found = (*kinds, trial.kind), own
         best = full.only(kinds)
-        left.remove(trial.kind)
+        del left[trial.kind]
         tried.append(trial)
     values = {one.kind: tuple(_values(one, best, found)) for one in terms if one.kind in kinds}
     return FittedTerms(
@@ -412,6 +450,42 @@ def _with_terms(problem: FitProblem, asked: AskedTerms) -> FitProblem:
     )
 
 
+def _weighed(full: FitProblem, plain: int, positions: Integers) -> FitProblem:
+    # With what rows at the same joint positions have in common, where the arm is off by more than
+    # its parameters say; `plain` is the number of those that are no terms.
+    counts = np.bincount(positions)[positions]
+    if np.all(counts == 1):
+        return full
+    weighed = full
+    for _ in range(ROUNDS):
+        found = identify(weighed)
+        share = _shares(full, found, plain, positions)
+        weighed = replace(full, shared=SharedErrors(positions, share(counts[:, None])))
+    return weighed
+
+
+def _shares(
+    full: FitProblem, found: Identified, plain: int, positions: Integers
+) -> Callable[[Integers], Floats]:
+    # By an analysis of variance between joint positions and within them.
+    groups = positions[found.used]
+    rows = full.weighed(found.values)[found.used]
+    within = SharedErrors(groups, np.ones((len(groups), 2))).apart(rows)
+    kinds = 1 if full.positions else 2
+    count = len(np.unique(groups))
+    terms = len(full.parameters) - plain
+    free = 3.0 * np.array([len(groups) - count, count]) - np.array([terms, plain]) / kinds
+    free = np.maximum(free, 1.0)
+    noise, between = (
+        np.sum(one**2, axis=(0, 2)) / freedom
+        for one, freedom in zip((within, rows - within), free)
+    )
+    ratio = between / np.maximum(noise, LEAST_NOISE**2)
+    evident = ratio > 1.0 + SURE * np.sqrt(np.sum(2.0 / free))
+    common = np.where(evident, ratio - 1.0, 0.0) * count / len(groups)
+    return lambda counts: np.asarray(1.0 - 1.0 / np.sqrt(1.0 + counts * common))
+
+
 def _moved(chain: CorrectedChain, first: int) -> CorrectedChain:
     # Behind the corrections of the base those of where it is in a session.
     begin = chain.still[0]
@@ -437,9 +511,12 @@ def _tried(
     found: Identified,
     blocks: Integers,
     positions: Integers,
+    paired: bool,
 ) -> TriedTerm:
     # Both problems with the noise and the outliers of the larger one, which explains more.
     used = found.used
+    groups = positions[used]
+    pairs = SharedErrors(groups, np.ones((len(groups), 2)))
     noise = Noise(*(max(one, USUAL_NOISE) for one in found.noise))
     values = dict(zip(larger.columns.tolist(), found.values.tolist()))
     errors, squares = [], []
@@ -447,8 +524,10 @@ def _tried(
         begin = np.array([values[k] for k in problem.columns.tolist()])
         left = held_out_remainders(problem, begin, found, blocks)
         errors.append(errors_of(left[used, 0], left[used, 1]))
-        squares.append(distances_of(problem, problem.whitened(left), noise) ** 2)
-    gains = np.bincount(positions[used], (squares[0] - squares[1])[used])
+        rows = problem.whitened(left)[used]
+        squares.append(distances_of(problem, pairs.apart(rows) if paired else rows, noise) ** 2)
+    gains = np.bincount(groups, squares[0] - squares[1])
+    gains = gains[np.bincount(groups) > int(paired)]
     gain, error = float(np.sum(gains)), float(np.sqrt(len(gains)) * np.std(gains, ddof=1))
     helps = gain > max(SURE * error, LEAST_GAIN)
     return TriedTerm(kind, '', helps, errors[0], errors[1], gain, error)
@@ -479,63 +558,3 @@ def _values(term: OptionalTerm, problem: FitProblem, found: Identified) -> Itera
             unit,
             bool(deviations[k] < IDENTIFIABLE * before[k]),
         )
-
-
-WORDS = {
-    PLACEMENT: 'a drift of where the instrument stands, from session to session',
-    ZEROS: 'a drift of the zeros of the joints, from session to session',
-    ELASTICITY: 'elasticity of the joints',
-}
-
-
-def term_sentences(tried: Sequence[TriedTerm], positions: bool) -> Iterator[str]:
-    """Yield what was found of optional terms, in words; `positions` is of `Calibration`."""
-    for one in tried:
-        words = WORDS[one.kind]
-        if one.without is None or one.with_term is None:
-            yield f'{_capital(words)} cannot be told and is left out: {one.doubt}'
-            continue
-        with_term, without = (
-            in_words(errors.position_rms, errors.rotation_rms, positions)
-            for errors in (one.with_term, one.without)
-        )
-        verdict = 'helps and is kept' if one.kept else 'does not help and is left out'
-        yield (
-            f'{_capital(words)} {verdict}: rows at joint positions that are held out are '
-            f'{with_term} off with it, {without} without it (rms)'
-        )
-        if one.kept:
-            yield from _value_sentences(one)
-
-
-def _capital(words: str) -> str:
-    return words[0].upper() + words[1:]
-
-
-def _value_sentences(term: TriedTerm) -> Iterator[str]:
-    known = [one for one in term.values if one.identifiable]
-    others = ', '.join(dict.fromkeys(one.name for one in term.values if not one.identifiable))
-    rest = f'; not known: {others}' if others else ''
-    what = 'The compliances' if term.kind == ELASTICITY else 'From the mean of the sessions'
-    listed = ', '.join(map(_value_in_words, known))
-    yield f'{what}, which no robot file has: {listed or "none is known"}{rest}'
-    if term.kind != ELASTICITY:
-        return
-    yield 'They are those of the torque of the load; what the arm itself weighs bends it always'
-    told = [one for one in known if abs(one.value) > TOLD * one.deviation]
-    for one in told:
-        if one.value < 0.0:
-            yield (
-                f'The compliance of {one.name} is negative, and no joint yields against its '
-                'torque: look at the masses, where they are, and the direction of gravity'
-            )
-    if told and all(abs(one.value) < STIFFEST[one.unit == 'm/N'] for one in told):
-        yield 'No arm is as stiff: are the masses in g? They are taken as kg'
-
-
-def _value_in_words(one: TermValue) -> str:
-    begin = f'{one.name} of session {one.session}' if one.session else one.name
-    if one.unit in ('rad', 'm'):
-        words = angle_in_words if one.unit == 'rad' else length_in_words
-        return f'{begin} {words(one.value)} (standard deviation {words(one.deviation)})'
-    return f'{begin} {one.value:.3g} {one.unit} (standard deviation {one.deviation:.2g})'
