@@ -19,9 +19,9 @@ FIVE = ('ur5e', 'kuka_iiwa14', 'scara_hsr065', 'spherical_rrp', 'parallelogram_l
 NOISE = 5e-5
 # Where the load is in the tool frame, and what it weighs.
 AT, KG = (0.02, 0.0, 0.05), 5.0
-SEEDS = range(4)
-# Of more than a hundred numbers; and four standard deviations of their mean square.
-WITHIN, MEAN_SQUARE = 0.98, 0.45
+SEEDS = range(2)
+# Of some fifty numbers one may be beyond three deviations; four deviations of their mean square.
+WITHIN, MEAN_SQUARE = 0.97, 0.8
 
 
 class Rows:
@@ -103,7 +103,7 @@ def term(found, kind):
 def test_compliances_are_found_within_their_deviations():
     errors = []
     for name in ('ur5e', 'kuka_iiwa14', 'spherical_rrp', 'parallelogram_left'):
-        for seed in SEEDS:
+        for seed in range(3):
             rows, masses, compliances = in_pairs(name, seed)
             found = rows.calibrated(loads=ks.ToolLoads(masses, AT))
             elasticity = term(found, 'elasticity')
@@ -115,7 +115,7 @@ def test_compliances_are_found_within_their_deviations():
                 for one, true in zip(elasticity.values, compliances)
                 if one.identifiable
             ]
-    assert len(errors) > 60
+    assert len(errors) > 40
     assert np.mean(np.abs(errors) < 3.0) > WITHIN
     assert abs(np.mean(np.square(errors)) - 1.0) < MEAN_SQUARE
 
@@ -224,12 +224,11 @@ def test_load_and_session_are_told_apart():
 @pytest.mark.parametrize('name', FIVE)
 @pytest.mark.parametrize('repeated', [True, False])
 def test_sessions_that_do_not_differ_do_not_help(name, repeated):
-    for seed in SEEDS[:2]:
-        rows, _ = in_sessions(name, seed, repeated=repeated, wobble=2e-4)
-        found = rows.calibrated(sessions=rows.marks, check=False)
-        assert not kept_of(found)
-        plain = rows.calibrated(check=False)
-        assert found.corrections == plain.corrections
+    rows, _ = in_sessions(name, 0, repeated=repeated, wobble=2e-4)
+    found = rows.calibrated(sessions=rows.marks, check=False)
+    assert not kept_of(found)
+    plain = rows.calibrated(check=False)
+    assert found.corrections == plain.corrections
 
 
 @pytest.mark.parametrize('name', FIVE)
@@ -341,7 +340,9 @@ def test_columns_name_session_and_load_of_each_row(tmp_path, capsys):
     )
     values = [one._asdict() for one in term(same, 'elasticity').values]
     assert terms['elasticity']['values'] == values
-    code, text, _ = run(capsys, 'calibrate', file, '--robot', 'ur5e', *options)
+    page = tmp_path / 'found.html'
+    code, text, _ = run(capsys, 'calibrate', file, '--robot', 'ur5e', *options, '--html', page)
+    assert 'compliance of elbow_joint' in page.read_text()
     text = ' '.join(text.split())
     assert 'Elasticity of the joints helps and is kept' in text
     assert 'from session to session, does not help and is left out' in text

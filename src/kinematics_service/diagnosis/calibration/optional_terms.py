@@ -172,7 +172,7 @@ class OptionalTerm(NamedTuple):
     prior: Floats
     rates: Floats
     evidence: Evidence
-    units: Floats
+    units: Floats | float = 1.0
     sessions: tuple[str, ...] = ('',)
 
 
@@ -269,27 +269,19 @@ def _drifts_of(
     count, n = len(names), robot.dof
     # Those of a session are side by side.
     rates = (own[:, None, :, None] * np.eye(n)[:, None]).reshape(len(q), n, count * n)
-    zeros = OptionalTerm(
-        ZEROS,
-        count * _of_joints(robot, ZEROS),
-        np.tile(_by_kind(robot, DRIFT), count),
-        rates,
-        evidence,
-        np.ones(count * n),
-        names,
-    )
+
+    def drift(
+        kind: str, parameters: tuple[ArmParameter, ...], prior: Floats, moved: Floats
+    ) -> OptionalTerm:
+        prior = np.tile(prior, count)
+        return OptionalTerm(kind, count * parameters, prior, moved, evidence, sessions=names)
+
+    zeros = drift(ZEROS, _of_joints(robot, ZEROS), _by_kind(robot, DRIFT), rates)
     if not placed:
         return (zeros,)
-    placement = OptionalTerm(
-        PLACEMENT,
-        count * tuple(ArmParameter(name, PLACEMENT, k > 2) for k, name in enumerate(SIX)),
-        np.tile(np.repeat(PLACED, 3), count),
-        np.zeros((len(q), n, count * len(SIX))),
-        evidence,
-        np.ones(count * len(SIX)),
-        names,
-    )
-    return (placement, zeros)
+    six = tuple(ArmParameter(name, PLACEMENT, k > 2) for k, name in enumerate(SIX))
+    still = np.zeros((len(q), n, count * len(SIX)))
+    return drift(PLACEMENT, six, np.repeat(PLACED, 3), still), zeros
 
 
 def _evidence(robot: Robot, q: Floats, marks: Integers, names: Sequence[str]) -> Evidence:
@@ -454,36 +446,28 @@ def _weighed(full: FitProblem, plain: int, positions: Integers) -> FitProblem:
     # With what rows at the same joint positions have in common, where the arm is off by more than
     # its parameters say; `plain` is the number of those that are no terms.
     counts = np.bincount(positions)[positions]
-    if np.all(counts == 1):
-        return full
     weighed = full
-    for _ in range(ROUNDS):
-        found = identify(weighed)
-        share = _shares(full, found, plain, positions)
-        weighed = replace(full, shared=SharedErrors(positions, share(counts[:, None])))
+    for _ in range(ROUNDS if np.any(counts > 1) else 0):
+        common = _common(full, identify(weighed), plain, positions)
+        share = 1.0 - 1.0 / np.sqrt(1.0 + counts[:, None] * common)
+        weighed = replace(full, shared=SharedErrors(positions, share))
     return weighed
 
 
-def _shares(
-    full: FitProblem, found: Identified, plain: int, positions: Integers
-) -> Callable[[Integers], Floats]:
-    # By an analysis of variance between joint positions and within them.
+def _common(full: FitProblem, found: Identified, plain: int, positions: Integers) -> Floats:
+    # Its variance, of positions and of rotations, by that of the noise, if it is evident: by an
+    # analysis of variance between joint positions and within them.
     groups = positions[found.used]
     rows = full.weighed(found.values)[found.used]
     within = SharedErrors(groups, np.ones((len(groups), 2))).apart(rows)
     kinds = 1 if full.positions else 2
-    count = len(np.unique(groups))
-    terms = len(full.parameters) - plain
+    count, terms = len(np.unique(groups)), len(full.parameters) - plain
     free = 3.0 * np.array([len(groups) - count, count]) - np.array([terms, plain]) / kinds
     free = np.maximum(free, 1.0)
-    noise, between = (
-        np.sum(one**2, axis=(0, 2)) / freedom
-        for one, freedom in zip((within, rows - within), free)
-    )
-    ratio = between / np.maximum(noise, LEAST_NOISE**2)
+    noise, between = (np.sum(one**2, axis=(0, 2)) for one in (within, rows - within))
+    ratio = between / free[1] / np.maximum(noise / free[0], LEAST_NOISE**2)
     evident = ratio > 1.0 + SURE * np.sqrt(np.sum(2.0 / free))
-    common = np.where(evident, ratio - 1.0, 0.0) * count / len(groups)
-    return lambda counts: np.asarray(1.0 - 1.0 / np.sqrt(1.0 + counts * common))
+    return np.where(evident, ratio - 1.0, 0.0) * count / len(groups)
 
 
 def _moved(chain: CorrectedChain, first: int) -> CorrectedChain:
@@ -546,15 +530,9 @@ def _values(term: OptionalTerm, problem: FitProblem, found: Identified) -> Itera
     deviations, before = (
         np.sqrt(np.diag(from_mean @ one @ from_mean.T)) for one in (covariance, prior)
     )
-    for k, one in enumerate(term.parameters):
-        unit = 'rad' if one.angle else 'm'
-        if term.kind == ELASTICITY:
-            unit = 'rad/Nm' if one.angle else 'm/N'
-        yield TermValue(
-            one.name,
-            term.sessions[k // each],
-            float(values[k] * term.units[k]),
-            float(deviations[k] * term.units[k]),
-            unit,
-            bool(deviations[k] < IDENTIFIABLE * before[k]),
-        )
+    identifiable = (deviations < IDENTIFIABLE * before).tolist()
+    numbers = zip((values * term.units).tolist(), (deviations * term.units).tolist(), identifiable)
+    units = ('m/N', 'rad/Nm') if term.kind == ELASTICITY else ('m', 'rad')
+    for k, (one, (value, deviation, known)) in enumerate(zip(term.parameters, numbers)):
+        session = term.sessions[k // each]
+        yield TermValue(one.name, session, value, deviation, units[one.angle], known)
