@@ -150,14 +150,9 @@ class FitProblem:
         poses = np.empty_like(self.poses)
         for k, chain in enumerate(self.chains):
             own = self.sets == k
-            poses[own] = self._poses(chain, own, values)
+            every = self.every(values)
+            poses[own] = poses_of(chain, every, self._joints(own, every))
         return poses
-
-    def _poses(
-        self, chain: CorrectedChain, own: Flags, values: Floats, ahead: Floats | float = 0.0
-    ) -> Floats:
-        every = self.every(values)
-        return poses_of(chain, every, self._joints(own, every, ahead))
 
     def _joints(self, own: Flags, every: Floats, ahead: Floats | float = 0.0) -> Floats:
         if self.rates is None:
@@ -193,28 +188,35 @@ class FitProblem:
             every = self.every(values)
             change = pose_change(chain, every, self._joints(own, every))
             poses[own], jacobian[own] = change.pose, change.jacobian[:, :, self.columns]
-            for k, column in enumerate(self.columns.tolist()):
-                if self._moves_joints(own, column):
-                    jacobian[own, :, k] = self._moved_by_rate(chain, own, values, column)
+            moving = self._moving(own)
+            if len(moving):
+                jacobian[np.ix_(own, np.arange(6), moving)] = self._moved(
+                    chain, own, every, moving
+                )
         left = self._between(poses)
         if self.from_tool:
             jacobian = _of_inverses(poses, jacobian)
         moves = jacobian.reshape(len(poses), 2, 3, -1)
         return self.whitened(left), self.whitened(moves)
 
-    def _moves_joints(self, own: Flags, column: int) -> bool:
-        at = column - self.first_rate
-        return self.rates is not None and at >= 0 and bool(np.any(self.rates[own, :, at]))
+    def _moving(self, own: Flags) -> Integers:
+        # Those of the parameters that move joints of these rows.
+        if self.rates is None:
+            return np.zeros(0, dtype=np.int64)
+        moves = np.zeros(self.count, dtype=bool)
+        moves[self.first_rate :] = np.any(self.rates[own], axis=(0, 1))
+        return np.flatnonzero(moves[self.columns])
 
-    def _moved_by_rate(
-        self, chain: CorrectedChain, own: Flags, values: Floats, column: int
-    ) -> Floats:
-        step = np.zeros(self.count - self.first_rate)
-        step[column - self.first_rate] = STEP
-        later, sooner = (self._poses(chain, own, values, way * step) for way in (1.0, -1.0))
-        R = later[:, :3, :3] @ np.swapaxes(sooner[:, :3, :3], 1, 2)
-        moved = np.concatenate([(later - sooner)[:, :3, 3], rotation_vector(R)], axis=1)
-        return np.asarray(moved / (2.0 * STEP))
+    def _moved(self, chain: CorrectedChain, own: Flags, every: Floats, moving: Integers) -> Floats:
+        # How poses move with these parameters, (rows, 6, moving): by differences, all at once.
+        steps = np.zeros((len(moving), self.count - self.first_rate))
+        steps[np.arange(len(moving)), self.columns[moving] - self.first_rate] = STEP
+        q = [self._joints(own, every, way * step) for way in (1.0, -1.0) for step in steps]
+        poses = poses_of(chain, every, np.concatenate(q))
+        later, sooner = poses.reshape(2, len(moving), -1, 4, 4)
+        R = later[..., :3, :3] @ np.swapaxes(sooner[..., :3, :3], -1, -2)
+        moved = np.concatenate([(later - sooner)[..., :3, 3], rotation_vector(R)], axis=-1)
+        return np.moveaxis(moved / (2.0 * STEP), 0, -1)
 
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
         """Return how known distances move (D, P) and what remains (D,), in their deviations."""
