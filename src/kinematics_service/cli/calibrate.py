@@ -260,10 +260,8 @@ def calibrate(
     arm = given_robot(robot)
     others = {'--fit': fit, '--tolerance': tolerance, '--distance': distance, '--live': live}
     of_terms = {'--sessions': sessions, '--load': load}
-    refused = {
-        **{**others, '--propose': propose, '--pose-gap': pose_gap, '--camera': camera},
-        **of_terms,
-    }
+    refused = {**others, '--propose': propose, '--pose-gap': pose_gap, '--camera': camera}
+    refused.update(of_terms)
     of_zeros = given_zeros(zeros, arm, (sheet, backlash, motors), force, refused)
     words = TableWords(columns, pose_format, joint_format, stamps)
     reading = given_selection(arm, topic, pose_topic, joint_prefix, words)

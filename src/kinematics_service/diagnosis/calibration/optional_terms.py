@@ -302,7 +302,7 @@ def _evidence(robot: Robot, q: Floats, marks: Integers, names: Sequence[str]) ->
     # Where all but one have nothing but joint positions of others, these tell what differs.
     if len(alone) > 1 and _apart(robot, q, marks):
         return Evidence(
-            f'the joint positions of {" and ".join(alone)} are in other places, so that an error '
+            f'the joint positions of {", ".join(alone)} are in other places, so that an error '
             'of the arm there would be taken for it; measure the same joint positions',
             False,
         )
