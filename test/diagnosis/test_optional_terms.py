@@ -261,6 +261,16 @@ def test_few_rows_tell_no_drift_and_a_load_at_one_pose_no_elasticity():
     assert found.terms[0].doubt.startswith('1 joint position is too few for the larger loads')
 
 
+def test_loads_at_other_joint_positions_tell_no_elasticity():
+    # What bends with the posture and what an arm is off by there are alike.
+    robot = robot_of('ur5e')
+    q, masses = positions_within(robot, 60, 0), np.tile([0.0, KG], 30)
+    rows = Rows('ur5e', 0, q, np.zeros(60, dtype=int), 3e-5 * torques_of(robot, q, masses))
+    found = rows.calibrated(loads=ks.ToolLoads(masses, AT), check=False)
+    assert not kept_of(found)
+    assert 'the smaller loads, the larger loads are not the same' in found.terms[0].doubt
+
+
 def test_exact_poses_keep_nothing():
     q = np.concatenate([positions_within(robot_of('ur5e'), 20, 0)] * 2)
     rows = Rows('ur5e', 0, q, np.repeat([0, 1], 20), noise=0.0)

@@ -50,6 +50,9 @@ ROUNDS = 3
 SURE, LEAST_GAIN = 2.0, 1.0
 # Joint positions of a session, or with a load, at least.
 LEAST_POSITIONS = 6
+# Rows are compared at the same joint positions if no more than this share of those of a session,
+# or with a load, are its own; of one session all may be.
+ALONE = 0.2
 # Rows of a session are in a place of their own if fewer than this share of permutations of all
 # rows has them as near to each other: then what differs may be an error of the arm there.
 APART, PERMUTATIONS = 0.004, 500
@@ -209,7 +212,7 @@ def _elasticity_of(robot: Robot, q: Floats, loads: ToolLoads) -> OptionalTerm:
         _of_joints(robot, ELASTICITY),
         most * _by_kind(robot, COMPLIANCE),
         torques[:, :, None] / most * np.eye(robot.dof),
-        _evidence(robot, q, larger, ('the smaller loads', 'the larger loads')),
+        _evidence(robot, q, larger, ('the smaller loads', 'the larger loads'), mixed=False),
         1.0 / most,
     )
 
@@ -264,7 +267,8 @@ def _drifts_of(
     robot: Robot, q: Floats, names: tuple[str, ...], number: Integers, placed: bool
 ) -> tuple[OptionalTerm, ...]:
     # Of sessions, and the number of that of each row; `placed` asks for the drift of bases too.
-    evidence = _evidence(robot, q, number, tuple(f'session {name}' for name in names))
+    marks = tuple(f'session {name}' for name in names)
+    evidence = _evidence(robot, q, number, marks, mixed=True)
     own = np.eye(len(names))[number]
     count, n = len(names), robot.dof
     # Those of a session are side by side.
@@ -284,8 +288,11 @@ def _drifts_of(
     return drift(PLACEMENT, six, np.repeat(PLACED, 3), still), zeros
 
 
-def _evidence(robot: Robot, q: Floats, marks: Integers, names: Sequence[str]) -> Evidence:
-    # Whether rows marked so can tell what differs between the marks.
+def _evidence(
+    robot: Robot, q: Floats, marks: Integers, names: Sequence[str], mixed: bool
+) -> Evidence:
+    # Whether rows marked so can tell what differs between the marks: at the same joint positions,
+    # or, of what is alike everywhere, `mixed` over the workspace.
     positions = _positions(q)
     own = [set(positions[marks == k].tolist()) for k in range(len(names))]
     for these, name in zip(own, names):
@@ -294,16 +301,16 @@ def _evidence(robot: Robot, q: Floats, marks: Integers, names: Sequence[str]) ->
             return Evidence(
                 f'{few} too few for {name}: {LEAST_POSITIONS} or more are needed', False
             )
-    alone = [
-        name
-        for k, name in enumerate(names)
-        if own[k] - set().union(*(one for j, one in enumerate(own) if j != k))
-    ]
-    # Where all but one have nothing but joint positions of others, these tell what differs.
-    if len(alone) > 1 and _apart(robot, q, marks):
+    alone = []
+    for k, name in enumerate(names):
+        others = set().union(*(one for j, one in enumerate(own) if j != k))
+        if len(own[k] - others) > ALONE * len(own[k]):
+            alone.append(name)
+    if len(alone) > 1 and not (mixed and not _apart(robot, q, marks)):
+        where = 'in other places' if mixed else 'not the same'
         return Evidence(
-            f'the joint positions of {", ".join(alone)} are in other places, so that an error '
-            'of the arm there would be taken for it; measure the same joint positions',
+            f'the joint positions of {", ".join(alone)} are {where}, so that an error of the arm '
+            'there would be taken for it; measure the same joint positions',
             False,
         )
     return Evidence('', len(alone) <= 1)
