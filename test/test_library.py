@@ -38,7 +38,8 @@ API = """
     joint_velocity ServoSettings ServoStep
     check_plan PlanCheck PlanError
     diagnose_frames FrameDiagnosis judge_table
-    calibrate Calibration propose_poses ProposedPoses LineOfSight pose_covariance twist_covariance
+    calibrate Calibration propose_poses ProposedPoses LineOfSight ToolLoads
+    pose_covariance twist_covariance
     derive Derivation
     import_urdf UrdfImport export_urdf FrameNames
     KinematicsError RobotFileError RobotNotFoundError

@@ -17,6 +17,7 @@ from ..diagnosis.calibration.output.calibration_run import (
     CalibrationRun,
     Fitting,
     Tell,
+    TermColumns,
     WantedPoses,
     write_proposal,
     write_report,
@@ -112,6 +113,22 @@ def calibrate(
     camera: Optional[CameraChoice] = option(
         'The poses are those of a board that a camera sees: on the tool, or fixed.'
     ),
+    sessions: Optional[str] = option(
+        'The session of each row; `file`: each FILE is one. Drifts between sessions are fitted '
+        'where that helps.',
+        'COLUMN',
+    ),
+    load: Optional[str] = option(
+        'The load on the tool in each row, kg. What joints yield to it is fitted where that '
+        'helps.',
+        'COLUMN',
+    ),
+    load_at: Optional[tuple[float, float, float]] = option(
+        'Its centre of mass in the tool frame, m.', 'X Y Z', shown='0 0 0'
+    ),
+    gravity: Optional[tuple[float, float, float]] = option(
+        'Where it is pulled to, in the base frame.', 'X Y Z', shown='0 0 -1'
+    ),
     zeros: bool = flag(
         '--zeros', 'Fit the zeros of the joints alone, to touches of known points of a sheet.'
     ),
@@ -159,6 +176,8 @@ def calibrate(
       kinematics_service calibrate run.csv --robot ur3e --fix base --frames measured
       kinematics_service calibrate holes.csv --robot ur5e --same-point hole
       kinematics_service calibrate seen.csv --robot ur5e --camera on-tool
+      kinematics_service calibrate loads.csv --robot ur5e --load kg --load-at 0 0 0.05
+      kinematics_service calibrate week.csv --robot ur5e --sessions day
       kinematics_service calibrate --robot so101 --zeros --sheet a4 --html sheet.html
       kinematics_service calibrate touches.csv --robot so101 --zeros
       kinematics_service calibrate --robot ur5e --live 300 --output my_ur5e.yaml
@@ -198,6 +217,15 @@ def calibrate(
     may be off by it. --motors writes LeRobot's calibration file anew.
 
     \b
+    --sessions and --load are for tables whose rows differ in more than the joints.
+    Where the instrument stands, and the zeros of the joints, may drift from session
+    to session, for instance by their temperature; joints yield to the torque of a
+    load. Each is kept only if held-out rows come out better by more than twice the
+    standard error; else the report says that it does not help. Measure the same
+    joint positions in each session, or with and without the load. The robot file
+    has the arm without a load, in the middle of the sessions.
+
+    \b
     --live hears joint states (--topic, /joint_states) and poses of the tool
     (--pose-topic, /kinematics/reference_pose) of a running robot. It says which
     numbers are identified by now, and which pose would identify more. At the end,
@@ -231,7 +259,9 @@ def calibrate(
     outputs = CalibrationOutputs(output, html, json, plans, frames.value, anyway)
     arm = given_robot(robot)
     others = {'--fit': fit, '--tolerance': tolerance, '--distance': distance, '--live': live}
+    of_terms = {'--sessions': sessions, '--load': load}
     refused = {**others, '--propose': propose, '--pose-gap': pose_gap, '--camera': camera}
+    refused.update(of_terms)
     of_zeros = given_zeros(zeros, arm, (sheet, backlash, motors), force, refused)
     words = TableWords(columns, pose_format, joint_format, stamps)
     reading = given_selection(arm, topic, pose_topic, joint_prefix, words)
@@ -246,8 +276,9 @@ def calibrate(
         None if camera is None else camera.value,
     )
     _check_rows(pose_gap, distance, same_point, camera is not None)
+    terms = _term_columns(of_terms, load_at, gravity, same_point)
     if live is not None:
-        _check_live(live, files, (same_point, *words))
+        _check_live(live, files, (same_point, *words, *of_terms.values()))
         if among is not None or sight is not None:
             raise WrongUsage('--live proposes as it hears: no --among, no --line-of-sight')
     elif context.obj:
@@ -281,7 +312,7 @@ def calibrate(
                 found = run.of_heard(heard, tell)
                 data = CalibratedPoses(found, topics[:2], (), heard.q, heard.poses)
             else:
-                rows = _Rows(files or [], reading, same_point, apart, pose_gap)
+                rows = _Rows(files or [], reading, same_point, apart, pose_gap, terms)
                 data = _of_files(run, rows, of_zeros, tell)
             written = write_robot_file(data, robot, outputs)
         write_report(data, robot, outputs)
@@ -301,6 +332,7 @@ class _Rows(NamedTuple):
     same_point: str | None
     apart: dict[tuple[str, str], float]
     gap: float | None
+    terms: TermColumns
 
 
 def _of_files(
@@ -311,7 +343,7 @@ def _of_files(
         return run.of_sheet(rows.files, rows.reading, column, zeros.sheet, zeros.play, tell)
     if rows.same_point is not None:
         return run.of_touches(rows.files, rows.reading, rows.same_point, rows.apart, tell)
-    return run.of_recordings(rows.files, rows.reading, rows.gap, tell)
+    return run.of_recordings(rows.files, rows.reading, rows.gap, rows.terms, tell)
 
 
 @contextmanager
@@ -328,8 +360,8 @@ def _check_live(
 ) -> None:
     if files or any(one is not None for one in of_recordings):
         raise WrongUsage(
-            '--live hears a running robot: FILE, --same-point, --columns, --pose-format, '
-            '--joint-format and --stamps are for recordings'
+            '--live hears a running robot: FILE, --same-point, --sessions, --load, --columns, '
+            '--pose-format, --joint-format and --stamps are for recordings'
         )
     checked_seconds(seconds)
 
@@ -343,6 +375,22 @@ def _check_rows(
         raise WrongUsage('--camera is for measured poses, not for --same-point')
     if distance and same_point is None:
         raise WrongUsage('--distance is between points: give --same-point COLUMN too')
+
+
+def _term_columns(
+    columns: Mapping[str, str | None],
+    at: tuple[float, float, float] | None,
+    gravity: tuple[float, float, float] | None,
+    same_point: str | None,
+) -> TermColumns:
+    sessions, load = columns.values()
+    given = ' and '.join(name for name, column in columns.items() if column is not None)
+    if given and same_point is not None:
+        raise WrongUsage(f'{given}: for measured poses, not for --same-point')
+    if load is None and (at is not None or gravity is not None):
+        raise WrongUsage('--load-at and --gravity are of a load: give --load COLUMN too')
+    usual = TermColumns()
+    return TermColumns(sessions, load, at or usual.at, gravity or usual.gravity)
 
 
 def _check_files(files: Sequence[Path]) -> None:

@@ -25,9 +25,25 @@ from .checking import Measured, checked_offsets, measured
 from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
 from .corrections import corrected_robot
 from .explanations import RefusalCauses, TriedCalibration, explained, mistakes_of, score_of_poses
-from .fitting import UNTOLD, FitProblem, Identified, Noise, identify, refined, weighted_jacobian
+from .fitting import (
+    UNTOLD,
+    FitProblem,
+    Identified,
+    Noise,
+    held_out_remainders,
+    refined,
+    weighted_jacobian,
+)
 from .identified_table import CalibratedParameter, IdentifiedTable
 from .knowledge import KNOWN, ParameterCombination
+from .optional_terms import (
+    NOTHING_ASKED,
+    AskedTerms,
+    ToolLoads,
+    TriedTerm,
+    asked_terms,
+    fitted_terms,
+)
 from .placing import Free
 from .same_point import SamePointParameters, score_of_touches, touches_of
 
@@ -118,6 +134,9 @@ class Calibration(IdentifiedTable):
     camera
         Where the camera is that saw a board, if one did. On the tool `measured` is the camera in
         the frame of the board, and what remains is the board in the frame of the camera.
+    terms
+        Elasticity of the joints and drifts of sessions, if they were asked for. What remains is so
+        with those that are kept; the calibrated robot has none of them.
     """
 
     READ_ONLY = (
@@ -163,6 +182,7 @@ class Calibration(IdentifiedTable):
     points: tuple[TouchedPoint, ...] = ()
     camera: Camera | None = None
     explained: RefusalCauses = RefusalCauses()
+    terms: tuple[TriedTerm, ...] = ()
 
     @property
     def accepted(self) -> bool:
@@ -220,6 +240,8 @@ def calibrate(
     qdot: npt.ArrayLike | None = None,
     approach: npt.ArrayLike | None = None,
     camera: Camera | None = None,
+    sessions: Sequence[object] | None = None,
+    loads: ToolLoads | None = None,
     whitening: Floats | None = None,
     own: Sequence[str] = ('base',),
     fit: Sequence[str] = (),
@@ -263,6 +285,12 @@ def calibrate(
     camera
         Where the poses are those of a board in the frame of a camera: `on-tool`, and the board
         stands still; or `fixed`, and the board is on the tool.
+    sessions : N
+        The name of the session each row was measured in. Where the instrument stands, and the
+        zeros of the joints, may drift from session to session: that is fitted, too, where
+        cross-validation says that it helps, and `terms` says so.
+    loads
+        The load on the tool at each row. The joints may yield to it: as `sessions`.
     whitening : shape (N, 3, 3)
         What differences of positions are multiplied by where they are weighed, so that their noise
         is the same along all axes and in all rows; None: it is so already.
@@ -313,10 +341,11 @@ def calibrate(
         raise CalibrationError(f'camera: {camera!r} is not one of {", ".join(get_args(Camera))}')
     refuse_loops(robot.description, 'the calibration')
     if same_point is not None:
-        others = (poses, sets, qdot, approach, camera, whitening)
+        others = (poses, sets, qdot, approach, camera, sessions, loads, whitening)
         if any(one is not None for one in others):
             raise CalibrationError(
-                'same_point takes joint positions alone: no poses, sets, qdot, approach, camera'
+                'same_point takes joint positions alone: no poses, sets, qdot, approach, camera, '
+                'sessions, loads'
             )
         touched = touches_of(robot, q, same_point)
         progress('points')
@@ -359,7 +388,9 @@ def calibrate(
         from_tool=camera == ON_TOOL,
         whitening=whitening,
     )
-    found = replace(_fitted(robot, given, names, problem, frames, known, progress), camera=camera)
+    asked = asked_terms(robot, given, each.base, free.base, sessions, loads)
+    found = _fitted(robot, given, names, problem, frames, known, progress, asked)
+    found = replace(found, camera=camera)
     if found.accepted or not check:
         return found
     progress('explanations')
@@ -411,8 +442,15 @@ def _fitted(
     frames: FrameDiagnosis | None,
     instrument: Noise | None,
     progress: Callable[[str], None],
+    asked: AskedTerms = NOTHING_ASKED,
 ) -> Calibration:
-    found = identify(problem, instrument, lambda k: progress(f'round {k + 1}'))
+    fit = fitted_terms(problem, asked, instrument, progress)
+    count = len(problem.parameters)
+    found = replace(
+        fit.found,
+        values=fit.found.values[:count],
+        covariance=fit.found.covariance[:count, :count],
+    )
     progress('cross-validation')
     used = found.used
     ends = problem.only(names.placed_groups)
@@ -421,8 +459,13 @@ def _fitted(
     values = np.linalg.svd(weighted, compute_uv=False)
     base, tool = names.ends_of(problem, found.values)
     base_starts, tool_starts = names.starts_of(problem)
-    before, after = ends.remainders(begin), problem.remainders(found.values)
-    left = (before, after, _held_out(ends, begin, found), _held_out(problem, found.values, found))
+    before, after = ends.remainders(begin), fit.problem.remainders(fit.found.values)
+    left = (
+        before,
+        after,
+        held_out_remainders(ends, begin, found, _blocks(ends)),
+        held_out_remainders(fit.problem, fit.found.values, found, _blocks(fit.problem)),
+    )
     without, with_outliers = (
         FitErrors(*(_errors(one, rows) for one in left)) for rows in (used, np.ones_like(used))
     )
@@ -483,6 +526,7 @@ def _fitted(
         remainders_before=before,
         remainders=after,
         points=points,
+        terms=fit.tried,
     )
 
 
@@ -490,22 +534,14 @@ def _errors(remainders: Floats, used: Flags) -> Errors:
     return errors_of(remainders[used, 0], remainders[used, 1])
 
 
-def _held_out(problem: FitProblem, values: Floats, found: Identified) -> Floats:
-    # What remains of each block of rows, of every set, where the corrections are fitted to the
-    # other blocks.
-    result = np.zeros((len(problem.q), 2, 3))
+def _blocks(problem: FitProblem) -> Integers:
+    # Of each row its block: as many consecutive ones of each set.
     blocks = np.empty(len(problem.q), dtype=np.int64)
     for k in range(len(problem.chains)):
         rows = np.flatnonzero(problem.sets == k)
         for number, part in enumerate(np.array_split(rows, BLOCKS)):
             blocks[part] = number
-    for k in range(BLOCKS):
-        block = blocks == k
-        others = found.used.copy()
-        others[block] = False
-        without = refined(problem, values, found.noise, others)
-        result[block] = problem.remainders(without)[block]
-    return result
+    return blocks
 
 
 def _outliers(found: Identified) -> tuple[int, ...]:

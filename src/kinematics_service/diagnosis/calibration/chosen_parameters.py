@@ -160,7 +160,7 @@ class ChosenParameters:
             self.given.q,
             self.given.poses,
             self.given.positions,
-            self.given.rates,
+            None if self.given.rates is None else self.given.rates[:, :, None],
         )
 
     def priors(

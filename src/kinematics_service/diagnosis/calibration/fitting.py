@@ -36,7 +36,7 @@ LEAST_FREEDOM, UNTOLD = 1.0, 1.0
 HALVINGS = 5
 # Standard deviation (m) of a distance between points that is known.
 DISTANCE = 1e-5
-# Difference (s, rad) by which poses move with a lag, or a backlash.
+# Difference (s, rad) by which poses move with what moves the joints: a lag, or a backlash.
 STEP = 1e-4
 
 
@@ -52,6 +52,32 @@ class KnownDistance(NamedTuple):
     second: int
     between: Floats
     distance: float
+
+
+class SharedErrors(NamedTuple):
+    """
+    Rows whose errors have a part in common: how the arm itself is off where all were measured.
+
+    Attributes
+    ----------
+    groups : shape (N,)
+        The number of the group of each row.
+    share : shape (N, 2)
+        Of the mean of its group, what is taken off each row's position and rotation, so that the
+        rest has the noise alone.
+    """
+
+    groups: Integers
+    share: Floats
+
+    def apart(self, rows: Floats) -> Floats:
+        """Return rows (N, 2, ...) without what they share."""
+        sums = np.zeros((int(np.max(self.groups)) + 1, *rows.shape[1:]))
+        np.add.at(sums, self.groups, rows)
+        counts = np.maximum(np.bincount(self.groups), 1)
+        means = sums / counts.reshape(-1, *[1] * (rows.ndim - 1))
+        share = self.share.reshape(*self.share.shape, *[1] * (rows.ndim - 2))
+        return np.asarray(rows - share * means[self.groups])
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,9 +99,9 @@ class FitProblem:
     poses : shape (N, 4, 4)
     positions
         Whether the poses are positions alone.
-    rates : shape (N, n), rad/s or m/s
-        How the joints move with the last of all corrections, a lag or a backlash; None if there
-        is none.
+    rates : shape (N, n, K)
+        How the joints move with each of the last K of all corrections, such as a lag or a
+        backlash; None if there is none.
     known_distances
         Distances between corrected points.
     from_tool
@@ -84,6 +110,8 @@ class FitProblem:
     whitening : shape (N, 3, 3)
         What remaining positions are multiplied by where they are weighed, so that their noise is
         the same along all axes and in all rows; None: it is so already.
+    shared
+        What rows have in common; None: nothing.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -99,11 +127,17 @@ class FitProblem:
     known_distances: tuple[KnownDistance, ...] = ()
     from_tool: bool = False
     whitening: Floats | None = None
+    shared: SharedErrors | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
         """Return the names of the parameters."""
         return tuple(one.name for one in self.parameters)
+
+    @property
+    def first_rate(self) -> int:
+        """Return where the corrections begin that move joints."""
+        return self.count - (0 if self.rates is None else self.rates.shape[2])
 
     def every(self, values: Floats) -> Floats:
         """Return all corrections, those that are not fitted being zero."""
@@ -116,19 +150,14 @@ class FitProblem:
         poses = np.empty_like(self.poses)
         for k, chain in enumerate(self.chains):
             own = self.sets == k
-            poses[own] = self._poses(chain, own, values)
+            every = self.every(values)
+            poses[own] = poses_of(chain, every, self._joints(own, every))
         return poses
 
-    def _poses(
-        self, chain: CorrectedChain, own: Flags, values: Floats, ahead: float = 0.0
-    ) -> Floats:
-        every = self.every(values)
-        return poses_of(chain, every, self._joints(own, every, ahead))
-
-    def _joints(self, own: Flags, every: Floats, ahead: float = 0.0) -> Floats:
+    def _joints(self, own: Flags, every: Floats, ahead: Floats | float = 0.0) -> Floats:
         if self.rates is None:
             return self.q[own]
-        return np.asarray(self.q[own] + (every[-1] + ahead) * self.rates[own])
+        return np.asarray(self.q[own] + self.rates[own] @ (every[self.first_rate :] + ahead))
 
     def remainders(self, values: Floats) -> Floats:
         """Return position (m) and rotation (rad) that remain, shape (N, 2, 3)."""
@@ -136,14 +165,14 @@ class FitProblem:
 
     def weighed(self, values: Floats) -> Floats:
         """Return what remains (N, 2, 3) with a noise that is alike in all rows."""
-        return self._whitened(self.remainders(values))
+        return self.whitened(self.remainders(values))
 
-    def _whitened(self, rows: Floats) -> Floats:
-        # Of shape (N, 2, 3, ...).
+    def whitened(self, rows: Floats) -> Floats:
+        """Return remainders, or how they move, (N, 2, 3, ...) as they are weighed."""
         if self.whitening is not None:
             rows = np.array(rows)
             rows[:, 0] = np.einsum('nij,nj...->ni...', self.whitening, rows[:, 0])
-        return rows
+        return rows if self.shared is None else self.shared.apart(rows)
 
     def _between(self, poses: Floats) -> Floats:
         if self.from_tool:
@@ -159,16 +188,35 @@ class FitProblem:
             every = self.every(values)
             change = pose_change(chain, every, self._joints(own, every))
             poses[own], jacobian[own] = change.pose, change.jacobian[:, :, self.columns]
-            if self.rates is not None and self.count - 1 in self.columns:
-                later, sooner = (self._poses(chain, own, values, s * STEP) for s in (1.0, -1.0))
-                R = later[:, :3, :3] @ np.swapaxes(sooner[:, :3, :3], 1, 2)
-                jacobian[own, :3, -1] = (later - sooner)[:, :3, 3] / (2.0 * STEP)
-                jacobian[own, 3:, -1] = rotation_vector(R) / (2.0 * STEP)
+            moving = self._moving(own)
+            if len(moving):
+                jacobian[np.ix_(own, np.arange(6), moving)] = self._moved(
+                    chain, own, every, moving
+                )
         left = self._between(poses)
         if self.from_tool:
             jacobian = _of_inverses(poses, jacobian)
         moves = jacobian.reshape(len(poses), 2, 3, -1)
-        return self._whitened(left), self._whitened(moves)
+        return self.whitened(left), self.whitened(moves)
+
+    def _moving(self, own: Flags) -> Integers:
+        # Those of the parameters that move joints of these rows.
+        if self.rates is None:
+            return np.zeros(0, dtype=np.int64)
+        moves = np.zeros(self.count, dtype=bool)
+        moves[self.first_rate :] = np.any(self.rates[own], axis=(0, 1))
+        return np.flatnonzero(moves[self.columns])
+
+    def _moved(self, chain: CorrectedChain, own: Flags, every: Floats, moving: Integers) -> Floats:
+        # How poses move with these parameters, (rows, 6, moving): by differences, all at once.
+        steps = np.zeros((len(moving), self.count - self.first_rate))
+        steps[np.arange(len(moving)), self.columns[moving] - self.first_rate] = STEP
+        q = [self._joints(own, every, way * step) for way in (1.0, -1.0) for step in steps]
+        poses = poses_of(chain, every, np.concatenate(q))
+        later, sooner = poses.reshape(2, len(moving), -1, 4, 4)
+        R = later[..., :3, :3] @ np.swapaxes(sooner[..., :3, :3], -1, -2)
+        moved = np.concatenate([(later - sooner)[..., :3, 3], rotation_vector(R)], axis=-1)
+        return np.moveaxis(moved / (2.0 * STEP), 0, -1)
 
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
         """Return how known distances move (D, P) and what remains (D,), in their deviations."""
@@ -278,7 +326,7 @@ def identify(
         progress(k)
         remainders = problem.weighed(values)
         found = _at_least(noise, _median_noise(remainders))
-        distances = _distances(problem, remainders, found)
+        distances = distances_of(problem, remainders, found)
         weights = np.minimum(1.0, HUBER / np.maximum(distances, 1e-300))
         step = _stepped(problem, values, found, weights)
         values = values + step
@@ -286,7 +334,7 @@ def identify(
             break
     remainders = problem.weighed(values)
     found = _at_least(noise, _median_noise(remainders))
-    used = _distances(problem, remainders, found) < limit
+    used = distances_of(problem, remainders, found) < limit
     for k in range(ROUNDS):
         progress(ROBUST_ROUNDS + k)
         solved = _solve(problem, values, found, used.astype(np.float64))
@@ -296,7 +344,7 @@ def identify(
         before = found
         evident, freedom = _evident_noise(problem, remainders, solved.rows, inverse, used)
         found = _at_least(noise, evident)
-        distances = _distances(problem, remainders, found)
+        distances = distances_of(problem, remainders, found)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
         sorted_ = _known_distances(distances, freedom) < limit
         same = bool(np.array_equal(sorted_, used)) or k >= SORTING_ROUNDS
@@ -344,6 +392,30 @@ def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> F
     return values
 
 
+def held_out_remainders(
+    problem: FitProblem, values: Floats, found: Identified, blocks: Integers
+) -> Floats:
+    """
+    Return what remains (N, 2, 3) of each block of rows, by corrections fitted to the others.
+
+    Parameters
+    ----------
+    values : shape (P,)
+        What the corrections begin with.
+    found
+        Whose noise and outliers hold.
+    blocks : shape (N,)
+        The block of each row.
+    """
+    result = np.zeros((len(problem.q), 2, 3))
+    for k in np.unique(blocks):
+        block = blocks == k
+        others = found.used & ~block
+        without = refined(problem, values, found.noise, others)
+        result[block] = problem.remainders(without)[block]
+    return result
+
+
 def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
     """
     Return how the poses move with the parameters: in deviations of the noise, by those of priors.
@@ -368,7 +440,7 @@ def _stepped(problem: FitProblem, values: Floats, noise: Noise, weights: Floats)
 
 def _squares(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> float:
     # What remains of rows, known distances and priors, in their deviations.
-    d = _distances(problem, problem.weighed(values), noise)
+    d = distances_of(problem, problem.weighed(values), noise)
     known = np.sum(problem.distance_equations(values)[1] ** 2)
     return float(np.sum(weights * d**2) + known + np.sum((values / problem.prior) ** 2))
 
@@ -413,7 +485,8 @@ def _solve(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -
     return _Step(np.asarray(step, dtype=np.float64), R, remainders, rows)
 
 
-def _distances(problem: FitProblem, remainders: Floats, noise: Noise) -> Floats:
+def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Floats:
+    """Return weighed remainders (N, 2, 3) in deviations of the noise, shape (N,)."""
     kinds = 1 if problem.positions else 2
     squares = (
         np.sum(remainders**2, axis=2)[:, :kinds] / np.asarray(noise, dtype=np.float64)[:kinds] ** 2

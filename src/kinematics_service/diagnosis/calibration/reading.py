@@ -9,7 +9,7 @@ import numpy as np
 
 from ...errors import CalibrationError, KinematicsError
 from ...estimation.estimator import Estimator, EstimatorSettings
-from ...formats.recordings.block import UnreadableMessage
+from ...formats.recordings.block import Times, UnreadableMessage
 from ...formats.recordings.columns import Column, StateTable
 from ...formats.recordings.open_file import TABLES, open_source
 from ...formats.recordings.source import PoseTrack, RecordingSource, Selection
@@ -49,6 +49,8 @@ class MeasuredRecording:
         Joint velocities; zero where they are not known.
     remarks
         Sentences on what was left out or changed.
+    rows : shape (N,)
+        The row of a table that each pose is in, counted from 0; None where there is no table.
     """
 
     file: str
@@ -60,6 +62,7 @@ class MeasuredRecording:
     motion: tuple[Floats, Floats] | None
     rates: Floats
     remarks: tuple[str, ...]
+    rows: Times | None = None
 
     @property
     def positions(self) -> bool:
@@ -171,6 +174,7 @@ def _joined(
         chosen.motion,
         _rates(robot, chosen.motion, chosen.stamps),
         (*remarks, *([reason] if reason else []), *track.doubts),
+        None if track.rows is None else track.rows[found.poses[chosen.rows]],
     )
 
 
@@ -224,7 +228,29 @@ def without_lag(robot: Robot, given: MeasuredRecording) -> MeasuredRecording:
         given.motion,
         joints.rates[joints.known],
         (*given.remarks, remark),
+        None if given.rows is None else given.rows[joints.known],
     )
+
+
+def cells_beside(given: MeasuredRecording, column: str) -> list[str]:
+    """
+    Return the cells of another column in the rows of the poses.
+
+    Raises
+    ------
+    CalibrationError
+        They are of no table, it has no such column, or a cell is empty.
+    """
+    if given.rows is None or Path(given.file).suffix.lower() not in TABLES:
+        raise CalibrationError(f'{given.file}: {column!r} names a column of a table (.csv)')
+    every = _column(Path(given.file), column)
+    cells = [every[k] for k in given.rows.tolist()]
+    if '' in cells:
+        row = int(given.rows[cells.index('')])
+        raise CalibrationError(
+            f'{given.file}: row {row}, counted from 0, is empty in the column {column!r}'
+        )
+    return cells
 
 
 @dataclass(frozen=True, eq=False)

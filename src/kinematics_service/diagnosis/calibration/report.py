@@ -12,7 +12,9 @@ from ..frame_check.errors import Errors, length_in_words
 from .calibration import BLOCKS, Calibration, FitErrors
 from .checking import in_words
 from .identified_table import CalibratedParameter
+from .optional_terms import TermValue, TriedTerm
 from .placed_camera import camera_sentences, placed_camera
+from .term_sentences import term_sentences, value_in_words, value_name
 
 # Outliers named in a sentence.
 MOST_NAMED = 8
@@ -64,6 +66,7 @@ def sentences_of(found: Calibration) -> Iterator[str]:
         f'{found.known} independent combinations of the {len(found.parameters)} parameters are '
         f'identifiable from these {kind}; from any such {kind} at most {found.possible} are'
     )
+    yield from term_sentences(found.terms, found.positions)
     yield from camera_sentences(found)
     for point in found.points:
         xyz = ', '.join(f'{x:.5f}' for x in point.position)
@@ -132,6 +135,14 @@ def cells_of(one: CalibratedParameter) -> tuple[str, str, str, str]:
     return one.name, f'{sign}{words(one.correction)}', not_nothing(words(one.deviation)), known
 
 
+def term_cells(one: TermValue) -> tuple[str, str, str, str]:
+    """Return the same of a number of elasticity or of a drift."""
+    sign = '+' if one.value > 0.0 else ''
+    deviation = not_nothing(value_in_words(one.deviation, one.unit))
+    known = 'identifiable' if one.identifiable else 'not known'
+    return value_name(one), f'{sign}{value_in_words(one.value, one.unit)}', deviation, known
+
+
 def not_nothing(words: str) -> str:
     """Return a deviation or an error in words, where round-off is small and not 0."""
     return f'below 1e-6 {words[2:]}' if words.startswith('0 ') else words
@@ -171,8 +182,18 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
         'camera': [
             attributes(one, 'name', 'frame', 'pose', 'deviation') for one in placed_camera(found)
         ],
+        'terms': [_term(one) for one in found.terms],
         'remarks': found.remarks,
         'sentences': list(sentences_of(found)),
+    }
+
+
+def _term(one: TriedTerm) -> dict[str, Any]:
+    errors = {'without': one.without, 'with_term': one.with_term}
+    return {
+        **one._asdict(),
+        **{name: None if own is None else own._asdict() for name, own in errors.items()},
+        'values': [value._asdict() for value in one.values],
     }
 
 

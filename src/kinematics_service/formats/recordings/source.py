@@ -40,6 +40,8 @@ class PoseTrack(NamedTuple):
         Number of poses of the source; these may be some of them, evenly spread. 0: just these.
     kind
         Of their orientations, one of `pose_format.KINDS`; empty if they are matrices already.
+    rows : shape (M,)
+        The row of a table that each is in, counted from 0; None where they are of no table.
     """
 
     name: str
@@ -51,6 +53,7 @@ class PoseTrack(NamedTuple):
     doubts: tuple[str, ...] = ()
     total: int = 0
     kind: str = ''
+    rows: Times | None = None
 
     @property
     def positions(self) -> bool:

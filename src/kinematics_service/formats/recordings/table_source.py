@@ -56,7 +56,7 @@ def source_of(
                 # A row without any number of a pose has none; one that lacks some is refused.
                 rows = numbers[:, m:]
                 known = np.any(np.isfinite(rows), axis=1)
-                poses.take(stamps[known], rows[known], q[known])
+                poses.take(stamps[known], rows[known], q[known], count + np.flatnonzero(known))
             # The time of receipt is that of the measurement; if the stamps step back, time goes
             # on.
             last, passed = before or (int(stamps[0]), int(stamps[0]))

@@ -52,6 +52,7 @@ class PoseRows:
         self.count = 0
         self._form = form
         self._stamps, self._rows, self._q = Column(np.int64), StateTable(columns), StateTable(dof)
+        self._numbers = Column(np.int64)
         self._finite = self._rising = True
         self._latest = -1
         # The number farthest from its range: length of a quaternion or vector, or an angle.
@@ -59,8 +60,13 @@ class PoseRows:
         # Whether each matrix of sixteen numbers may stand in rows, and in columns.
         self._upright = self._turned = True
 
-    def take(self, stamps: Times, rows: Floats, q: Floats | None = None) -> None:
-        """Take the next rows (N, k) with their stamps (N,) and joint positions (N, n)."""
+    def take(
+        self, stamps: Times, rows: Floats, q: Floats | None = None, numbers: Times | None = None
+    ) -> None:
+        """
+        Take the next rows (N, k) with their stamps (N,), joint positions (N, n), and the numbers
+        (N,) of the rows of a table.
+        """
         finite = np.all(np.isfinite(rows), axis=1)
         self.count += len(rows)
         self._finite &= bool(np.all(finite))
@@ -73,6 +79,8 @@ class PoseRows:
         self._rows.append(rows[kept])
         if q is not None:
             self._q.append(q[kept])
+        if numbers is not None:
+            self._numbers.append(numbers[kept])
 
     def _judged(self, rows: Floats) -> Flags:
         # Which of these may be poses.
@@ -116,6 +124,7 @@ class PoseRows:
             tuple(self._doubts(total)),
             total,
             self._form.kind,
+            self._numbers[chosen] if len(self._numbers) else None,
         )
 
     def _refusal(self, many: bool) -> str:

@@ -26,14 +26,24 @@ from ..camera import ON_TOOL, Camera
 from ..checking import Measured, rigid_positions
 from ..chosen_parameters import ChosenParameters, asks_for_gears
 from ..collecting import CollectedPoses
+from ..optional_terms import ToolLoads
 from ..proposal import LineOfSight, propose_poses, table_text, trajectory_text
-from ..reading import read_measured, read_touches, seen, without_lag
-from ..report import cells_of, document_of, kind_of, sentences_of
+from ..reading import (
+    MeasuredRecording,
+    cells_beside,
+    read_measured,
+    read_touches,
+    seen,
+    without_lag,
+)
+from ..report import cells_of, document_of, kind_of, sentences_of, term_cells
 from ..robot_text import CalibrationOrigin, Frames, calibrated_text
 from ..zeros import JointZero, calibrate_zeros, zero_sentences, zeros_of
 from .page import PageOrigin, page_of
 from .sheet import Sheet
 
+# The word for sessions that are a file each.
+EACH_FILE = 'file'
 # A joint as fast (rad/s, m/s) as this makes a lag matter.
 MOVING = 0.05
 
@@ -65,6 +75,45 @@ class Fitting(NamedTuple):
     noise: tuple[float, float] | None
     check: bool
     camera: Camera | None = None
+
+
+class TermColumns(NamedTuple):
+    """
+    Columns of tables by which the session and the load of each row are known, if they are.
+
+    Attributes
+    ----------
+    sessions
+        Its cells name the session; `file`: each file is one.
+    load
+        Its cells are masses in kg.
+    at, gravity
+        As `ToolLoads` has them.
+    """
+
+    sessions: str | None = None
+    load: str | None = None
+    at: tuple[float, float, float] = ToolLoads._field_defaults['at']
+    gravity: tuple[float, float, float] = ToolLoads._field_defaults['gravity']
+
+    def sessions_of(self, given: Sequence[MeasuredRecording]) -> list[str] | None:
+        """Return the name of the session of each row; None if no column has it."""
+        if self.sessions is None:
+            return None
+        if self.sessions == EACH_FILE:
+            return [Path(one.file).name for one in given for _ in one.q]
+        return [cell for one in given for cell in cells_beside(one, self.sessions)]
+
+    def loads_of(self, given: Sequence[MeasuredRecording]) -> ToolLoads | None:
+        """Return the load of each row; None if no column has it."""
+        if self.load is None:
+            return None
+        cells = [cell for one in given for cell in cells_beside(one, self.load)]
+        try:
+            masses = [float(cell) for cell in cells]
+        except ValueError as error:
+            raise CalibrationError(f'the column {self.load!r} has masses in kg: {error}') from None
+        return ToolLoads(masses, self.at, self.gravity)
 
 
 class CalibrationOutputs(NamedTuple):
@@ -146,7 +195,12 @@ class CalibrationRun(NamedTuple):
         ChosenParameters(arm, given, fitting.own, every).fitted(fitting.fit, fitting.fix)
 
     def of_recordings(
-        self, files: Sequence[Path], reading: Selection, gap: float | None, tell: Tell
+        self,
+        files: Sequence[Path],
+        reading: Selection,
+        gap: float | None,
+        columns: TermColumns,
+        tell: Tell,
     ) -> CalibratedPoses:
         """
         Return the calibration from poses of recordings, a set each.
@@ -155,6 +209,8 @@ class CalibrationRun(NamedTuple):
         ----------
         gap : s
             Largest time between the joint states around a pose; None: three usual intervals.
+        columns
+            Of sessions and loads.
         """
         settings = EstimatorSettings(reading.joint_prefix)
         on_tool = self.fitting.camera == ON_TOOL
@@ -174,6 +230,8 @@ class CalibrationRun(NamedTuple):
             qdot=np.concatenate([one.rates for one in given]),
             read='' if on_tool else given[0].kind,
             camera=self.fitting.camera,
+            sessions=columns.sessions_of(given),
+            loads=columns.loads_of(given),
         )
         remarks = [remark for one in given for remark in one.remarks]
         return CalibratedPoses(
@@ -332,6 +390,9 @@ def _print_report(data: CalibratedPoses, outputs: CalibrationOutputs) -> None:
     rows = table('  parameter', 'correction', 'deviation', '')
     for one in found.parameters:
         name, *cells = cells_of(one)
+        rows.add_row(f'  {name}', *cells)
+    for value in (value for term in found.terms for value in term.values):
+        name, *cells = term_cells(value)
         rows.add_row(f'  {name}', *cells)
     out.print(rows)
 
