@@ -9,9 +9,12 @@ from arms import robot_of
 import kinematics_service as ks
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
 from kinematics_service.diagnosis.calibration.output.sheet import SHEETS
+from kinematics_service.formats.images.board import Board, SeenCorners
+from kinematics_service.formats.images.intrinsics import Intrinsics
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of
 from kinematics_service.rigid_motion import (
     exponential,
+    inverse,
     inverses,
     nearest_rotation,
     pose_of,
@@ -262,11 +265,94 @@ def by_closed_form(arm, where):
     return X, Z
 
 
-def board_errors(arm, where, found, seed=5):
-    """Return how far (m, RMS) the board of new poses is off: calibrated, by the closed form."""
-    q = BEFORE_BOARD + np.random.default_rng(seed).uniform(-AROUND, AROUND, (200, 6))
+def board_errors(arm, where, found, q=None, point=(0.0, 0.0, 0.0)):
+    """
+    Return how far (m, RMS) a point of the board at new poses is off: calibrated, by closed form.
+    """
+    if q is None:
+        q = BEFORE_BOARD + np.random.default_rng(5).uniform(-AROUND, AROUND, (200, 6))
     true = board_seen(arm.true, q, arm.on_tool, arm.still, where)
     fitted = found.tool_offsets[0], np.linalg.inv(found.base_offsets[0])
     both = (found.calibrated, *fitted), (arm.robot, *by_closed_form(arm, where))
     seen = [board_seen(*one[:1], q, *one[1:], where) for one in both]
-    return [np.sqrt(np.mean(np.sum((one - true)[:, :3, 3] ** 2, axis=1))) for one in seen]
+    left = [(one - true)[:, :3] @ np.append(point, 1.0) for one in seen]
+    return [np.sqrt(np.mean(np.sum(one**2, axis=1))) for one in left]
+
+
+class PicturedArm(NamedTuple):
+    """
+    An arm with errors, and the corners of a board in images of a camera.
+
+    q (N, n); poses (N, 4, 4) of the board in the frame of the camera without noise; `on_tool` and
+    `still` as `CameraArm` has them.
+    """
+
+    robot: ks.Robot
+    true: ks.Robot
+    errors: np.ndarray
+    q: np.ndarray
+    poses: np.ndarray
+    on_tool: np.ndarray
+    still: np.ndarray
+    seen: list
+
+
+# A board that is 0.28 m wide, and a camera with distortion.
+BOARD = Board(7, 5, 0.04, 0.03, 'DICT_5X5_100')
+INTRINSICS = Intrinsics(
+    'camera.yaml',
+    np.array([[900.0, 0.0, 640.3], [0.0, 902.0, 481.0], [0.0, 0.0, 1.0]]),
+    np.array([-0.12, 0.05, 0.0005, -0.0003, 0.0]),
+    1280,
+    960,
+)
+# What a corner is off by in an image, px; the board is seen within 60 degrees of its normal, from
+# some distance (m); on a tool it faces aside.
+CORNER, OBLIQUE, AWAY = 0.2, 0.5, 0.7
+ASIDE = pose_of([0.0] * 3, (0.0, np.pi / 2, 0.0))
+
+
+def pictured_arm(where, count, seed, corner=CORNER, size=1.0, around=AROUND):
+    """Return a UR5e with errors and images, with noise of the corners, in which a board is seen."""
+    _, errors, true = true_arm('ur5e', seed, size)
+    random = np.random.default_rng([seed, 13])
+    on_tool = pose_of(random.uniform(-0.06, 0.06, 3), random.uniform(-0.2, 0.2, 3))
+    # The board is seen from this far, a little from aside, where the arm is before it.
+    seen = pose_of([*random.uniform(-0.05, 0.05, 2), AWAY], random.uniform(-0.3, 0.3, 3))
+    seen = seen @ pose_of(-BOARD.corners.mean(axis=0), (0.0, 0.0, 0.0))
+    if where == 'fixed':
+        on_tool, seen = on_tool @ ASIDE, inverse(seen)
+    still = ks.forward_kinematics(true, BEFORE_BOARD) @ on_tool @ seen
+    q = in_view(true, on_tool, still, where, count, random, around)
+    poses = board_seen(true, q, on_tool, still, where)
+    seen = [corners_of(pose, f'{k:03}.png', corner, random) for k, pose in enumerate(poses)]
+    return PicturedArm(robot_of('ur5e'), true, errors, q, poses, on_tool, still, seen)
+
+
+def in_view(true, on_tool, still, where, count, random, around=AROUND):
+    """Return joint positions (count, n) from which the board is wholly seen."""
+    kept = np.zeros((0, 6))
+    while len(kept) < count:
+        q = BEFORE_BOARD + random.uniform(-around, around, (400, 6))
+        poses = board_seen(true, q, on_tool, still, where)
+        kept = np.concatenate([kept, q[[is_in_view(pose) for pose in poses]]])
+    return kept[:count]
+
+
+def pictured_errors(arm, where, found):
+    """Return `board_errors` of the middle of the board, where it is seen."""
+    random = np.random.default_rng(77)
+    q = in_view(arm.true, arm.on_tool, arm.still, where, 200, random)
+    return board_errors(arm, where, found, q, BOARD.corners.mean(axis=0))
+
+
+def is_in_view(pose):
+    """Return whether the board at a pose in the frame of the camera is wholly in the image."""
+    points = BOARD.corners @ pose[:3, :3].T + pose[:3, 3]
+    return pose[2, 2] > OBLIQUE and bool(np.all(INTRINSICS.sees(points)))
+
+
+def corners_of(pose, name, noise, random):
+    """Return the corners of the board at a pose in the frame of the camera, with noise (px)."""
+    pixels = INTRINSICS.pixels(BOARD.corners @ pose[:3, :3].T + pose[:3, 3])[0]
+    return SeenCorners(name, BOARD.corners, pixels + noise * random.normal(size=pixels.shape))

@@ -263,9 +263,10 @@ def calibrate(
     camera
         Where the poses are those of a board in the frame of a camera: `on-tool`, and the board
         stands still; or `fixed`, and the board is on the tool.
-    whitening : shape (N, 3, 3)
-        What differences of positions are multiplied by where they are weighed, so that their noise
-        is the same along all axes and in all rows; None: it is so already.
+    whitening : shape (N, 3, 3) or (N, 6, 6)
+        What differences of positions, or of these and of rotations, are multiplied by where they
+        are weighed, so that their noise is the same along all axes and in all rows; None: it is so
+        already.
     own
         What each set has of its own: `base`, `tool`, or both.
     fit, fix

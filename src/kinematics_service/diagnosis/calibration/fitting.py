@@ -81,9 +81,9 @@ class FitProblem:
     from_tool
         Whether the inverse poses were measured, and have the noise: as a camera on the tool sees
         what stands still. Then what remains is of these.
-    whitening : shape (N, 3, 3)
-        What remaining positions are multiplied by where they are weighed, so that their noise is
-        the same along all axes and in all rows; None: it is so already.
+    whitening : shape (N, 3, 3) or (N, 6, 6)
+        What remaining positions, or these and rotations, are multiplied by where they are weighed,
+        so that their noise is the same along all axes and in all rows; None: it is so already.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -140,10 +140,12 @@ class FitProblem:
 
     def _whitened(self, rows: Floats) -> Floats:
         # Of shape (N, 2, 3, ...).
-        if self.whitening is not None:
-            rows = np.array(rows)
-            rows[:, 0] = np.einsum('nij,nj...->ni...', self.whitening, rows[:, 0])
-        return rows
+        if self.whitening is None:
+            return rows
+        six = np.array(rows).reshape(len(rows), 6, *rows.shape[3:])
+        own = six[:, : self.whitening.shape[1]]
+        own[:] = np.einsum('nij,nj...->ni...', self.whitening, own)
+        return six.reshape(rows.shape)
 
     def _between(self, poses: Floats) -> Floats:
         if self.from_tool:
