@@ -313,7 +313,7 @@ ASIDE = pose_of([0.0] * 3, (0.0, np.pi / 2, 0.0))
 
 
 def pictured_arm(where, count, seed, corner=CORNER, size=1.0, around=AROUND):
-    """Return a UR5e with errors and images, with noise of the corners, in which a board is seen."""
+    """Return a UR5e with errors and images of a board whose corners have a noise (px)."""
     _, errors, true = true_arm('ur5e', seed, size)
     random = np.random.default_rng([seed, 13])
     on_tool = pose_of(random.uniform(-0.06, 0.06, 3), random.uniform(-0.2, 0.2, 3))

@@ -31,6 +31,7 @@ from ..kernel import Floats
 from ..printing import working
 from ..robot.file.parts.parameters import ENDS
 from .frame_options import LONGEST_GAP, GapOption, given_limit
+from .image_options import ImageOptions, given_images
 from .live_calibration import (
     POSES,
     STATES,
@@ -112,6 +113,19 @@ def calibrate(
     camera: Optional[CameraChoice] = option(
         'The poses are those of a board that a camera sees: on the tool, or fixed.'
     ),
+    images: Optional[Path] = option(
+        'Images of a ChArUco board for --camera; the column `image` of FILE names that of each '
+        'row.',
+        'FOLDER',
+    ),
+    board: Optional[str] = option(
+        'The board: columns and rows of squares, edges of squares and of markers, dictionary; '
+        'for instance 7x5,40mm,30mm,DICT_5X5_100.',
+        'SIZE,EDGE,EDGE,NAME',
+    ),
+    intrinsics: Optional[Path] = option(
+        "The camera's calibration file, of ROS or OpenCV (YAML, JSON).", 'FILE'
+    ),
     zeros: bool = flag(
         '--zeros', 'Fit the zeros of the joints alone, to touches of known points of a sheet.'
     ),
@@ -159,6 +173,8 @@ def calibrate(
       kinematics_service calibrate run.csv --robot ur3e --fix base --frames measured
       kinematics_service calibrate holes.csv --robot ur5e --same-point hole
       kinematics_service calibrate seen.csv --robot ur5e --camera on-tool
+      kinematics_service calibrate taken.csv --robot ur5e --camera on-tool
+        --images pictures/ --board 7x5,40mm,30mm,DICT_5X5_100 --intrinsics camera.yaml
       kinematics_service calibrate --robot so101 --zeros --sheet a4 --html sheet.html
       kinematics_service calibrate touches.csv --robot so101 --zeros
       kinematics_service calibrate --robot ur5e --live 300 --output my_ur5e.yaml
@@ -187,7 +203,9 @@ def calibrate(
     \b
     --camera takes the poses of a board (a marker, a checkerboard) in the frame of a
     camera. On the tool, the board stands still; fixed, the board is on the tool.
-    Camera, board and the numbers of the arm are found at once.
+    Camera, board and the numbers of the arm are found at once. With --images a row of
+    the table is an image of the board, and OpenCV finds its corners there. What they
+    leave open of each pose counts, and nothing of the intrinsics is fitted.
 
     \b
     --zeros is for arms whose encoders were mounted by hand. The tip touches crosses
@@ -233,6 +251,7 @@ def calibrate(
     others = {'--fit': fit, '--tolerance': tolerance, '--distance': distance, '--live': live}
     refused = {**others, '--propose': propose, '--pose-gap': pose_gap, '--camera': camera}
     of_zeros = given_zeros(zeros, arm, (sheet, backlash, motors), force, refused)
+    pictured = given_images(images, board, intrinsics, camera is not None)
     words = TableWords(columns, pose_format, joint_format, stamps)
     reading = given_selection(arm, topic, pose_topic, joint_prefix, words)
     form = reading.pose_format
@@ -246,6 +265,8 @@ def calibrate(
         None if camera is None else camera.value,
     )
     _check_rows(pose_gap, distance, same_point, camera is not None)
+    if pictured is not None and (live is not None or len(files or []) != 1):
+        raise WrongUsage('--images takes one FILE, a table that names an image in each row')
     if live is not None:
         _check_live(live, files, (same_point, *words))
         if among is not None or sight is not None:
@@ -281,7 +302,7 @@ def calibrate(
                 found = run.of_heard(heard, tell)
                 data = CalibratedPoses(found, topics[:2], (), heard.q, heard.poses)
             else:
-                rows = _Rows(files or [], reading, same_point, apart, pose_gap)
+                rows = _Rows(files or [], reading, same_point, apart, pose_gap, pictured)
                 data = _of_files(run, rows, of_zeros, tell)
             written = write_robot_file(data, robot, outputs)
         write_report(data, robot, outputs)
@@ -301,6 +322,7 @@ class _Rows(NamedTuple):
     same_point: str | None
     apart: dict[tuple[str, str], float]
     gap: float | None
+    pictured: ImageOptions | None
 
 
 def _of_files(
@@ -311,6 +333,8 @@ def _of_files(
         return run.of_sheet(rows.files, rows.reading, column, zeros.sheet, zeros.play, tell)
     if rows.same_point is not None:
         return run.of_touches(rows.files, rows.reading, rows.same_point, rows.apart, tell)
+    if rows.pictured is not None:
+        return run.of_images(rows.files[0], rows.reading, *rows.pictured, tell)
     return run.of_recordings(rows.files, rows.reading, rows.gap, tell)
 
 

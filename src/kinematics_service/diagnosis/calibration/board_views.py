@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from ...errors import CalibrationError
 from ...formats.images.board import SeenCorners
 from ...formats.images.intrinsics import Intrinsics
 from ...formats.images.opencv import opencv
-from ...kernel import Floats
+from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import exponential, inverses
 from ...robot.chain import FrozenArrays
@@ -27,6 +27,7 @@ DECIDED = 5.0
 SAME, REFINED = 1e-3, (3, 50, 1e-12)
 # Corners this far off (px, rms) where their board is placed best are not of this camera or board.
 MOST_PIXELS = 2.0
+TOO_FLAT = 'the board is seen too flat, or from too far, to tell which way it is inclined'
 
 
 class Placement(NamedTuple):
@@ -61,7 +62,7 @@ class BoardViews(FrozenArrays):
 
     camera: Intrinsics
     seen: tuple[SeenCorners, ...]
-    rows: Floats
+    rows: Integers
     poses: Floats
     squares: Floats
     left_out: tuple[str, ...] = ()
@@ -163,12 +164,7 @@ def board_views(
     sure = [k for k, one in found.items() if len(one) == 1]
     if len(sure) < len(found):
         if len(sure) < LEAST:
-            left_out += [
-                f'{names[k]}: the board is seen too flat, or from too far, to tell which way it is '
-                'inclined'
-                for k in found
-                if k not in sure
-            ]
+            left_out += [f'{names[k]}: {TOO_FLAT}' for k in found if k not in sure]
             found = {k: found[k] for k in sure}
         else:
             found = _decided(robot, q, found, sure, camera)
@@ -189,8 +185,8 @@ def board_views(
     if views.noise > MOST_PIXELS:
         raise CalibrationError(
             f'the corners are {views.noise:.2g} px off where the board is placed best, and less '
-            f'than {MOST_PIXELS:g} px is required: {intrinsics.file} is of another camera or lens, '
-            'or the board is not flat, or not the one that is given'
+            f'than {MOST_PIXELS:g} px is required: {intrinsics.file} is of another camera or '
+            'lens, or the board is not flat, or not the one that is given'
         )
     return views
 
@@ -238,3 +234,17 @@ def view_sentences(views: BoardViews, held_out: Floats, outliers: Sequence[int])
         one = len(views.left_out) == 1
         which = '1 image is' if one else f'{len(views.left_out)} images are'
         yield f'{which} left out: {"; ".join(views.left_out)}'
+
+
+def view_document(views: BoardViews, held_out: Floats) -> dict[str, Any]:
+    """Return the images as a document; `held_out` is as `view_sentences` takes it."""
+    errors = views.pixel_errors(held_out).tolist()
+    return {
+        'intrinsics': views.camera.file,
+        'noise': views.noise,
+        'seen': [
+            {'name': one.name, 'row': int(row), 'corners': len(one.points), 'held_out_pixels': px}
+            for one, row, px in zip(views.seen, views.rows, errors)
+        ],
+        'left_out': views.left_out,
+    }

@@ -20,6 +20,7 @@ from ..frame_check.diagnosis import FrameDiagnosis
 from ..frame_check.errors import Errors, errors_of
 from ..frame_check.hypotheses import Hypothesis, joint_hypotheses_of
 from .acceptance import JudgedFit, refusals_of
+from .board_views import BoardViews
 from .camera import ON_TOOL, Camera, seen_poses
 from .checking import Measured, checked_offsets, measured
 from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
@@ -113,11 +114,15 @@ class Calibration(IdentifiedTable):
     remainders_before, remainders : shape (N, 2, 3), m and rad
         What remains of each row with base and tool fitted alone, and with the corrections: of the
         position, and a rotation vector; in the frame of the poses.
+    held_out_remainders : shape (N, 2, 3), m and rad
+        The last of these of rows that nothing was fitted to.
     points
         Those that were touched, if the poses were measured by nothing else.
     camera
         Where the camera is that saw a board, if one did. On the tool `measured` is the camera in
         the frame of the board, and what remains is the board in the frame of the camera.
+    views
+        The board in the images that the poses are from, if there are any.
     """
 
     READ_ONLY = (
@@ -132,6 +137,7 @@ class Calibration(IdentifiedTable):
         'sets',
         'remainders_before',
         'remainders',
+        'held_out_remainders',
     )
 
     calibrated: Robot
@@ -160,8 +166,10 @@ class Calibration(IdentifiedTable):
     sets: Integers
     remainders_before: Floats
     remainders: Floats
+    held_out_remainders: Floats
     points: tuple[TouchedPoint, ...] = ()
     camera: Camera | None = None
+    views: BoardViews | None = None
     explained: RefusalCauses = RefusalCauses()
 
     @property
@@ -483,6 +491,7 @@ def _fitted(
         sets=given.sets.copy(),
         remainders_before=before,
         remainders=after,
+        held_out_remainders=left[-1],
         points=points,
     )
 

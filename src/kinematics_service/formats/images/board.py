@@ -1,4 +1,4 @@
-"""A ChArUco board: a chessboard with a marker in each white square, and its corners in an image."""
+"""A ChArUco board, a chessboard with a marker in each white square, and its corners in images."""
 
 from pathlib import Path
 from typing import Any, NamedTuple

@@ -1,0 +1,64 @@
+"""`calibrate --camera` by images: the folder, the board and the camera's calibration file."""
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+from ..formats.images.board import Board, BoardFinder
+from ..formats.images.intrinsics import read_intrinsics
+from .options import WrongUsage
+
+BOARD = re.compile(
+    r'(\d{1,3})x(\d{1,3}),\s*([0-9.]+)\s*(mm|m),\s*([0-9.]+)\s*(mm|m),\s*(DICT_\w+)(,\s*legacy)?'
+)
+EXAMPLE = '7x5,40mm,30mm,DICT_5X5_100'
+# Squares in a row: fewer have too few corners, and no board has more.
+SQUARES = range(3, 101)
+
+
+class ImageOptions(NamedTuple):
+    """The folder of the images, and what finds the board in them."""
+
+    folder: Path
+    finder: BoardFinder
+
+
+def given_images(
+    folder: Path | None, board: str | None, intrinsics: Path | None, camera: bool
+) -> ImageOptions | None:
+    """Return what --images asks for, None where it is not given."""
+    if folder is None:
+        if board is not None or intrinsics is not None:
+            raise WrongUsage('--board and --intrinsics are for images: give --images FOLDER too')
+        return None
+    if not camera or board is None or intrinsics is None:
+        raise WrongUsage(
+            '--images needs --camera on-tool or fixed, --board, and --intrinsics, the '
+            "camera's calibration file"
+        )
+    if not folder.is_dir():
+        raise WrongUsage(f'--images: there is no folder {folder}')
+    return ImageOptions(folder, BoardFinder(given_board(board), read_intrinsics(intrinsics)))
+
+
+def given_board(text: str) -> Board:
+    """Return a board in words."""
+    match = BOARD.fullmatch(text.strip())
+    try:
+        assert match is not None
+        square, marker = (
+            float(match[k]) * (1e-3 if match[k + 1] == 'mm' else 1.0) for k in (3, 5)
+        )
+    except (AssertionError, ValueError):
+        raise WrongUsage(
+            f'--board: {text!r} is not accepted; write columns and rows of squares, their edge, '
+            f'that of the markers, and the dictionary: for instance {EXAMPLE}; and ,legacy behind '
+            'it for a board that OpenCV before 4.6 printed'
+        ) from None
+    columns, rows = int(match[1]), int(match[2])
+    if columns not in SQUARES or rows not in SQUARES or not 0.0 < marker < square < 10.0:
+        raise WrongUsage(
+            f'--board: {text!r} is no board: it has 3 to 100 squares along either edge, of less '
+            'than 10 m, and smaller markers'
+        )
+    return Board(columns, rows, square, marker, match[7], match[8] is not None)
