@@ -265,8 +265,8 @@ def calibrate(
         None if camera is None else camera.value,
     )
     _check_rows(pose_gap, distance, same_point, camera is not None)
-    if pictured is not None and (live is not None or len(files or []) != 1):
-        raise WrongUsage('--images takes one FILE, a table that names an image in each row')
+    if pictured is not None:
+        pictured.check_file(files or [])
     if live is not None:
         _check_live(live, files, (same_point, *words))
         if among is not None or sight is not None:

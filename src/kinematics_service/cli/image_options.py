@@ -1,11 +1,13 @@
 """`calibrate --camera` by images: the folder, the board and the camera's calibration file."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from ..formats.images.board import Board, BoardFinder
 from ..formats.images.intrinsics import read_intrinsics
+from ..formats.recordings.open_file import TABLES
 from .options import WrongUsage
 
 BOARD = re.compile(
@@ -21,6 +23,12 @@ class ImageOptions(NamedTuple):
 
     folder: Path
     finder: BoardFinder
+
+    @staticmethod
+    def check_file(files: Sequence[Path]) -> None:
+        """Refuse anything but one table."""
+        if len(files) != 1 or files[0].suffix.lower() not in TABLES:
+            raise WrongUsage('--images takes one FILE, a table (.csv) with a column `image`')
 
 
 def given_images(

@@ -27,10 +27,12 @@ DECIDED = 5.0
 SAME, REFINED = 1e-3, (3, 50, 1e-12)
 # Corners this far off (px, rms) where their board is placed best are not of this camera or board.
 MOST_PIXELS = 2.0
+# Images named in a sentence.
+MOST_NAMED = 5
 TOO_FLAT = 'the board is seen too flat, or from too far, to tell which way it is inclined'
 
 
-class Placement(NamedTuple):
+class BoardPose(NamedTuple):
     """A pose (4, 4) of a board in the frame of the camera, and the squares (px^2) it leaves."""
 
     pose: Floats
@@ -115,7 +117,7 @@ def moved(camera: Intrinsics, pose: Floats, seen: SeenCorners) -> tuple[Floats, 
     return seen.pixels - pixels, moves.reshape(-1, 6)
 
 
-def placements(camera: Intrinsics, seen: SeenCorners) -> list[Placement]:
+def board_poses(camera: Intrinsics, seen: SeenCorners) -> list[BoardPose]:
     """Return the poses that the corners of a flat board may have, the likeliest first."""
     cv2 = opencv()
     given = seen.points, seen.pixels, camera.matrix, camera.distortion
@@ -125,7 +127,7 @@ def placements(camera: Intrinsics, seen: SeenCorners) -> list[Placement]:
         turn, place = cv2.solvePnPRefineLM(*given, turn, place, REFINED)
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = cv2.Rodrigues(turn)[0], place[:, 0]
-        found.append(Placement(pose, float(np.sum(moved(camera, pose, seen)[0] ** 2))))
+        found.append(BoardPose(pose, float(np.sum(moved(camera, pose, seen)[0] ** 2))))
     best, *others = sorted(found, key=lambda one: one.squares)
     free = 2 * len(seen.points) - 6
     most = best.squares * (1.0 + DECIDED**2 / free)
@@ -160,7 +162,7 @@ def board_views(
     """
     given = {k: one for k, one in enumerate(seen) if isinstance(one, SeenCorners)}
     left_out = [f'{names[k]}: {one}' for k, one in enumerate(seen) if isinstance(one, str)]
-    found = {k: placements(intrinsics, one) for k, one in given.items()}
+    found = {k: board_poses(intrinsics, one) for k, one in given.items()}
     sure = [k for k, one in found.items() if len(one) == 1]
     if len(sure) < len(found):
         if len(sure) < LEAST:
@@ -171,7 +173,7 @@ def board_views(
     if len(found) < LEAST:
         raise CalibrationError(
             f'{len(found)} of {len(seen)} images tell where the board is: at least {LEAST} are '
-            f'needed. {"; ".join(left_out)}'
+            f'needed. {_named(left_out)}'
         )
     poses, squares = zip(*(one[0] for one in found.values()))
     views = BoardViews(
@@ -194,10 +196,10 @@ def board_views(
 def _decided(
     robot: Robot,
     q: Floats,
-    found: dict[int, list[Placement]],
+    found: dict[int, list[BoardPose]],
     sure: Sequence[int],
     camera: Camera,
-) -> dict[int, list[Placement]]:
+) -> dict[int, list[BoardPose]]:
     # Of each image the pose whose rotation is nearest to that of the arm, by images with one pose.
     def placed(poses: Floats) -> Floats:
         return inverses(poses) if camera == ON_TOOL else poses
@@ -233,7 +235,12 @@ def view_sentences(views: BoardViews, held_out: Floats, outliers: Sequence[int])
     if views.left_out:
         one = len(views.left_out) == 1
         which = '1 image is' if one else f'{len(views.left_out)} images are'
-        yield f'{which} left out: {"; ".join(views.left_out)}'
+        yield f'{which} left out: {_named(views.left_out)}'
+
+
+def _named(left_out: Sequence[str]) -> str:
+    more = len(left_out) - MOST_NAMED
+    return '; '.join(left_out[:MOST_NAMED]) + (f'; and {more} more' if more > 0 else '')
 
 
 def view_document(views: BoardViews, held_out: Floats) -> dict[str, Any]:

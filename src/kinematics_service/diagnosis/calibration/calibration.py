@@ -21,7 +21,7 @@ from ..frame_check.errors import Errors, errors_of
 from ..frame_check.hypotheses import Hypothesis, joint_hypotheses_of
 from .acceptance import JudgedFit, refusals_of
 from .board_views import BoardViews
-from .camera import ON_TOOL, Camera, seen_poses
+from .camera import ON_TOOL, Camera, WrongSize, given_by_camera, wrong_size
 from .checking import Measured, checked_offsets, measured
 from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
 from .corrections import corrected_robot
@@ -349,8 +349,8 @@ def calibrate(
     if poses is None or apart:
         raise CalibrationError('give poses; or same_point, which alone takes distances')
     given = measured(robot, q, poses, sets, qdot if approach is None else _half_behind(approach))
-    if camera == ON_TOOL:
-        given = given._replace(poses=seen_poses(given.poses, given.positions))
+    if camera is not None:
+        given = given_by_camera(robot, given, camera, check)
     if approach is not None:
         given = given._replace(along=BACKLASH)
     for end in own:
@@ -369,6 +369,11 @@ def calibrate(
         whitening=whitening,
     )
     found = replace(_fitted(robot, given, names, problem, frames, known, progress), camera=camera)
+    size = _wrong_size(found, problem) if camera is not None and check else None
+    if size is not None and not size.refused:
+        found = replace(found, remarks=(*found.remarks, size.sentence))
+    elif size is not None:
+        return replace(found, refusals=(*found.refusals, size.sentence))
     if found.accepted or not check:
         return found
     progress('explanations')
@@ -406,6 +411,12 @@ def _with_explanations(
             changes, score, outcome_of, found.with_outliers.after, found.positions
         ),
     )
+
+
+def _wrong_size(found: Calibration, problem: FitProblem) -> WrongSize | None:
+    used = ~np.isin(np.arange(found.count), found.outliers)
+    values = np.array([one.correction for one in found.parameters])
+    return wrong_size(problem, values, found.noise, used)
 
 
 def _half_behind(approach: npt.ArrayLike) -> Floats:

@@ -136,10 +136,10 @@ class FitProblem:
 
     def weighed(self, values: Floats) -> Floats:
         """Return what remains (N, 2, 3) with a noise that is alike in all rows."""
-        return self._whitened(self.remainders(values))
+        return self.whitened(self.remainders(values))
 
-    def _whitened(self, rows: Floats) -> Floats:
-        # Of shape (N, 2, 3, ...).
+    def whitened(self, rows: Floats) -> Floats:
+        """Return rows (N, 2, 3, ...) with a noise that is alike in all of them."""
         if self.whitening is None:
             return rows
         six = np.array(rows).reshape(len(rows), 6, *rows.shape[3:])
@@ -170,7 +170,7 @@ class FitProblem:
         if self.from_tool:
             jacobian = _of_inverses(poses, jacobian)
         moves = jacobian.reshape(len(poses), 2, 3, -1)
-        return self._whitened(left), self._whitened(moves)
+        return self.whitened(left), self.whitened(moves)
 
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
         """Return how known distances move (D, P) and what remains (D,), in their deviations."""
@@ -256,6 +256,7 @@ class _Step(NamedTuple):
     triangle: Floats
     remainders: Floats
     rows: Floats
+    right: Floats
 
 
 def identify(
@@ -356,6 +357,28 @@ def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: F
     return triangle_of(solved.rows[: len(solved.rows) - len(values)])
 
 
+def one_more(
+    problem: FitProblem, values: Floats, noise: Noise, used: Flags, moves: Floats
+) -> tuple[float, float]:
+    """
+    Return one more correction that the rows ask for, and its standard deviation.
+
+    Parameters
+    ----------
+    moves : shape (N, 2, 3)
+        How the predicted poses move with it, as `FitProblem.remainders` has what remains.
+    """
+    solved = _solve(problem, values, noise, used.astype(np.float64))
+    kinds = 1 if problem.positions else 2
+    scale = used[:, None, None] / np.asarray(noise, dtype=np.float64)[:, None]
+    column = np.zeros(len(solved.rows))
+    own = (problem.whitened(moves) * scale)[:, :kinds].reshape(-1)
+    column[: len(own)] = own
+    triangle = triangle_of(np.column_stack([solved.rows, column, solved.right]))
+    at = len(values)
+    return float(triangle[at, at + 1] / triangle[at, at]), float(1.0 / abs(triangle[at, at]))
+
+
 def _stepped(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> Floats:
     # A step that is halved until it brings the poses nearer.
     solved = _solve(problem, values, noise, weights)
@@ -412,7 +435,7 @@ def _solve(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -
     triangle = triangle_of(np.column_stack([rows, right]))
     R = triangle[:count, :count]
     step = np.linalg.solve(R, triangle[:count, count])
-    return _Step(np.asarray(step, dtype=np.float64), R, remainders, rows)
+    return _Step(np.asarray(step, dtype=np.float64), R, remainders, rows, right)
 
 
 def _distances(problem: FitProblem, remainders: Floats, noise: Noise) -> Floats:

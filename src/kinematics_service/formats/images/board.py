@@ -114,9 +114,10 @@ class BoardFinder:
                 f'{file}: the image has {wide}x{high} pixels, and {self.camera.file} is for '
                 f'{self.camera.width}x{self.camera.height}: give the intrinsics of these images'
             )
-        found, numbers = self._finder.detectBoard(image)[:2]
-        if numbers is None or len(numbers) < LEAST:
-            return f'{0 if numbers is None else len(numbers)} corners are seen, {LEAST} are needed'
+        found, numbers, _, markers = self._finder.detectBoard(image)
+        corners, marked = (0 if one is None else len(one) for one in (numbers, markers))
+        if corners < LEAST:
+            return f'{corners} corners and {marked} markers are seen, {LEAST} corners are needed'
         points = self.board.corners[numbers.reshape(-1)]
         narrow = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[1]
         if narrow < IN_LINE * self.board.square:
