@@ -1,5 +1,6 @@
 """Arms that differ from their tables by known errors, and poses measured of them."""
 
+from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
@@ -7,6 +8,7 @@ import numpy as np
 from arms import robot_of
 
 import kinematics_service as ks
+from kinematics_service.diagnosis.calibration.board_views import board_views
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
 from kinematics_service.diagnosis.calibration.output.sheet import SHEETS
 from kinematics_service.formats.images.board import Board, SeenCorners
@@ -254,27 +256,28 @@ def closed_form(A, B):
     return X
 
 
-def by_closed_form(arm, where):
-    """Return what is on the tool, and what stands still, by the closed form on the nominal arm."""
+def by_closed_form(arm, where, form=closed_form):
+    """Return what is on the tool, and what stands still, by a closed form on the nominal arm."""
     A = ks.forward_kinematics(arm.robot, arm.q)
     B = arm.poses if where == 'on-tool' else inverses(arm.poses)
-    X = closed_form(A, B)
+    X = form(A, B)
     every = A @ X @ B
     Z = np.eye(4)
     Z[:3, :3], Z[:3, 3] = nearest_rotation(every[:, :3, :3].mean(axis=0)), every[:, :3, 3].mean(0)
     return X, Z
 
 
-def board_errors(arm, where, found, q=None, point=(0.0, 0.0, 0.0)):
+def board_errors(arm, where, found, q=None, point=(0.0, 0.0, 0.0), forms=(closed_form,)):
     """
-    Return how far (m, RMS) a point of the board at new poses is off: calibrated, by closed form.
+    Return how far (m, RMS) a point of the board at new poses is off: calibrated, by closed forms.
     """
     if q is None:
         q = BEFORE_BOARD + np.random.default_rng(5).uniform(-AROUND, AROUND, (200, 6))
     true = board_seen(arm.true, q, arm.on_tool, arm.still, where)
     fitted = found.tool_offsets[0], np.linalg.inv(found.base_offsets[0])
-    both = (found.calibrated, *fitted), (arm.robot, *by_closed_form(arm, where))
-    seen = [board_seen(*one[:1], q, *one[1:], where) for one in both]
+    every = [(found.calibrated, *fitted)]
+    every += [(arm.robot, *by_closed_form(arm, where, form)) for form in forms]
+    seen = [board_seen(*one[:1], q, *one[1:], where) for one in every]
     left = [(one - true)[:, :3] @ np.append(point, 1.0) for one in seen]
     return [np.sqrt(np.mean(np.sum(one**2, axis=1))) for one in left]
 
@@ -339,11 +342,21 @@ def in_view(true, on_tool, still, where, count, random, around=AROUND):
     return kept[:count]
 
 
-def pictured_errors(arm, where, found):
+def pictured(arm, where):
+    """Return the calibration by images of a board, and the images."""
+    names = [one.name for one in arm.seen if not isinstance(one, str)]
+    views = board_views(arm.robot, arm.q, arm.seen, names, INTRINSICS, where)
+    q = arm.q[views.rows]
+    found = ks.calibrate(arm.robot, q, views.poses, camera=where, whitening=views.whitening)
+    return replace(found, views=views)
+
+
+def pictured_errors(arm, where, found, forms=(closed_form,)):
     """Return `board_errors` of the middle of the board, where it is seen."""
     random = np.random.default_rng(77)
     q = in_view(arm.true, arm.on_tool, arm.still, where, 200, random)
-    return board_errors(arm, where, found, q, BOARD.corners.mean(axis=0))
+    seen = arm._replace(q=arm.q[found.views.rows], poses=found.views.poses)
+    return board_errors(seen, where, found, q, BOARD.corners.mean(axis=0), forms)
 
 
 def is_in_view(pose):

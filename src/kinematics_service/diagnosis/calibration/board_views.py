@@ -1,6 +1,6 @@
 """The poses of a board in images, with what its corners leave open of each."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -10,6 +10,7 @@ from ...errors import CalibrationError
 from ...formats.images.board import SeenCorners
 from ...formats.images.intrinsics import Intrinsics
 from ...formats.images.opencv import opencv
+from ...formats.recordings.block import Flags
 from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import exponential, inverses
@@ -27,6 +28,9 @@ DECIDED = 5.0
 SAME, REFINED = 1e-3, (3, 50, 1e-12)
 # Corners this far off (px, rms) where their board is placed best are not of this camera or board.
 MOST_PIXELS = 2.0
+# Proposed poses have the board so much nearer or farther than images at most, and the cosine of
+# its normal and the view above this (55 degrees); a share of the image is kept free around it.
+FARTHER, FACING, RIM = 1.2, 0.57, 0.04
 # Images named in a sentence.
 MOST_NAMED = 5
 TOO_FLAT = 'the board is seen too flat, or from too far, to tell which way it is inclined'
@@ -78,20 +82,48 @@ class BoardViews(FrozenArrays):
     @property
     def typical(self) -> Floats:
         """Return the deviation of a number of a position (m), and rotation, by one pixel, (2,)."""
-        variances = np.einsum('nkk->nk', self._covariances).reshape(-1, 2, 3)
-        return np.asarray(np.sqrt(variances.mean(axis=(0, 2))))
+        variances = np.einsum('nkk->nk', self._covariances(self.poses, self.seen))
+        return np.asarray(np.sqrt(variances.reshape(-1, 2, 3).mean(axis=(0, 2))))
 
-    @property
-    def _covariances(self) -> Floats:
+    def _covariances(self, poses: Floats, seen: Iterable[SeenCorners]) -> Floats:
         # Of position and rotation, by corners with a noise of one pixel, (N, 6, 6).
-        moves = (moved(self.camera, *one) for one in zip(self.poses, self.seen))
+        moves = (moved(self.camera, *one) for one in zip(poses, seen))
         return np.array([np.linalg.inv(J.T @ J) for _, J in moves])
 
     @property
     def whitening(self) -> Floats:
         """Return what makes the noise of all poses that of the typical one, (N, 6, 6)."""
-        roots = np.linalg.cholesky(self._covariances)
+        return self._whitening(self.poses, self.seen)
+
+    def whitening_at(self, poses: Floats) -> Floats:
+        """Return it for poses (N, 4, 4) at which all corners would be seen."""
+        return self._whitening(poses, [self._whole] * len(poses))
+
+    def _whitening(self, poses: Floats, seen: Iterable[SeenCorners]) -> Floats:
+        roots = np.linalg.cholesky(self._covariances(poses, seen))
         return np.asarray(np.repeat(self.typical, 3)[:, None] * np.linalg.inv(roots))
+
+    @property
+    def _whole(self) -> SeenCorners:
+        # The image with most corners.
+        return max(self.seen, key=lambda one: len(one.points))
+
+    def are_in_view(self, poses: Floats) -> Flags:
+        """
+        Return whether the board is wholly in the image at poses (N, 4, 4), shape (N,).
+
+        So it is no nearer and no farther, and not seen more from aside, than OpenCV finds it.
+        """
+        points = self._whole.points
+        middle = np.append(points.mean(axis=0), 1.0)
+        depths = (self.poses @ middle)[:, 2]
+        near, far = depths.min() / FARTHER, depths.max() * FARTHER
+        z = (poses @ middle)[:, 2]
+        free = (poses[:, 2, 2] > FACING) & (near < z) & (z < far)
+        for k in np.flatnonzero(free):
+            at = points @ poses[k, :3, :3].T + poses[k, :3, 3]
+            free[k] = np.all(self.camera.sees(at, RIM))
+        return np.asarray(free)
 
     def pixel_errors(self, remainders: Floats) -> Floats:
         """

@@ -168,7 +168,7 @@ class FitProblem:
                 jacobian[own, 3:, -1] = rotation_vector(R) / (2.0 * STEP)
         left = self._between(poses)
         if self.from_tool:
-            jacobian = _of_inverses(poses, jacobian)
+            jacobian = of_inverses(poses, jacobian)
         moves = jacobian.reshape(len(poses), 2, 3, -1)
         return self.whitened(left), self.whitened(moves)
 
@@ -196,7 +196,8 @@ class FitProblem:
         )
 
 
-def _of_inverses(poses: Floats, jacobian: Floats) -> Floats:
+def of_inverses(poses: Floats, jacobian: Floats) -> Floats:
+    """Return how the inverses of poses (N, 4, 4) move, (N, 6, P), from how these do."""
     # With T = (R, p) that moves by v and w, T^-1 does by -R^T (v - w x p) and -R^T w.
     linear, angular = jacobian[:, :3], jacobian[:, 3:]
     turned = np.cross(angular, poses[:, :3, 3, None], axisb=1, axisa=1, axisc=1)

@@ -11,6 +11,7 @@ from ...errors import RecordingError
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
 from ...robot.file.text.yaml_reader import YamlError
+from ..recordings.block import Flags
 from ..recordings.plan_yaml import read_documents
 from .opencv import opencv
 
@@ -54,20 +55,20 @@ class Intrinsics(FrozenArrays):
         """Return where points (K, 3), m in its frame, are seen, (K, 2), and d of that by these."""
         zero = np.zeros(3)
         seen, J = opencv().projectPoints(points, zero, zero, self.matrix, self.distortion)
-        # Where the camera moves so, the points do against its frame.
+        # A point moves as its place does (tvec): columns 3 to 5.
         return seen.reshape(-1, 2), J[:, 3:6].reshape(-1, 2, 3)
 
-    def sees(self, points: Floats) -> Floats:
-        """Return whether points (K, 3), m in its frame, are in the image, shape (K,)."""
+    def sees(self, points: Floats, rim: float = 0.0) -> Flags:
+        """Return whether points (K, 3), m in its frame, are in the image, off its rim, (K,)."""
         size = np.array([self.width, self.height], dtype=np.float64)
         edge = np.linspace(0.0, 1.0, 9)
-        rim = np.array([(x, y) for x in edge for y in edge if {x, y} & {0.0, 1.0}]) * size
-        widest = opencv().undistortPoints(rim[:, None], self.matrix, self.distortion)
+        around = np.array([(x, y) for x in edge for y in edge if {x, y} & {0.0, 1.0}]) * size
+        widest = opencv().undistortPoints(around[:, None], self.matrix, self.distortion)
         # Beyond that a model of distortion turns back into the image.
         depth = np.maximum(points[:, 2], 1e-9)
         inside = np.abs(points[:, :2]) <= np.abs(widest).max(axis=(0, 1)) * depth[:, None]
         seen, _ = self.pixels(np.where(inside.all(axis=1)[:, None], points, (0.0, 0.0, 1.0)))
-        within = np.all((seen >= 0.0) & (seen <= size), axis=1)
+        within = np.all((seen >= rim * size) & (seen <= (1.0 - rim) * size), axis=1)
         return np.asarray(within & inside.all(axis=1))
 
 
