@@ -34,7 +34,8 @@ the joints came.
 
 is 25 poses of a board seen by a camera on the tool of a UR5e, and by a fixed one: how far a board
 at 200 other poses is off, beside the closed form of AX = XB with the nominal table; and 25 images
-of a board whose corners have a noise of 0.2 px, beside the closed forms of OpenCV as well.
+of a board whose corners have a noise of 0.2 px, or are found in images that are rendered, beside
+the closed forms of OpenCV as well.
 """
 
 import argparse
@@ -42,6 +43,7 @@ import sys
 import time
 from itertools import product
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
@@ -50,6 +52,8 @@ sys.path.insert(0, str(Path(__file__).parent.parent / 'test'))
 
 from arms import robot_of
 from calibrated_arms import (
+    BOARD,
+    INTRINSICS,
     TEN,
     TIP,
     board_errors,
@@ -78,6 +82,8 @@ from kinematics_service.robot.file.parts.parameters import ENDS, end_parameters
 NOISE, POSES = 5e-5, 50
 # Poses proposed, random ones to choose from, draws of them; rounds to the floor, and how near.
 PROPOSED, CANDIDATES, DRAWS, TRIALS, CLOSE = 8, 1500, 200, 400, 5e-3
+# Trials whose images are rendered.
+RENDERED = 10
 # Joints (rad, m) of two poses at one point of an arm with few of them differ by more.
 APART = 0.1
 
@@ -336,13 +342,20 @@ def cameras(runs):
         )
 
 
-def images(runs):
-    """Print the same of the corners of a board in images, beside OpenCV's closed forms."""
+def images(runs, rendered=False):
+    """Print the same of corners of a board in images, or found in them, beside OpenCV's forms."""
     forms = {'Park and Martin': closed_form, **opencv_forms()}
     for where in ('on-tool', 'fixed'):
         errors, squares, sizes = [], [], 0
         for seed in range(runs):
             arm = pictured_arm(where, 25, seed)
+            if rendered:
+                from pictures import with_pictures
+
+                with TemporaryDirectory() as folder:
+                    random = np.random.default_rng(seed)
+                    to = Path(folder) / 'pictures'
+                    arm = with_pictures(to, arm, BOARD, INTRINSICS, random)
             found = pictured(arm, where)
             errors.append(pictured_errors(arm, where, found, forms.values()))
             count = len(arm.errors)
@@ -351,8 +364,9 @@ def images(runs):
             sizes += any('times' in one for one in (*found.refusals, *found.remarks))
         fitted, *closed = 1e3 * np.array(errors).T
         print(
-            f'images, camera {where}: median {np.median(fitted):.3f} mm, largest '
-            f'{fitted.max():.3f}; chi-square/P {np.mean(squares):.3f}; a size is doubted in {sizes}'
+            f'{"rendered " * rendered}images, camera {where}: median {np.median(fitted):.3f} mm, '
+            f'largest {fitted.max():.3f}; chi-square/P {np.mean(squares):.3f}; a size is doubted '
+            f'in {sizes}'
         )
         for name, own in zip(forms, closed):
             ratio = own / fitted
@@ -413,6 +427,7 @@ def main():
     if given.camera:
         cameras(runs)
         images(runs)
+        images(min(runs, RENDERED), rendered=True)
         return
     if given.zeros:
         zeros(runs)

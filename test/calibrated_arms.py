@@ -315,7 +315,7 @@ CORNER, OBLIQUE, AWAY = 0.2, 0.5, 0.7
 ASIDE = pose_of([0.0] * 3, (0.0, np.pi / 2, 0.0))
 
 
-def pictured_arm(where, count, seed, corner=CORNER, size=1.0, around=AROUND):
+def pictured_arm(where, count, seed, corner=CORNER, size=1.0, camera=INTRINSICS):
     """Return a UR5e with errors and images of a board whose corners have a noise (px)."""
     _, errors, true = true_arm('ur5e', seed, size)
     random = np.random.default_rng([seed, 13])
@@ -326,26 +326,28 @@ def pictured_arm(where, count, seed, corner=CORNER, size=1.0, around=AROUND):
     if where == 'fixed':
         on_tool, seen = on_tool @ ASIDE, inverse(seen)
     still = ks.forward_kinematics(true, BEFORE_BOARD) @ on_tool @ seen
-    q = in_view(true, on_tool, still, where, count, random, around)
+    q = in_view(true, on_tool, still, where, count, random, camera)
     poses = board_seen(true, q, on_tool, still, where)
-    seen = [corners_of(pose, f'{k:03}.png', corner, random) for k, pose in enumerate(poses)]
+    seen = [
+        corners_of(pose, f'{k:03}.png', corner, random, camera) for k, pose in enumerate(poses)
+    ]
     return PicturedArm(robot_of('ur5e'), true, errors, q, poses, on_tool, still, seen)
 
 
-def in_view(true, on_tool, still, where, count, random, around=AROUND):
+def in_view(true, on_tool, still, where, count, random, camera=INTRINSICS):
     """Return joint positions (count, n) from which the board is wholly seen."""
     kept = np.zeros((0, 6))
     while len(kept) < count:
-        q = BEFORE_BOARD + random.uniform(-around, around, (400, 6))
+        q = BEFORE_BOARD + random.uniform(-AROUND, AROUND, (400, 6))
         poses = board_seen(true, q, on_tool, still, where)
-        kept = np.concatenate([kept, q[[is_in_view(pose) for pose in poses]]])
+        kept = np.concatenate([kept, q[[is_in_view(pose, camera) for pose in poses]]])
     return kept[:count]
 
 
-def pictured(arm, where):
+def pictured(arm, where, camera=INTRINSICS):
     """Return the calibration by images of a board, and the images."""
-    names = [one.name for one in arm.seen if not isinstance(one, str)]
-    views = board_views(arm.robot, arm.q, arm.seen, names, INTRINSICS, where)
+    names = [f'{k:03}.png' for k in range(len(arm.seen))]
+    views = board_views(arm.robot, arm.q, arm.seen, names, camera, where)
     q = arm.q[views.rows]
     found = ks.calibrate(arm.robot, q, views.poses, camera=where, whitening=views.whitening)
     return replace(found, views=views)
@@ -359,13 +361,13 @@ def pictured_errors(arm, where, found, forms=(closed_form,)):
     return board_errors(seen, where, found, q, BOARD.corners.mean(axis=0), forms)
 
 
-def is_in_view(pose):
+def is_in_view(pose, camera=INTRINSICS):
     """Return whether the board at a pose in the frame of the camera is wholly in the image."""
     points = BOARD.corners @ pose[:3, :3].T + pose[:3, 3]
-    return pose[2, 2] > OBLIQUE and bool(np.all(INTRINSICS.sees(points)))
+    return pose[2, 2] > OBLIQUE and bool(np.all(camera.sees(points)))
 
 
-def corners_of(pose, name, noise, random):
+def corners_of(pose, name, noise, random, camera=INTRINSICS):
     """Return the corners of the board at a pose in the frame of the camera, with noise (px)."""
-    pixels = INTRINSICS.pixels(BOARD.corners @ pose[:3, :3].T + pose[:3, 3])[0]
+    pixels = camera.pixels(BOARD.corners @ pose[:3, :3].T + pose[:3, 3])[0]
     return SeenCorners(name, BOARD.corners, pixels + noise * random.normal(size=pixels.shape))

@@ -3,6 +3,8 @@
 import cv2
 import numpy as np
 
+from kinematics_service.formats.images.board import BoardFinder
+
 # Pixels of the printed board along a square, rays along a pixel, grey of the surroundings.
 PRINTED, RAYS, AROUND = 60, 2, 110
 # Blur and noise of an image, px and grey levels of 255.
@@ -68,3 +70,17 @@ def picture(board, camera, pose, random):
     seen = cv2.GaussianBlur(20.0 + 0.8 * seen, (0, 0), BLUR)
     seen += NOISE * random.normal(size=seen.shape)
     return np.clip(np.rint(seen), 0.0, 255.0).astype(np.uint8)
+
+
+def written(folder, arm, board, camera, random):
+    """Write the images of an arm into a folder, which is made."""
+    folder.mkdir()
+    for one, pose in zip(arm.seen, arm.poses):
+        cv2.imwrite(str(folder / one.name), picture(board, camera, pose, random))
+
+
+def with_pictures(folder, arm, board, camera, random):
+    """Return an arm with the corners that are found in its images, rendered into a folder."""
+    written(folder, arm, board, camera, random)
+    finder = BoardFinder(board, camera)
+    return arm._replace(seen=[finder.corners_in(folder / one.name) for one in arm.seen])

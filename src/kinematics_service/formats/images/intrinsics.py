@@ -65,11 +65,11 @@ class Intrinsics(FrozenArrays):
         around = np.array([(x, y) for x in edge for y in edge if {x, y} & {0.0, 1.0}]) * size
         widest = opencv().undistortPoints(around[:, None], self.matrix, self.distortion)
         # Beyond that a model of distortion turns back into the image.
-        depth = np.maximum(points[:, 2], 1e-9)
-        inside = np.abs(points[:, :2]) <= np.abs(widest).max(axis=(0, 1)) * depth[:, None]
-        seen, _ = self.pixels(np.where(inside.all(axis=1)[:, None], points, (0.0, 0.0, 1.0)))
+        limits = np.abs(widest).max(axis=(0, 1)) * points[:, 2:]
+        inside = (points[:, 2] > 0.0) & np.all(np.abs(points[:, :2]) <= limits, axis=1)
+        seen, _ = self.pixels(np.where(inside[:, None], points, (0.0, 0.0, 1.0)))
         within = np.all((seen >= rim * size) & (seen <= (1.0 - rim) * size), axis=1)
-        return np.asarray(within & inside.all(axis=1))
+        return np.asarray(within & inside)
 
 
 def read_intrinsics(file: Path) -> Intrinsics:
