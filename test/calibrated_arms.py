@@ -349,7 +349,8 @@ def pictured(arm, where, camera=INTRINSICS):
     names = [f'{k:03}.png' for k in range(len(arm.seen))]
     views = board_views(arm.robot, arm.q, arm.seen, names, camera, where)
     q = arm.q[views.rows]
-    found = ks.calibrate(arm.robot, q, views.poses, camera=where, whitening=views.whitening)
+    weights = {'whitening': views.whitening, 'noise': views.instrument}
+    found = ks.calibrate(arm.robot, q, views.poses, camera=where, **weights)
     return replace(found, views=views)
 
 

@@ -27,7 +27,9 @@ DECIDED = 5.0
 # OpenCV's flag that both do.
 SAME, REFINED = 1e-3, (3, 50, 1e-12)
 # Corners this far off (px, rms) where their board is placed best are not of this camera or board.
-MOST_PIXELS = 2.0
+MOST_PIXELS = 1.0
+# Corners usually have less noise (px).
+USUAL_PIXELS = 0.3
 # Proposed poses have the board so much nearer or farther than images at most, and the cosine of
 # its normal and the view above this (55 degrees); a share of the image is kept free around it.
 FARTHER, FACING, RIM = 1.2, 0.57, 0.04
@@ -84,6 +86,23 @@ class BoardViews(FrozenArrays):
         """Return the deviation of a number of a position (m), and rotation, by one pixel, (2,)."""
         variances = np.einsum('nkk->nk', self._covariances(self.poses, self.seen))
         return np.asarray(np.sqrt(variances.reshape(-1, 2, 3).mean(axis=(0, 2))))
+
+    @property
+    def instrument(self) -> tuple[float, float]:
+        """Return the noise of a typical pose, as far as it is that of corners; m and rad."""
+        position, rotation = (self.noise * self.typical).tolist()
+        return position, rotation
+
+    @property
+    def doubt(self) -> str:
+        """Return that corners are off by more than usual, and why; empty if they are not."""
+        if self.noise < USUAL_PIXELS:
+            return ''
+        return (
+            f'within an image each number of a corner is off by {self.noise:.2f} px, more than '
+            f'is usual ({USUAL_PIXELS:g}): are {self.camera.file} and the images of one camera '
+            'and lens, and is the board flat?'
+        )
 
     def _covariances(self, poses: Floats, seen: Iterable[SeenCorners]) -> Floats:
         # Of position and rotation, by corners with a noise of one pixel, (N, 6, 6).
@@ -263,6 +282,8 @@ def view_sentences(views: BoardViews, held_out: Floats, outliers: Sequence[int])
         f'Corners of held-out images are {np.sqrt(np.mean(errors**2)):.2f} px off (rms); within '
         f'an image each number of a corner has a noise of {views.noise:.2f} px'
     )
+    if views.doubt:
+        yield views.doubt[0].upper() + views.doubt[1:]
     yield f'The intrinsics are those of {views.camera.file}: nothing of them is fitted'
     if views.left_out:
         one = len(views.left_out) == 1

@@ -20,9 +20,10 @@ ON_TOOL: Camera = 'on-tool'
 # beyond this share; and no calibration is what leaves more than that.
 TOLD, REMARKED, REFUSED = 4.0, 0.003, 0.01
 LARGER = (
-    'the squares of the board are {} times as large as given, if the arm is as large as its table'
+    'the squares of the board are some {} times as large as given, if the arm is as large as its '
+    'table'
 )
-LONGER = "the camera's focal length is {} times that of its calibration file"
+LONGER = "the camera's focal length is some {} times that of its calibration file"
 
 
 def seen_poses(poses: Floats, positions: bool) -> Floats:
@@ -71,7 +72,7 @@ def wrong_size(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -
         moves[:, 0] = -poses[:, :3, 3] * axes
         share, deviation = one_more(problem, values, noise, used, moves)
         if abs(share) > max(TOLD * deviation, REMARKED):
-            sentence = what.format(f'{1.0 + share:.4f} +- {deviation:.2g}')
+            sentence = what.format(f'{1.0 + share:.3f}')
             found.append((abs(share) / deviation, WrongSize(sentence, share)))
     return max(found)[1] if found else None
 

@@ -94,6 +94,7 @@ class BoardFinder:
         made.setLegacyPattern(board.legacy)
         settings = aruco.CharucoParameters()
         settings.cameraMatrix, settings.distCoeffs = camera.matrix, camera.distortion
+        settings.tryRefineMarkers = True
         self._finder: Any = aruco.CharucoDetector(made, settings)
 
     def corners_in(self, file: Path) -> SeenCorners | str:

@@ -212,9 +212,15 @@ class CalibrationRun(NamedTuple):
         given = read_images(file, reading, folder, finder)
         views = board_views(self.arm, given.q, given.seen, given.names, finder.camera, camera)
         q = given.q[views.rows]
-        found = self._calibrated(
-            q, tell, poses=views.poses, camera=camera, whitening=views.whitening
-        )
+        noise = self.fitting.noise or views.instrument
+        run = self._replace(fitting=self.fitting._replace(noise=noise))
+        try:
+            found = run._calibrated(
+                q, tell, poses=views.poses, camera=camera, whitening=views.whitening
+            )
+        except CalibrationError as error:
+            doubt = f'. And {views.doubt}' if views.doubt else ''
+            raise CalibrationError(f'{error}{doubt}') from None
         found = replace(found, views=views)
         poses = inverses(views.poses) if camera == ON_TOOL else views.poses
         return CalibratedPoses(found, [str(file)], given.remarks, q, poses)
