@@ -205,9 +205,9 @@ def test_another_camera_is_refused():
     views = board_views(arm.robot, arm.q, arm.seen, 25 * ['a'], INTRINSICS, 'on-tool')
     assert not views.doubt
     other = replace(INTRINSICS, distortion=np.array([0.3, 0.0, 0.0, 0.0, 0.0]))
-    with pytest.raises(
-        CalibrationError, match='camera.yaml (is of another camera|and the images of one camera)'
-    ):
+    views = board_views(arm.robot, arm.q, arm.seen, 25 * ['a'], other, 'on-tool')
+    assert 'are camera.yaml and the images of one camera' in views.doubt
+    with pytest.raises(CalibrationError):
         pictured(arm, 'on-tool', other)
 
 
@@ -304,8 +304,8 @@ def test_wrong_options_of_images_are_sentences(tmp_path, capsys):
         (2, 'takes one FILE', file, other, *every),
         (2, 'takes one FILE', camera, *every),
         (2, 'takes one FILE', *every, '--propose', 3),
-        (2, 'write columns and rows', file, *images, '--board', '7x5', *on_tool, *intrinsics),
-        (2, 'is no board', file, *images, '--board', WORDS.replace('30mm', '50mm'), *on_tool,
+        (2, 'for instance 7x5', file, *images, '--board', '7x5', *on_tool, *intrinsics),
+        (2, 'which are smaller', file, *images, '--board', WORDS.replace('30mm', '50mm'), *on_tool,
          *intrinsics),
         (1, 'no dictionary', file, *images, '--board', WORDS.replace('5X5', '9X9'), *on_tool,
          *intrinsics),

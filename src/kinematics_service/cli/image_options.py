@@ -8,14 +8,14 @@ from typing import NamedTuple
 from ..formats.images.board import Board, BoardFinder
 from ..formats.images.intrinsics import read_intrinsics
 from ..formats.recordings.open_file import TABLES
+from .frame_options import given_limit
 from .options import WrongUsage
 
-BOARD = re.compile(
-    r'(\d{1,3})x(\d{1,3}),\s*([0-9.]+)\s*(mm|m),\s*([0-9.]+)\s*(mm|m),\s*(DICT_\w+)(,\s*legacy)?'
-)
+BOARD = re.compile(r'(\d{1,3})x(\d{1,3}),([^,]+),([^,]+),\s*(DICT_\w+)(,\s*legacy)?')
 EXAMPLE = '7x5,40mm,30mm,DICT_5X5_100'
 # Squares in a row: fewer have too few corners, and no board has more.
 SQUARES = range(3, 101)
+LARGEST = 10.0  # m
 
 
 class ImageOptions(NamedTuple):
@@ -51,22 +51,13 @@ def given_images(
 
 def given_board(text: str) -> Board:
     """Return a board in words."""
-    match = BOARD.fullmatch(text.strip())
-    try:
-        assert match is not None
-        square, marker = (
-            float(match[k]) * (1e-3 if match[k + 1] == 'mm' else 1.0) for k in (3, 5)
-        )
-    except (AssertionError, ValueError):
-        raise WrongUsage(
-            f'--board: {text!r} is not accepted; write columns and rows of squares, their edge, '
-            f'that of the markers, and the dictionary: for instance {EXAMPLE}; and ,legacy behind '
-            'it for a board that OpenCV before 4.6 printed'
-        ) from None
-    columns, rows = int(match[1]), int(match[2])
-    if columns not in SQUARES or rows not in SQUARES or not 0.0 < marker < square < 10.0:
-        raise WrongUsage(
-            f'--board: {text!r} is no board: it has 3 to 100 squares along either edge, of less '
-            'than 10 m, and smaller markers'
-        )
-    return Board(columns, rows, square, marker, match[7], match[8] is not None)
+    if match := BOARD.fullmatch(text.strip()):
+        columns, rows = int(match[1]), int(match[2])
+        square, marker = (given_limit('--board', match[k]).position for k in (3, 4))
+        if {columns, rows} <= set(SQUARES) and marker < square < LARGEST:
+            return Board(columns, rows, square, marker, match[5], match[6] is not None)
+    raise WrongUsage(
+        f'--board: {text!r} is not accepted; write how many squares it has along and down (3 to '
+        f'100), the edges of squares and of markers, which are smaller, and the dictionary: for '
+        f'instance {EXAMPLE}; and ,legacy behind that for a board that OpenCV before 4.6 printed'
+    )

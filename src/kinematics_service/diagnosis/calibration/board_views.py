@@ -26,8 +26,6 @@ DECIDED = 5.0
 # Poses turned by less (rad) are the same; steps of a refinement, and the change that ends it, with
 # OpenCV's flag that both do.
 SAME, REFINED = 1e-3, (3, 50, 1e-12)
-# Corners this far off (px, rms) where their board is placed best are not of this camera or board.
-MOST_PIXELS = 1.0
 # Corners usually have less noise (px).
 USUAL_PIXELS = 0.3
 # Proposed poses have the board so much nearer or farther than images at most, and the cosine of
@@ -131,7 +129,7 @@ class BoardViews(FrozenArrays):
         """
         Return whether the board is wholly in the image at poses (N, 4, 4), shape (N,).
 
-        So it is no nearer and no farther, and not seen more from aside, than OpenCV finds it.
+        So it is about as far away as in these images, and not seen from too much aside.
         """
         points = self._whole.points
         middle = np.append(points.mean(axis=0), 1.0)
@@ -208,8 +206,7 @@ def board_views(
     Raises
     ------
     CalibrationError
-        Fewer than three images tell a pose, or their corners are not where this camera has those
-        of this board.
+        Fewer than three images tell a pose.
     """
     given = {k: one for k, one in enumerate(seen) if isinstance(one, SeenCorners)}
     left_out = [f'{names[k]}: {one}' for k, one in enumerate(seen) if isinstance(one, str)]
@@ -227,7 +224,7 @@ def board_views(
             f'needed. {_named(left_out)}'
         )
     poses, squares = zip(*(one[0] for one in found.values()))
-    views = BoardViews(
+    return BoardViews(
         intrinsics,
         tuple(given[k] for k in found),
         np.array(list(found)),
@@ -235,13 +232,6 @@ def board_views(
         np.array(squares),
         tuple(left_out),
     )
-    if views.noise > MOST_PIXELS:
-        raise CalibrationError(
-            f'the corners are {views.noise:.2g} px off where the board is placed best, and less '
-            f'than {MOST_PIXELS:g} px is required: {intrinsics.file} is of another camera or '
-            'lens, or the board is not flat, or not the one that is given'
-        )
-    return views
 
 
 def _decided(

@@ -316,7 +316,15 @@ def calibrate(
     robot = as_robot(robot)
     known = None if noise is None else Noise(*noise)
     again = partial(
-        calibrate, apart=apart, own=own, fit=fit, fix=fix, tolerances=tolerances, noise=noise
+        calibrate,
+        apart=apart,
+        camera=camera,
+        whitening=whitening,
+        own=own,
+        fit=fit,
+        fix=fix,
+        tolerances=tolerances,
+        noise=noise,
     )
     if camera not in (None, *get_args(Camera)):
         raise CalibrationError(f'camera: {camera!r} is not one of {", ".join(get_args(Camera))}')
@@ -383,7 +391,7 @@ def calibrate(
         B = T[:, :3, 3] if given.positions else T
         B = inverses(T) if camera == ON_TOOL else B
         q = change.joints(given.q)
-        return again(robot, q, B, sets=given.sets, camera=camera, check=False)
+        return again(robot, q, B, sets=given.sets, check=False)
 
     used = ~np.isin(np.arange(found.count), found.outliers)
     changes = mistakes_of(robot, given, read)

@@ -96,16 +96,13 @@ def read_intrinsics(file: Path) -> Intrinsics:
     K = _numbers(file, given, MATRIX)
     d = _numbers(file, given, DISTORTION)
     size = [_numbers(file, given, names) for names in (WIDTH, HEIGHT)]
-    if len(K) != 9 or len(d) not in COUNTS or any(len(one) != 1 or one[0] < 1 for one in size):
+    whole = len(K) == 9 and len(d) in COUNTS and all(len(one) == 1 and one[0] > 0 for one in size)
+    if not (whole and min(K[0], K[4]) > 0.0 and np.array_equal(K[[3, 6, 7, 8]], (0, 0, 0, 1))):
         raise RecordingError(
-            f'{file}: {MATRIX[0]} needs 9 numbers, {DISTORTION[0]} {", ".join(map(str, COUNTS))}, '
-            'and width and height one each'
+            f'{file}: {MATRIX[0]} needs 9 numbers (fx 0 cx, 0 fy cy, 0 0 1), {DISTORTION[0]} '
+            f'{", ".join(map(str, COUNTS))}, and width and height one each, above 0'
         )
-    K = K.reshape(3, 3)
-    below = np.all(K[[1, 2, 2], [0, 0, 1]] == 0.0) and K[2, 2] == 1.0
-    if not (below and K[0, 0] > 0.0 and K[1, 1] > 0.0):
-        raise RecordingError(f'{file}: {MATRIX[0]} is none: fx 0 cx, 0 fy cy, 0 0 1 is expected')
-    return Intrinsics(str(file), K, d, int(size[0][0]), int(size[1][0]))
+    return Intrinsics(str(file), K.reshape(3, 3), d, int(size[0][0]), int(size[1][0]))
 
 
 def _numbers(file: Path, given: dict[str, Any], names: tuple[str, ...]) -> Floats:
