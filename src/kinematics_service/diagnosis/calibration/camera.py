@@ -62,12 +62,11 @@ def wrong_size(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -
     A larger board is farther away, as a longer focal length has it farther along the view. A
     larger arm looks like a smaller board: its numbers have priors, and so this is told.
     """
-    poses = inverses(problem.poses) if problem.from_tool else problem.poses
+    # Predicted: of an arm that only turns, the noise of measured ones would be told as a size.
+    poses = problem.predicted(values)
+    poses = inverses(poses) if problem.from_tool else poses
     found = []
-    for what, axes in (
-        (LARGER, (1.0, 1.0, 1.0)),
-        (LONGER, (0.0, 0.0, 1.0)),
-    ):
+    for what, axes in ((LARGER, (1.0, 1.0, 1.0)), (LONGER, (0.0, 0.0, 1.0))):
         moves = np.zeros((len(poses), 2, 3))
         moves[:, 0] = -poses[:, :3, 3] * axes
         share, deviation = one_more(problem, values, noise, used, moves)
@@ -103,9 +102,10 @@ def _refuse_size(robot: Robot, given: Measured) -> None:
     M = np.concatenate([ones, R, -B[:, :3, 3, None]], axis=2).reshape(-1, 7)
     right = -(A[:, :3, 3] @ X[:3, :3].T).reshape(-1)
     size = float(np.linalg.lstsq(M, right, rcond=None)[0][6])
-    scaled = B.copy()
-    scaled[:, :3, 3] *= size
-    if abs(size - 1.0) > REFUSED:
-        after = offsets_of(A, scaled, False, Free()).remainder
+    if size > 0.0 and abs(size - 1.0) > REFUSED:
+        scaled = B.copy()
+        scaled[:, :3, 3] *= size
+        # By a smaller board all that remains is smaller.
+        after = offsets_of(A, scaled, False, Free()).remainder / min(size, 1.0)
         sentence = f'the squares of the board are {size:.3g} times as large as given'
         refuse_mistake(sentence, float(np.median(after)), float(np.median(left)))
