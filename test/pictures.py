@@ -1,5 +1,7 @@
 """Images of a ChArUco board, rendered with distortion, blur and noise; and their camera's file."""
 
+from functools import cache
+
 import cv2
 import numpy as np
 
@@ -50,13 +52,20 @@ def printed(board):
     return made.generateImage((PRINTED * board.columns, PRINTED * board.rows))
 
 
-def picture(board, camera, pose, random):
-    """Return the image of a board at a pose (4, 4) in the frame of the camera."""
+@cache
+def rays_of(camera):
+    """Return the directions (N, 3) in which a camera sees, without distortion."""
     wide, high = camera.width * RAYS, camera.height * RAYS
     u, v = ((np.arange(count) + 0.5) / RAYS - 0.5 for count in (wide, high))
     pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 1, 2)
     rays = cv2.undistortPoints(pixels, camera.matrix, camera.distortion).reshape(-1, 2)
-    rays = np.column_stack([rays, np.ones(len(rays))]) @ pose[:3, :3]
+    return np.column_stack([rays, np.ones(len(rays))]).astype(np.float32)
+
+
+def picture(board, camera, pose, random):
+    """Return the image of a board at a pose (4, 4) in the frame of the camera."""
+    wide, high = camera.width * RAYS, camera.height * RAYS
+    rays = rays_of(camera) @ pose[:3, :3].astype(np.float32)
     origin = -pose[:3, :3].T @ pose[:3, 3]
     far = -origin[2] / rays[:, 2]
     at = (origin + far[:, None] * rays)[:, :2] * PRINTED / board.square - 0.5

@@ -23,7 +23,7 @@ NESTED = (
     '"image_width": 1280, "image_height": 960}'
 )
 # How near (px, rms) corners of images without much noise are found.
-FOUND = 0.15
+FOUND = 0.05
 HALF = replace(
     INTRINSICS,
     matrix=INTRINSICS.matrix * [[0.5], [0.5], [1.0]],
