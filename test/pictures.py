@@ -67,7 +67,7 @@ def picture(board, camera, pose, random):
     wide, high = camera.width * RAYS, camera.height * RAYS
     rays = rays_of(camera) @ pose[:3, :3].astype(np.float32)
     origin = -pose[:3, :3].T @ pose[:3, 3]
-    far = -origin[2] / rays[:, 2]
+    far = -origin[2] / np.where(rays[:, 2] == 0.0, 1e-9, rays[:, 2])
     at = (origin + far[:, None] * rays)[:, :2] * PRINTED / board.square - 0.5
     at = np.where(far[:, None] > 0.0, at, -1e4).astype(np.float32).reshape(high, wide, 2)
     rim = PRINTED // 2
