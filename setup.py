@@ -90,6 +90,7 @@ setup(
         # Readers of rosbags and the server of viser are used from the inside.
         'bag': ['rosbags>=0.11,<0.12', 'lz4'],
         'dataset': ['pyarrow>=14', 'h5py>=3'],
+        'camera': ['opencv-python-headless>=4.8'],
         'plot': ['matplotlib'],
         'dask': ['dask[distributed]'],
         'view': ['viser>=1.1,<2', 'msgspec>=0.18', 'websockets>=15'],

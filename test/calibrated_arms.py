@@ -1,5 +1,6 @@
 """Arms that differ from their tables by known errors, and poses measured of them."""
 
+from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
@@ -7,11 +8,15 @@ import numpy as np
 from arms import robot_of
 
 import kinematics_service as ks
+from kinematics_service.diagnosis.calibration.board_views import board_views
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
 from kinematics_service.diagnosis.calibration.output.sheet import SHEETS
+from kinematics_service.formats.images.board import Board, SeenCorners
+from kinematics_service.formats.images.intrinsics import Intrinsics
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of
 from kinematics_service.rigid_motion import (
     exponential,
+    inverse,
     inverses,
     nearest_rotation,
     pose_of,
@@ -251,22 +256,119 @@ def closed_form(A, B):
     return X
 
 
-def by_closed_form(arm, where):
-    """Return what is on the tool, and what stands still, by the closed form on the nominal arm."""
+def by_closed_form(arm, where, form=closed_form):
+    """Return what is on the tool, and what stands still, by a closed form on the nominal arm."""
     A = ks.forward_kinematics(arm.robot, arm.q)
     B = arm.poses if where == 'on-tool' else inverses(arm.poses)
-    X = closed_form(A, B)
+    X = form(A, B)
     every = A @ X @ B
     Z = np.eye(4)
     Z[:3, :3], Z[:3, 3] = nearest_rotation(every[:, :3, :3].mean(axis=0)), every[:, :3, 3].mean(0)
     return X, Z
 
 
-def board_errors(arm, where, found, seed=5):
-    """Return how far (m, RMS) the board of new poses is off: calibrated, by the closed form."""
-    q = BEFORE_BOARD + np.random.default_rng(seed).uniform(-AROUND, AROUND, (200, 6))
+def board_errors(arm, where, found, q=None, point=(0.0, 0.0, 0.0), forms=(closed_form,)):
+    """
+    Return how far (m, RMS) a point of the board at new poses is off: calibrated, by closed forms.
+    """
+    if q is None:
+        q = BEFORE_BOARD + np.random.default_rng(5).uniform(-AROUND, AROUND, (200, 6))
     true = board_seen(arm.true, q, arm.on_tool, arm.still, where)
     fitted = found.tool_offsets[0], np.linalg.inv(found.base_offsets[0])
-    both = (found.calibrated, *fitted), (arm.robot, *by_closed_form(arm, where))
-    seen = [board_seen(*one[:1], q, *one[1:], where) for one in both]
-    return [np.sqrt(np.mean(np.sum((one - true)[:, :3, 3] ** 2, axis=1))) for one in seen]
+    every = [(found.calibrated, *fitted)]
+    every += [(arm.robot, *by_closed_form(arm, where, form)) for form in forms]
+    seen = [board_seen(*one[:1], q, *one[1:], where) for one in every]
+    left = [(one - true)[:, :3] @ np.append(point, 1.0) for one in seen]
+    return [np.sqrt(np.mean(np.sum(one**2, axis=1))) for one in left]
+
+
+class PicturedArm(NamedTuple):
+    """
+    An arm with errors, and the corners of a board in images of a camera.
+
+    q (N, n); poses (N, 4, 4) of the board in the frame of the camera without noise; `on_tool` and
+    `still` as `CameraArm` has them.
+    """
+
+    robot: ks.Robot
+    true: ks.Robot
+    errors: np.ndarray
+    q: np.ndarray
+    poses: np.ndarray
+    on_tool: np.ndarray
+    still: np.ndarray
+    seen: list
+
+
+# A board that is 0.28 m wide, and a camera with distortion.
+BOARD = Board(7, 5, 0.04, 0.03, 'DICT_5X5_100')
+INTRINSICS = Intrinsics(
+    'camera.yaml',
+    np.array([[900.0, 0.0, 640.3], [0.0, 902.0, 481.0], [0.0, 0.0, 1.0]]),
+    np.array([-0.12, 0.05, 0.0005, -0.0003, 0.0]),
+    1280,
+    960,
+)
+# What a corner is off by in an image, px; the board is seen within 60 degrees of its normal, from
+# some distance (m); on a tool it faces aside.
+CORNER, OBLIQUE, AWAY = 0.2, 0.5, 0.7
+ASIDE = pose_of([0.0] * 3, (0.0, np.pi / 2, 0.0))
+
+
+def pictured_arm(where, count, seed, corner=CORNER, size=1.0, camera=INTRINSICS):
+    """Return a UR5e with errors and images of a board whose corners have a noise (px)."""
+    _, errors, true = true_arm('ur5e', seed, size)
+    random = np.random.default_rng([seed, 13])
+    on_tool = pose_of(random.uniform(-0.06, 0.06, 3), random.uniform(-0.2, 0.2, 3))
+    # The board is seen from this far, a little from aside, where the arm is before it.
+    seen = pose_of([*random.uniform(-0.05, 0.05, 2), AWAY], random.uniform(-0.3, 0.3, 3))
+    seen = seen @ pose_of(-BOARD.corners.mean(axis=0), (0.0, 0.0, 0.0))
+    if where == 'fixed':
+        on_tool, seen = on_tool @ ASIDE, inverse(seen)
+    still = ks.forward_kinematics(true, BEFORE_BOARD) @ on_tool @ seen
+    q = in_view(true, on_tool, still, where, count, random, camera)
+    poses = board_seen(true, q, on_tool, still, where)
+    seen = [
+        corners_of(pose, f'{k:03}.png', corner, random, camera) for k, pose in enumerate(poses)
+    ]
+    return PicturedArm(robot_of('ur5e'), true, errors, q, poses, on_tool, still, seen)
+
+
+def in_view(true, on_tool, still, where, count, random, camera=INTRINSICS):
+    """Return joint positions (count, n) from which the board is wholly seen."""
+    kept = np.zeros((0, 6))
+    while len(kept) < count:
+        q = BEFORE_BOARD + random.uniform(-AROUND, AROUND, (400, 6))
+        poses = board_seen(true, q, on_tool, still, where)
+        kept = np.concatenate([kept, q[[is_in_view(pose, camera) for pose in poses]]])
+    return kept[:count]
+
+
+def pictured(arm, where, camera=INTRINSICS):
+    """Return the calibration by images of a board, and the images."""
+    names = [f'{k:03}.png' for k in range(len(arm.seen))]
+    views = board_views(arm.robot, arm.q, arm.seen, names, camera, where)
+    q = arm.q[views.rows]
+    weights = {'whitening': views.whitening, 'noise': views.instrument}
+    found = ks.calibrate(arm.robot, q, views.poses, camera=where, **weights)
+    return replace(found, views=views)
+
+
+def pictured_errors(arm, where, found, forms=(closed_form,)):
+    """Return `board_errors` of the middle of the board, where it is seen."""
+    random = np.random.default_rng(77)
+    q = in_view(arm.true, arm.on_tool, arm.still, where, 200, random)
+    seen = arm._replace(q=arm.q[found.views.rows], poses=found.views.poses)
+    return board_errors(seen, where, found, q, BOARD.corners.mean(axis=0), forms)
+
+
+def is_in_view(pose, camera=INTRINSICS):
+    """Return whether the board at a pose in the frame of the camera is wholly in the image."""
+    points = BOARD.corners @ pose[:3, :3].T + pose[:3, 3]
+    return pose[2, 2] > OBLIQUE and bool(np.all(camera.sees(points)))
+
+
+def corners_of(pose, name, noise, random, camera=INTRINSICS):
+    """Return the corners of the board at a pose in the frame of the camera, with noise (px)."""
+    pixels = camera.pixels(BOARD.corners @ pose[:3, :3].T + pose[:3, 3])[0]
+    return SeenCorners(name, BOARD.corners, pixels + noise * random.normal(size=pixels.shape))

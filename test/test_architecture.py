@@ -49,6 +49,7 @@ ROOMS = (
     'symbolic/formulas',
     'formats/urdf',
     'formats/recordings',
+    'formats/images',
     'formats/datasets',
     'formats/tables',
     'diagnosis/frame_check',
@@ -110,6 +111,7 @@ RULES = {
             'diagnosis/audit/dataset/episode_audit.py',
         ),
     ),
+    'OpenCV': (one_of('cv2'), ('formats/images/opencv.py',)),
     'dask': (one_of('dask', 'distributed'), ('kinematics/sweep.py',)),
     'rosbags': (
         one_of('rosbags'),

@@ -189,6 +189,8 @@ def test_every_block_of_a_page_does_what_it_shows(page, tmp_path, monkeypatch):
         elif block.language == 'console':
             if 'kinematics_service plot ' in block.body:
                 pytest.importorskip('matplotlib', reason="needs matplotlib: pip install '.[plot]'")
+            if '--images' in block.body:
+                pytest.importorskip('cv2', reason="needs opencv: pip install '.[camera]'")
             run_console(shell, block, where)
         elif block.language == 'pycon':
             run_doctest(names, block, page)

@@ -207,6 +207,7 @@ def compiled_files(folder):
 
 # What extras bring, of which ROS's package manager knows nothing.
 OF_EXTRAS = {
+    'cv2',
     'dask',
     'distributed',
     'h5py',

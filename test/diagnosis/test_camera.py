@@ -1,18 +1,28 @@
 """A camera and a board calibrated with the arm: beside the closed form, in words, refused."""
 
 import json
+import re
 
 import numpy as np
 import pytest
-from calibrated_arms import board_errors, by_closed_form, camera_arm, measured_arm
+from calibrated_arms import (
+    board_errors,
+    board_seen,
+    by_closed_form,
+    camera_arm,
+    measured_arm,
+    positions_within,
+)
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.diagnosis.calibration.corrections import corrected_robot
 from kinematics_service.diagnosis.calibration.placed_camera import placed_camera
 from kinematics_service.diagnosis.calibration.report import sentences_of
 from kinematics_service.diagnosis.frame_check.hypotheses import quaternions_of
 from kinematics_service.errors import CalibrationError
-from kinematics_service.rigid_motion import inverses
+from kinematics_service.kinematics.uncertainty.parameters import parameters_of
+from kinematics_service.rigid_motion import inverses, pose_of
 
 BOTH = ('on-tool', 'fixed')
 # Without noise (m); what a fit at once is nearer by than the closed form, at the least.
@@ -100,6 +110,52 @@ def test_a_camera_that_is_elsewhere_is_refused(where):
     other = BOTH[BOTH.index(where) - 1]
     with pytest.raises(CalibrationError, match='take --camera on-tool, or fixed'):
         ks.calibrate(arm.robot, arm.q, arm.poses, camera=other)
+
+
+PAN_TILT = """robot: pan_tilt
+source: made up
+convention: standard
+units: {angle: deg, length: m}
+joints:
+  - {name: pan, type: revolute, limits: [-150, 150]}
+  - {name: tilt, type: revolute, limits: [-80, 80]}
+links:
+  - {a: 0, alpha: 90, d: 0, theta: pan}
+  - {a: 0, alpha: 0, d: 0, theta: tilt}
+"""
+
+
+@pytest.mark.parametrize('where', BOTH)
+@pytest.mark.parametrize('name', ['pan_tilt', 'planar_2r', 'scara_hsr065', 'so101'])
+def test_no_size_of_the_board_is_doubted_that_is_right(name, where):
+    robot = ks.robot_from_text(PAN_TILT) if name == 'pan_tilt' else ks.load_robot(name)
+    for seed in (1, 2):
+        random = np.random.default_rng([seed, 3])
+        table = parameters_of(robot, False).table
+        errors = np.array([one.scale for one in table]) * random.normal(size=len(table))
+        q = positions_within(robot, 30, seed)
+        on_tool = pose_of(random.uniform(-0.06, 0.06, 3), random.uniform(-0.5, 0.5, 3))
+        still = pose_of([1.5, 0.3, 0.2], random.uniform(-1.0, 1.0, 3))
+        poses = board_seen(corrected_robot(robot, table, errors), q, on_tool, still, where)
+        poses[:, :3, 3] += 3e-4 * random.normal(size=(30, 3))
+        found = ks.calibrate(robot, q, poses, camera=where)
+        assert found.accepted
+        assert not any(' times ' in one for one in found.remarks)
+
+
+@pytest.mark.parametrize('where', BOTH)
+def test_a_board_of_another_size_is_named_and_refused(where):
+    arm = camera_arm(where, 30, 9)
+    for size in (0.97, 1.3):
+        poses = arm.poses.copy()
+        poses[:, :3, 3] *= size
+        try:
+            found = ks.calibrate(arm.robot, arm.q, poses, camera=where)
+            sentence = found.refusals[-1]
+        except CalibrationError as error:
+            sentence = str(error)
+        ratio = re.match(r'the squares of the board are (?:some )?([0-9.]+) times', sentence)
+        assert abs(float(ratio[1]) * size - 1.0) < 0.02
 
 
 def test_what_no_camera_measures_is_refused():

@@ -32,6 +32,7 @@ from ..kernel import Floats
 from ..printing import working
 from ..robot.file.parts.parameters import ENDS
 from .frame_options import LONGEST_GAP, GapOption, given_limit
+from .image_options import ImageOptions, given_images
 from .live_calibration import (
     POSES,
     STATES,
@@ -129,6 +130,19 @@ def calibrate(
     gravity: Optional[tuple[float, float, float]] = option(
         'Where it is pulled to, in the base frame.', 'X Y Z', shown='0 0 -1'
     ),
+    images: Optional[Path] = option(
+        'Images of a ChArUco board for --camera; the column `image` of FILE names that of each '
+        'row.',
+        'FOLDER',
+    ),
+    board: Optional[str] = option(
+        'The board: columns and rows of squares, edges of squares and of markers, dictionary; '
+        'for instance 7x5,40mm,30mm,DICT_5X5_100.',
+        'SIZE,EDGE,EDGE,NAME',
+    ),
+    intrinsics: Optional[Path] = option(
+        "The camera's calibration file, of ROS or OpenCV (YAML, JSON).", 'FILE'
+    ),
     zeros: bool = flag(
         '--zeros', 'Fit the zeros of the joints alone, to touches of known points of a sheet.'
     ),
@@ -178,6 +192,8 @@ def calibrate(
       kinematics_service calibrate seen.csv --robot ur5e --camera on-tool
       kinematics_service calibrate loads.csv --robot ur5e --load kg --load-at 0 0 0.05
       kinematics_service calibrate week.csv --robot ur5e --sessions day
+      kinematics_service calibrate taken.csv --robot ur5e --camera on-tool
+        --images pictures/ --board 7x5,40mm,30mm,DICT_5X5_100 --intrinsics camera.yaml
       kinematics_service calibrate --robot so101 --zeros --sheet a4 --html sheet.html
       kinematics_service calibrate touches.csv --robot so101 --zeros
       kinematics_service calibrate --robot ur5e --live 300 --output my_ur5e.yaml
@@ -206,7 +222,9 @@ def calibrate(
     \b
     --camera takes the poses of a board (a marker, a checkerboard) in the frame of a
     camera. On the tool, the board stands still; fixed, the board is on the tool.
-    Camera, board and the numbers of the arm are found at once.
+    Camera, board and the numbers of the arm are found at once. With --images a row of
+    the table is an image of the board, and OpenCV finds its corners there. What they
+    leave open of each pose counts, and nothing of the intrinsics is fitted.
 
     \b
     --zeros is for arms whose encoders were mounted by hand. The tip touches crosses
@@ -263,6 +281,7 @@ def calibrate(
     refused = {**others, '--propose': propose, '--pose-gap': pose_gap, '--camera': camera}
     refused.update(of_terms)
     of_zeros = given_zeros(zeros, arm, (sheet, backlash, motors), force, refused)
+    pictured = given_images(images, board, intrinsics, camera is not None)
     words = TableWords(columns, pose_format, joint_format, stamps)
     reading = given_selection(arm, topic, pose_topic, joint_prefix, words)
     form = reading.pose_format
@@ -276,7 +295,10 @@ def calibrate(
         None if camera is None else camera.value,
     )
     _check_rows(pose_gap, distance, same_point, camera is not None)
-    terms = _term_columns(of_terms, load_at, gravity, same_point)
+    of_others = {'--same-point': same_point, '--images': images}
+    terms = _term_columns(of_terms, load_at, gravity, of_others)
+    if pictured is not None:
+        pictured.check_file(files or [])
     if live is not None:
         _check_live(live, files, (same_point, *words, *of_terms.values()))
         if among is not None or sight is not None:
@@ -312,7 +334,7 @@ def calibrate(
                 found = run.of_heard(heard, tell)
                 data = CalibratedPoses(found, topics[:2], (), heard.q, heard.poses)
             else:
-                rows = _Rows(files or [], reading, same_point, apart, pose_gap, terms)
+                rows = _Rows(files or [], reading, same_point, apart, pose_gap, terms, pictured)
                 data = _of_files(run, rows, of_zeros, tell)
             written = write_robot_file(data, robot, outputs)
         write_report(data, robot, outputs)
@@ -333,6 +355,7 @@ class _Rows(NamedTuple):
     apart: dict[tuple[str, str], float]
     gap: float | None
     terms: TermColumns
+    pictured: ImageOptions | None
 
 
 def _of_files(
@@ -343,6 +366,8 @@ def _of_files(
         return run.of_sheet(rows.files, rows.reading, column, zeros.sheet, zeros.play, tell)
     if rows.same_point is not None:
         return run.of_touches(rows.files, rows.reading, rows.same_point, rows.apart, tell)
+    if rows.pictured is not None:
+        return run.of_images(rows.files[0], rows.reading, *rows.pictured, tell)
     return run.of_recordings(rows.files, rows.reading, rows.gap, rows.terms, tell)
 
 
@@ -381,12 +406,13 @@ def _term_columns(
     columns: Mapping[str, str | None],
     at: tuple[float, float, float] | None,
     gravity: tuple[float, float, float] | None,
-    same_point: str | None,
+    others: Mapping[str, object],
 ) -> TermColumns:
     sessions, load = columns.values()
     given = ' and '.join(name for name, column in columns.items() if column is not None)
-    if given and same_point is not None:
-        raise WrongUsage(f'{given}: for measured poses, not for --same-point')
+    for name, value in others.items():
+        if given and value is not None:
+            raise WrongUsage(f'{given}: for measured poses, not for {name}')
     if load is None and (at is not None or gravity is not None):
         raise WrongUsage('--load-at and --gravity are of a load: give --load COLUMN too')
     usual = TermColumns()

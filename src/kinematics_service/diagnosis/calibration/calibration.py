@@ -20,7 +20,8 @@ from ..frame_check.diagnosis import FrameDiagnosis
 from ..frame_check.errors import Errors, errors_of
 from ..frame_check.hypotheses import Hypothesis, joint_hypotheses_of
 from .acceptance import JudgedFit, refusals_of
-from .camera import ON_TOOL, Camera, seen_poses
+from .board_views import BoardViews
+from .camera import ON_TOOL, Camera, WrongSize, given_by_camera, wrong_size
 from .checking import Measured, checked_offsets, measured
 from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
 from .corrections import corrected_robot
@@ -129,6 +130,8 @@ class Calibration(IdentifiedTable):
     remainders_before, remainders : shape (N, 2, 3), m and rad
         What remains of each row with base and tool fitted alone, and with the corrections: of the
         position, and a rotation vector; in the frame of the poses.
+    held_out_remainders : shape (N, 2, 3), m and rad
+        The last of these of rows that nothing was fitted to.
     points
         Those that were touched, if the poses were measured by nothing else.
     camera
@@ -137,6 +140,8 @@ class Calibration(IdentifiedTable):
     terms
         Elasticity of the joints and drifts of sessions, if they were asked for. What remains is so
         with those that are kept; the calibrated robot has none of them.
+    views
+        The board in the images that the poses are from, if there are any.
     """
 
     READ_ONLY = (
@@ -151,6 +156,7 @@ class Calibration(IdentifiedTable):
         'sets',
         'remainders_before',
         'remainders',
+        'held_out_remainders',
     )
 
     calibrated: Robot
@@ -179,8 +185,10 @@ class Calibration(IdentifiedTable):
     sets: Integers
     remainders_before: Floats
     remainders: Floats
+    held_out_remainders: Floats
     points: tuple[TouchedPoint, ...] = ()
     camera: Camera | None = None
+    views: BoardViews | None = None
     explained: RefusalCauses = RefusalCauses()
     terms: tuple[TriedTerm, ...] = ()
 
@@ -291,9 +299,10 @@ def calibrate(
         cross-validation says that it helps, and `terms` says so.
     loads
         The load on the tool at each row. The joints may yield to it: as `sessions`.
-    whitening : shape (N, 3, 3)
-        What differences of positions are multiplied by where they are weighed, so that their noise
-        is the same along all axes and in all rows; None: it is so already.
+    whitening : shape (N, 3, 3) or (N, 6, 6)
+        What differences of positions, or of these and of rotations, are multiplied by where they
+        are weighed, so that their noise is the same along all axes and in all rows; None: it is so
+        already.
     own
         What each set has of its own: `base`, `tool`, or both.
     fit, fix
@@ -335,7 +344,15 @@ def calibrate(
     robot = as_robot(robot)
     known = None if noise is None else Noise(*noise)
     again = partial(
-        calibrate, apart=apart, own=own, fit=fit, fix=fix, tolerances=tolerances, noise=noise
+        calibrate,
+        apart=apart,
+        camera=camera,
+        whitening=whitening,
+        own=own,
+        fit=fit,
+        fix=fix,
+        tolerances=tolerances,
+        noise=noise,
     )
     if camera not in (None, *get_args(Camera)):
         raise CalibrationError(f'camera: {camera!r} is not one of {", ".join(get_args(Camera))}')
@@ -369,8 +386,8 @@ def calibrate(
     if poses is None or apart:
         raise CalibrationError('give poses; or same_point, which alone takes distances')
     given = measured(robot, q, poses, sets, qdot if approach is None else _half_behind(approach))
-    if camera == ON_TOOL:
-        given = given._replace(poses=seen_poses(given.poses, given.positions))
+    if camera is not None:
+        given = given_by_camera(robot, given, camera, check)
     if approach is not None:
         given = given._replace(along=BACKLASH)
     for end in own:
@@ -391,6 +408,11 @@ def calibrate(
     asked = asked_terms(robot, given, each.base, free.base, sessions, loads)
     found = _fitted(robot, given, names, problem, frames, known, progress, asked)
     found = replace(found, camera=camera)
+    size = _wrong_size(found, problem) if camera is not None and check else None
+    if size is not None and not size.refused:
+        found = replace(found, remarks=(*found.remarks, size.sentence))
+    elif size is not None:
+        return replace(found, refusals=(*found.refusals, size.sentence))
     if found.accepted or not check:
         return found
     progress('explanations')
@@ -400,7 +422,7 @@ def calibrate(
         B = T[:, :3, 3] if given.positions else T
         B = inverses(T) if camera == ON_TOOL else B
         q = change.joints(given.q)
-        return again(robot, q, B, sets=given.sets, camera=camera, check=False)
+        return again(robot, q, B, sets=given.sets, check=False)
 
     used = ~np.isin(np.arange(found.count), found.outliers)
     changes = mistakes_of(robot, given, read)
@@ -428,6 +450,12 @@ def _with_explanations(
             changes, score, outcome_of, found.with_outliers.after, found.positions
         ),
     )
+
+
+def _wrong_size(found: Calibration, problem: FitProblem) -> WrongSize | None:
+    used = ~np.isin(np.arange(found.count), found.outliers)
+    values = np.array([one.correction for one in found.parameters])
+    return wrong_size(problem, values, found.noise, used)
 
 
 def _half_behind(approach: npt.ArrayLike) -> Floats:
@@ -525,6 +553,7 @@ def _fitted(
         sets=given.sets.copy(),
         remainders_before=before,
         remainders=after,
+        held_out_remainders=left[-1],
         points=points,
         terms=fit.tried,
     )

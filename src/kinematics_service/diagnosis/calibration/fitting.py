@@ -107,9 +107,9 @@ class FitProblem:
     from_tool
         Whether the inverse poses were measured, and have the noise: as a camera on the tool sees
         what stands still. Then what remains is of these.
-    whitening : shape (N, 3, 3)
-        What remaining positions are multiplied by where they are weighed, so that their noise is
-        the same along all axes and in all rows; None: it is so already.
+    whitening : shape (N, 3, 3) or (N, 6, 6)
+        What remaining positions, or these and rotations, are multiplied by where they are weighed,
+        so that their noise is the same along all axes and in all rows; None: it is so already.
     shared
         What rows have in common; None: nothing.
     """
@@ -170,8 +170,10 @@ class FitProblem:
     def whitened(self, rows: Floats) -> Floats:
         """Return remainders, or how they move, (N, 2, 3, ...) as they are weighed."""
         if self.whitening is not None:
-            rows = np.array(rows)
-            rows[:, 0] = np.einsum('nij,nj...->ni...', self.whitening, rows[:, 0])
+            six = np.array(rows).reshape(len(rows), 6, *rows.shape[3:])
+            own = six[:, : self.whitening.shape[1]]
+            own[:] = np.einsum('nij,nj...->ni...', self.whitening, own)
+            rows = six.reshape(rows.shape)
         return rows if self.shared is None else self.shared.apart(rows)
 
     def _between(self, poses: Floats) -> Floats:
@@ -195,7 +197,7 @@ class FitProblem:
                 )
         left = self._between(poses)
         if self.from_tool:
-            jacobian = _of_inverses(poses, jacobian)
+            jacobian = of_inverses(poses, jacobian)
         moves = jacobian.reshape(len(poses), 2, 3, -1)
         return self.whitened(left), self.whitened(moves)
 
@@ -242,7 +244,8 @@ class FitProblem:
         )
 
 
-def _of_inverses(poses: Floats, jacobian: Floats) -> Floats:
+def of_inverses(poses: Floats, jacobian: Floats) -> Floats:
+    """Return how the inverses of poses (N, 4, 4) move, (N, 6, P), from how these do."""
     # With T = (R, p) that moves by v and w, T^-1 does by -R^T (v - w x p) and -R^T w.
     linear, angular = jacobian[:, :3], jacobian[:, 3:]
     turned = np.cross(angular, poses[:, :3, 3, None], axisb=1, axisa=1, axisc=1)
@@ -302,6 +305,7 @@ class _Step(NamedTuple):
     triangle: Floats
     remainders: Floats
     rows: Floats
+    right: Floats
 
 
 def identify(
@@ -426,6 +430,28 @@ def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: F
     return triangle_of(solved.rows[: len(solved.rows) - len(values)])
 
 
+def one_more(
+    problem: FitProblem, values: Floats, noise: Noise, used: Flags, moves: Floats
+) -> tuple[float, float]:
+    """
+    Return one more correction that the rows ask for, and its standard deviation.
+
+    Parameters
+    ----------
+    moves : shape (N, 2, 3)
+        How the predicted poses move with it, as `FitProblem.remainders` has what remains.
+    """
+    solved = _solve(problem, values, noise, used.astype(np.float64))
+    kinds = 1 if problem.positions else 2
+    scale = used[:, None, None] / np.asarray(noise, dtype=np.float64)[:, None]
+    column = np.zeros(len(solved.rows))
+    own = (problem.whitened(moves) * scale)[:, :kinds].reshape(-1)
+    column[: len(own)] = own
+    triangle = triangle_of(np.column_stack([solved.rows, column, solved.right]))
+    at = len(values)
+    return float(triangle[at, at + 1] / triangle[at, at]), float(1.0 / abs(triangle[at, at]))
+
+
 def _stepped(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> Floats:
     # A step that is halved until it brings the poses nearer.
     solved = _solve(problem, values, noise, weights)
@@ -482,7 +508,7 @@ def _solve(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -
     triangle = triangle_of(np.column_stack([rows, right]))
     R = triangle[:count, :count]
     step = np.linalg.solve(R, triangle[:count, count])
-    return _Step(np.asarray(step, dtype=np.float64), R, remainders, rows)
+    return _Step(np.asarray(step, dtype=np.float64), R, remainders, rows, right)
 
 
 def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Floats:

@@ -9,6 +9,7 @@ from ...kernel import Floats
 from ...rigid_motion import inverse, roll_pitch_yaw
 from ...robot.file.parts.parameters import end_parameters
 from ..frame_check.errors import angle_in_words, length_in_words
+from .board_views import view_sentences
 from .calibration import Calibration
 from .camera import ON_TOOL
 
@@ -82,3 +83,5 @@ def camera_sentences(found: Calibration) -> Iterator[str]:
         yield one.sentence
     if things:
         yield 'All errors are those of the board, as the camera sees it'
+    if found.views is not None:
+        yield from view_sentences(found.views, found.held_out_remainders, found.outliers)

@@ -19,14 +19,18 @@ from ...kinematics.forward import forward_kinematics
 from ...kinematics.singularity import singularity
 from ...kinematics.uncertainty.corrected_chain import pose_change
 from ...kinematics.uncertainty.parameters import parameters_of, placement
+from ...rigid_motion import inverses
 from ...robot.chain import FrozenArrays
 from ...robot.file.parts.parameters import ENDS, GEARS, SIX, end_parameters
 from ...robot.loops import refuse_loops
 from ...robot.measures import Level
 from ...robot.robot import AnyRobot, Robot, as_robot
-from ...robot.task import seeded_poses
+from ...robot.task import SEED, seeded_poses
+from .board_views import BoardViews
 from .calibration import Calibration
+from .camera import ON_TOOL
 from .chosen_parameters import prior_of
+from .fitting import of_inverses
 
 # Standard deviation of a measured number (m, rad) where nothing has been measured yet.
 NOISE = 5e-5
@@ -35,6 +39,8 @@ MARGIN, PASSES = 0.02, 6
 # A gain of the logarithm of the volume below this is none.
 GAIN = 1e-6
 MOST = 200
+# Positions looked at around those of images, and how far around a joint turns (rad) or slides (m).
+MOST_AROUND, TURNED, SLID = 4000, 0.8, 0.2
 # Of more positions that are given so many are looked at, evenly spread.
 MOST_GIVEN = 4096
 # Share of each joint's speed limit that the motion takes, and of rad/s or m/s without a limit.
@@ -69,6 +75,27 @@ class LineOfSight(NamedTuple):
         ways = np.asarray(self.point) - poses[:, :3, 3]
         along = np.einsum('nij,j,ni->n', poses[:, :3, :3], axis / np.linalg.norm(axis), ways)
         return np.asarray(along >= np.cos(self.half_angle) * np.linalg.norm(ways, axis=1))
+
+
+class BoardInView(NamedTuple):
+    """A board that is wholly in the next images, too: a calibration `after` images, and these."""
+
+    after: Calibration
+    views: BoardViews
+
+    @classmethod
+    def of(cls, after: Calibration | None) -> 'BoardInView | None':
+        """Return that of a calibration; None if it is by no images."""
+        return None if after is None or after.views is None else cls(after, after.views)
+
+    def board(self, poses: Floats) -> Floats:
+        """Return the board in the frame of the camera, (N, 4, 4), from poses of the tool."""
+        measured = self.after.base_offsets[0] @ poses @ self.after.tool_offsets[0]
+        return inverses(measured) if self.after.camera == ON_TOOL else measured
+
+    def is_free(self, poses: Floats) -> npt.NDArray[np.bool_]:
+        """Return whether it is so at poses (N, 4, 4) of the tool in the base frame, (N,)."""
+        return self.views.are_in_view(self.board(poses))
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +154,8 @@ def propose_poses(
         The positions that can be measured, of which 4,096 are looked at; None: any inside the
         limits, away from singular poses.
     line_of_sight
-        What the tool must face; None: nothing.
+        What the tool must face; None: nothing. After images of a board this is wholly in the next
+        ones, too.
 
     Raises
     ------
@@ -149,13 +177,19 @@ def propose_poses(
         raise CalibrationError('poses to measure next are not proposed for touched points')
     if not 1 <= count <= MOST:
         raise CalibrationError(f'{count} poses: propose between 1 and {MOST}')
-    q = _candidates(robot) if among is None else _given(robot, among)
+    view = BoardInView.of(after)
+    if among is None:
+        q = _candidates(robot) if view is None else _around(robot, view)
+    else:
+        q = _given(robot, among)
     rows = np.arange(len(q)) if among is None else _different(q)
-    if line_of_sight is not None:
-        rows = rows[line_of_sight.is_free(forward_kinematics(robot, q[rows]))]
+    for sight in (line_of_sight, view):
+        if sight is not None:
+            rows = rows[sight.is_free(forward_kinematics(robot, q[rows]))]
     if len(rows) < count:
         where = 'of those that are given' if among is not None else f'of {robot.name}'
         faces = '' if line_of_sight is None else ' from which the tool faces the point'
+        faces += '' if view is None else ' that have the board in the image'
         raise CalibrationError(f'only {len(rows)} poses {where}{faces} can be proposed')
     q = q[rows]
     names, J, scales = _equations(robot, q, after, positions)
@@ -200,6 +234,18 @@ def _candidates(robot: Robot) -> Floats:
     return np.asarray(q[away])
 
 
+def _around(robot: Robot, view: BoardInView) -> Floats:
+    # Few positions of all have the board in the image: more of those near the ones that had it.
+    random = np.random.default_rng(SEED)
+    q = view.after.q[random.integers(len(view.after.q), size=MOST_AROUND)]
+    q = q + random.uniform(-1.0, 1.0, q.shape) * np.where(robot.prismatic, SLID, TURNED)
+    span = np.where(np.isfinite(np.ptp(robot.limits, axis=1)), np.ptp(robot.limits, axis=1), 0.0)
+    low, high = robot.limits.T
+    inside = np.all((q > low + MARGIN * span) & (q < high - MARGIN * span), axis=1)
+    q = q[inside & view.is_free(forward_kinematics(robot, q))]
+    return np.asarray(q[np.asarray(singularity(robot, q).level) == Level.OK])
+
+
 def _equations(
     robot: Robot, q: Floats, after: Calibration | None, positions: bool
 ) -> tuple[tuple[str, ...], Floats, Floats]:
@@ -214,7 +260,12 @@ def _equations(
         positions, noise = after.positions, list(after.noise)
         base, tool = after.base_offsets[0] @ base, tool @ after.tool_offsets[0]
     chain = placement(arm.chain, base, tool, (table, table + len(SIX)))
-    J = pose_change(chain, np.zeros(len(every)), q).jacobian
+    change = pose_change(chain, np.zeros(len(every)), q)
+    J = change.jacobian
+    if after is not None and after.camera == ON_TOOL:
+        J = of_inverses(change.pose, J)
+    if view := BoardInView.of(after):
+        J = view.views.whitening_at(view.board(forward_kinematics(robot, q))) @ J
     J[:, :3] /= noise[0]
     J[:, 3:] /= noise[1]
     if after is None:

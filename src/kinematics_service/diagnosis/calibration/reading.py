@@ -9,6 +9,7 @@ import numpy as np
 
 from ...errors import CalibrationError, KinematicsError
 from ...estimation.estimator import Estimator, EstimatorSettings
+from ...formats.images.board import BoardFinder, SeenCorners
 from ...formats.recordings.block import Times, UnreadableMessage
 from ...formats.recordings.columns import Column, StateTable
 from ...formats.recordings.open_file import TABLES, open_source
@@ -24,6 +25,8 @@ from ..frame_check.errors import time_in_words
 from ..frame_check.joint_motion import SampledMotion
 from .camera import seen_poses
 
+# The column that names the image of each row.
+IMAGE = 'image'
 # Poses fewer than these tell no lag.
 LEAST_FOR_LAG = 8
 
@@ -278,9 +281,11 @@ class TouchRecording:
     remarks: tuple[str, ...]
 
 
-def read_touches(file: Path, wanted: Selection, column: str) -> TouchRecording:
+def read_touches(
+    file: Path, wanted: Selection, column: str, what: str = 'point'
+) -> TouchRecording:
     """
-    Return the joint positions of a table and the point touched at each row.
+    Return the joint positions of a table and the point touched at each row, or what it names.
 
     Rows without a name are left out.
 
@@ -308,10 +313,73 @@ def read_touches(file: Path, wanted: Selection, column: str) -> TouchRecording:
         )
     if not np.all(named):
         left = int(np.sum(~named))
-        what = 'row names no point and is' if left == 1 else 'rows name no point and are'
-        remarks.append(f'{left} {what} left out')
+        verbs = ('row names', 'is') if left == 1 else ('rows name', 'are')
+        remarks.append(f'{left} {verbs[0]} no {what} and {verbs[1]} left out')
     return TouchRecording(
         str(file), q[named], tuple(names[named].tolist()), approach, tuple(remarks)
+    )
+
+
+class ImageRecording(NamedTuple):
+    """
+    Images of one table.
+
+    Attributes
+    ----------
+    q : shape (N, n), rad or m
+        Joint positions at which they were taken.
+    names, seen : N
+        Of the files; the corners of the board in each, or why there are none.
+    remarks
+        Sentences on what was left out.
+    """
+
+    q: Floats
+    names: tuple[str, ...]
+    seen: tuple[SeenCorners | str, ...]
+    remarks: tuple[str, ...]
+
+
+def read_images(
+    file: Path, wanted: Selection, folder: Path, finder: BoardFinder
+) -> ImageRecording:
+    """
+    Return the joint positions of a table and the board in the image that each row names.
+
+    Raises
+    ------
+    RecordingError
+        The table or an image cannot be read.
+    CalibrationError
+        The table has no column `image`, which names files of the folder; or the images are
+        mirrored.
+    """
+    rows = read_touches(file, wanted, IMAGE, IMAGE)
+    files = [_image(folder, name) for name in rows.points]
+    if len(set(files)) < len(files):
+        twice = next(one for one in files if files.count(one) > 1)
+        raise CalibrationError(f'{file}: two rows name the image {twice.name}')
+    seen = tuple(finder.corners_in(one) for one in files)
+    if all(isinstance(one, str) for one in seen) and any(map(finder.is_mirrored_in, files)):
+        raise CalibrationError(
+            f'{folder}: the board is found in mirror images alone: the images are mirrored, or '
+            'the board is printed so'
+        )
+    return ImageRecording(rows.q, tuple(one.name for one in files), seen, rows.remarks)
+
+
+def _image(folder: Path, name: str) -> Path:
+    # Of a name with its ending or without.
+    if (folder / name).is_file():
+        return folder / name
+    files = sorted(one for one in folder.iterdir() if one.stem == name)
+    if len(files) == 1:
+        return files[0]
+    if not files:
+        raise CalibrationError(f'{folder}: there is no image {name!r}')
+    which = ', '.join(one.name for one in files)
+    raise CalibrationError(
+        f'{folder}: the image {name!r} may be {which}: write it with its ending'
     )
 
 

@@ -9,6 +9,7 @@ from ...printing import attributes
 from ...rigid_motion import roll_pitch_yaw
 from ...robot.file.parts.parameters import ENDS, TABLE_GROUPS, end_parameters
 from ..frame_check.errors import Errors, length_in_words
+from .board_views import view_document
 from .calibration import BLOCKS, Calibration, FitErrors
 from .checking import in_words
 from .identified_table import CalibratedParameter
@@ -118,7 +119,9 @@ def _starts(found: Calibration) -> Iterator[str]:
 
 def _outliers(found: Calibration) -> str:
     rows = found.outliers[:MOST_NAMED]
-    named = ', '.join(f'{k} ({found.distances[k]:.0f} sigma)' for k in rows)
+    images = () if found.views is None else found.views.seen
+    names = {k: f'{k} {images[k].name}' if images else f'{k}' for k in rows}
+    named = ', '.join(f'{names[k]} ({found.distances[k]:.0f} sigma)' for k in rows)
     more = len(found.outliers) - len(rows)
     row = 'touch' if found.points else 'pose'
     what = 'outlier is' if len(found.outliers) == 1 else 'outliers are'
@@ -183,6 +186,9 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
             attributes(one, 'name', 'frame', 'pose', 'deviation') for one in placed_camera(found)
         ],
         'terms': [_term(one) for one in found.terms],
+        'images': None
+        if found.views is None
+        else view_document(found.views, found.held_out_remainders),
         'remarks': found.remarks,
         'sentences': list(sentences_of(found)),
     }

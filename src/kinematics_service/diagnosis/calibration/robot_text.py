@@ -1,6 +1,7 @@
 """A calibration written as a robot file: nominal numbers, corrections, and its certificate."""
 
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -10,7 +11,7 @@ import numpy as np
 from ...errors import CalibrationError, KinematicsError, RobotFileWriteError
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
-from ...rigid_motion import exact_rpy
+from ...rigid_motion import exact_rpy, inverse
 from ...robot.file.parts.description import RobotDescription
 from ...robot.file.parts.parameters import ENDS
 from ...robot.file.reader import parse_robot
@@ -27,6 +28,7 @@ from ...robot.robot import Robot, build_robot, robot_from_text
 from ...version import __version__
 from ..frame_check.errors import MOST
 from .calibration import BLOCKS, Calibration
+from .camera import ON_TOOL
 from .checking import in_words
 from .corrections import built_nearly, in_file_units, number_text, rigid_motion
 from .fitting import OUTLIER
@@ -244,7 +246,9 @@ def _known_poses(
     description = robot.description
     tolerance = [
         _rounded(in_file_units(max(size, LEAST), angle, description))
-        for size, angle in zip(_tolerances(found), (False, True))
+        for size, angle in zip(
+            _tolerances(found, _lever(found, poses[rows], frames)), (False, True)
+        )
     ]
     what = 'the tip touched a point' if found.points else 'measured'
     lines = [f'known_poses:  # {what}']
@@ -264,7 +268,16 @@ def _known_poses(
     return lines
 
 
-def _tolerances(found: Calibration) -> tuple[float, float]:
+def _lever(found: Calibration, poses: Floats, frames: Frames) -> float:
+    # How far (m) from the camera what is written is of what was seen in it: a turn moves that.
+    if found.camera is None:
+        return 0.0
+    seen = np.linalg.norm(poses[:, :3, 3], axis=1).max() if found.camera == ON_TOOL else 0.0
+    beyond = inverse(found.tool_offsets[0])[:3, 3] if frames == 'robot' else np.zeros(3)
+    return float(seen + np.linalg.norm(beyond))
+
+
+def _tolerances(found: Calibration, lever: float) -> tuple[float, float]:
     # What the noise of the measurement makes of a pose, so that none of those used is beyond. It
     # is estimated by what remains: no more than a calibration leaves is noise.
     known = found.instrument or (0.0, 0.0)
@@ -272,7 +285,7 @@ def _tolerances(found: Calibration) -> tuple[float, float]:
         OUTLIER * min(noise, max(most / OUTLIER, of_instrument))
         for noise, most, of_instrument in zip(found.noise, MOST, known)
     )
-    return length, angle
+    return math.hypot(length, lever * angle), angle
 
 
 def _rounded(value: float) -> str:

@@ -3,6 +3,7 @@
 import math
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple, TextIO
@@ -11,16 +12,19 @@ import numpy as np
 
 from ....errors import CalibrationError
 from ....estimation.estimator import EstimatorSettings
+from ....formats.images.board import BoardFinder
 from ....formats.recordings.source import Selection
 from ....kernel import Floats
 from ....kinematics.uncertainty.parameters import parameters_of
 from ....output_file import say_written, write_file
 from ....printing import Output, heading, json_text, plain, table
+from ....rigid_motion import inverses
 from ....robot.bundled import find_robot, find_robot_file
 from ....robot.file.reader import robot_file_text
 from ....robot.loops import refuse_loops
 from ....robot.robot import Robot
 from ...frame_check.errors import PoseLimit
+from ..board_views import board_views
 from ..calibration import Calibration, calibrate
 from ..camera import ON_TOOL, Camera
 from ..checking import Measured, rigid_positions
@@ -31,6 +35,7 @@ from ..proposal import LineOfSight, propose_poses, table_text, trajectory_text
 from ..reading import (
     MeasuredRecording,
     cells_beside,
+    read_images,
     read_measured,
     read_touches,
     seen,
@@ -255,6 +260,29 @@ class CalibrationRun(NamedTuple):
         remarks = [remark for one in given for remark in one.remarks]
         poses = rigid_positions(np.array([points[mark] for mark in marks]))
         return CalibratedPoses(found, [one.file for one in given], remarks, q, poses)
+
+    def of_images(
+        self, file: Path, reading: Selection, folder: Path, finder: BoardFinder, tell: Tell
+    ) -> CalibratedPoses:
+        """Return the calibration from images of a folder, named in a column of a table."""
+        camera = self.fitting.camera
+        assert camera is not None
+        tell('images')
+        given = read_images(file, reading, folder, finder)
+        views = board_views(self.arm, given.q, given.seen, given.names, finder.camera, camera)
+        q = given.q[views.rows]
+        noise = self.fitting.noise or views.instrument
+        run = self._replace(fitting=self.fitting._replace(noise=noise))
+        try:
+            found = run._calibrated(
+                q, tell, poses=views.poses, camera=camera, whitening=views.whitening
+            )
+        except CalibrationError as error:
+            doubt = f'. And {views.doubt}' if views.doubt else ''
+            raise CalibrationError(f'{error}{doubt}') from None
+        found = replace(found, views=views)
+        poses = inverses(views.poses) if camera == ON_TOOL else views.poses
+        return CalibratedPoses(found, [str(file)], given.remarks, q, poses)
 
     def of_sheet(
         self,
