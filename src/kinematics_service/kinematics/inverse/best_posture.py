@@ -18,7 +18,7 @@ from .result import IkArc
 from .sliced_arm import sliced_arm_of
 from .target import TOOL_AXES, IkTarget
 
-Cost = Callable[[Floats], float]
+Cost = Callable[[Floats], Floats]
 
 # Samples of an arc are not farther apart (rad, prismatic joints divided by the arm's length), and
 # what is on an arc is not farther from it.
@@ -50,7 +50,7 @@ class BestPosture(NamedTuple):
 
 def _of_largest_clearance(arc: IkArc, robot: Robot, away: Cost) -> float:
     # Of samples far apart, and then of those next to the best.
-    ways = FARTHER * np.array([away(one) for one in arc.q])
+    ways = FARTHER * away(arc.q)
 
     def best(places: Integers) -> int:
         found = clearances(robot, np.array(arc.q[places])) - ways[places]
@@ -150,7 +150,7 @@ def _turn_left(robot: Robot, target: IkTarget, q: Floats) -> float:
 
 
 def _away_from(q: Floats, scales: Floats) -> Cost:
-    return lambda one: float(np.linalg.norm((one - q) / scales))
+    return lambda one: np.linalg.norm((one - q) / scales, axis=-1)
 
 
 def _moved(arc: IkArc, offset: Floats) -> IkArc:

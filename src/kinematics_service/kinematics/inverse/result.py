@@ -164,13 +164,12 @@ class IkArc(FrozenArrays):
 
     def margins(self) -> Floats:
         """Return the distance of each of `q` to the nearest limit, shape (m,), rad or m."""
-        return np.asarray(
-            np.minimum(self.q - self.limits[:, 0], self.limits[:, 1] - self.q).min(1)
-        )
+        return self.margin(self.q)
 
-    def margin(self, q: Floats) -> float:
-        """Return the distance of joint positions (n,) to the nearest limit, rad or m."""
-        return float(np.min([q - self.limits[:, 0], self.limits[:, 1] - q]))
+    def margin(self, q: Floats) -> Floats:
+        """Return the distance of joint positions (..., n) to the nearest limit, rad or m."""
+        low, high = self.limits.T
+        return np.asarray(np.min(np.minimum(q - low, high - q), axis=-1))
 
     def with_largest_margin(self) -> Floats:
         """Return the joint positions (n,) farthest from their limits."""
@@ -178,7 +177,7 @@ class IkArc(FrozenArrays):
 
     def nearest_to(self, q: Floats) -> Floats:
         """Return the joint positions (n,) nearest to others: root of the sum of squares."""
-        return self._best(lambda one: float(np.linalg.norm((one - q) / self.scales)))
+        return self._best(lambda one: np.linalg.norm((one - q) / self.scales, axis=-1))
 
     def with_largest_clearance(self, robot: Robot) -> Floats:
         """Return the joint positions (n,) of `q` with the largest proved radius free of singular
@@ -190,18 +189,18 @@ class IkArc(FrozenArrays):
         """Return the arc with one winding more."""
         return replace(self, windings=self.windings + 1)
 
-    def place_of_least(self, cost: Callable[[Floats], float]) -> float:
-        """Return the length (rad) at which a cost of joint positions (n,) is least."""
+    def place_of_least(self, cost: Callable[[Floats], Floats]) -> float:
+        """Return the length (rad) at which a cost of joint positions (..., n) is least."""
         k, place = self._least(cost)
         return min((float(self.s[k]), place), key=lambda s: cost(self.at(s)))
 
-    def _best(self, cost: Callable[[Floats], float]) -> Floats:
+    def _best(self, cost: Callable[[Floats], Floats]) -> Floats:
         k, place = self._least(cost)
         return min((np.array(self.q[k]), self.at(place)), key=cost)
 
-    def _least(self, cost: Callable[[Floats], float]) -> tuple[int, float]:
+    def _least(self, cost: Callable[[Floats], Floats]) -> tuple[int, float]:
         # The sample that has the least cost, and the place next to it by golden sections.
-        k, last = int(np.argmin([cost(one) for one in self.q])), len(self.s) - 1
+        k, last = int(np.argmin(cost(self.q))), len(self.s) - 1
         a, b = float(self.s[max(k - 1, 0)]), float(self.s[min(k + 1, last)])
         if self.closed and k == 0:
             a = float(self.s[-2]) - self.length

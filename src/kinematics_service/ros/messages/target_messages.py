@@ -72,7 +72,7 @@ def best_choice(choice: Choice, T: Floats, settings: NodeSettings) -> Choice:
     if best is None:
         return choice
     residual = float(errors_at(target, plan_for(robot, target.rows, target.axis), best.q[None])[0])
-    first = replace(near, q=best.q, residual=residual, margin=best.arc.margin(best.q))
+    first = replace(near, q=best.q, residual=residual, margin=float(best.arc.margin(best.q)))
     return Choice((first, *choice.answers[1:]), best)
 
 
