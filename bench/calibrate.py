@@ -17,6 +17,10 @@ of those. Beside chi-square, which takes the parameters as normal with the covar
 much less likely the truth is than what was found: that needs no covariance, and is 1 over the
 number of all parameters where the fit is right.
 
+    python bench/calibrate.py [runs] --positions [arm ...]
+
+is chi-square of 10 to 40 positions alone.
+
     python bench/calibrate.py [runs] --proposals [arm ...]
 
 is the part on proposed poses. Beside what calibrations leave it says what they must, to first
@@ -77,15 +81,41 @@ from kinematics_service.diagnosis.calibration.zeros import calibrate_zeros, zero
 from kinematics_service.kinematics.uncertainty.corrected_chain import pose_change
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of, placement
 from kinematics_service.rigid_motion import exponential, pose_of
-from kinematics_service.robot.file.parts.parameters import ENDS, end_parameters
+from kinematics_service.robot.file.parts.parameters import ENDS, TABLE_GROUPS, end_parameters
 
 NOISE, POSES = 5e-5, 50
+# Counts of positions alone.
+FEW = (10, 12, 15, 20, 40)
 # Poses proposed, random ones to choose from, draws of them; rounds to the floor, and how near.
 PROPOSED, CANDIDATES, DRAWS, TRIALS, CLOSE = 8, 1500, 200, 400, 5e-3
 # Trials whose images are rendered.
 RENDERED = 10
 # Joints (rad, m) of two poses at one point of an arm with few of them differ by more.
 APART = 0.1
+
+
+def chi_square(found, errors):
+    """Return the squares of errors of the table's numbers, by their covariance, over how many."""
+    table = [k for k, one in enumerate(found.parameters) if one.group in TABLE_GROUPS]
+    error = np.array([found.parameters[k].correction for k in table]) - errors
+    return error @ np.linalg.solve(found.covariance[np.ix_(table, table)], error) / len(error)
+
+
+def few_positions(name, runs):
+    """Print chi-square of few positions, and by how many numbers these tell the noise."""
+    for count in FEW:
+        squares, freedom = [], []
+        for seed in range(runs):
+            arm = measured_arm(name, count, NOISE, seed)
+            found = ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3], check=False)
+            squares.append(chi_square(found, arm.errors))
+            freedom.append(found.freedom.position)
+        print(
+            f'{name:22} {count} positions: chi-square/P {np.mean(squares):.3f} (median '
+            f'{np.median(squares):.3f}, largest {np.max(squares):.2f}), the noise is told by '
+            f'{np.median(freedom):.1f} numbers',
+            flush=True,
+        )
 
 
 def consistency(name, runs):
@@ -98,7 +128,7 @@ def consistency(name, runs):
         error = np.array([one.correction for one in found.parameters[:count]]) - arm.errors
         deviations = np.array([one.deviation for one in found.parameters[:count]])
         within.append(np.abs(error) < 3.0 * deviations)
-        squares.append(error @ np.linalg.solve(found.covariance[:count, :count], error) / count)
+        squares.append(chi_square(found, arm.errors))
         q = positions_within(arm.robot, 50, seed + 10_000)
         errors.append(np.mean((predicted(found, q) - truly(arm, q))[:, :3, 3] ** 2) * 3)
         before.append(found.held_out_before.position_rms)
@@ -122,7 +152,7 @@ def touches(name, runs, size=1.0):
         error = np.array([one.correction for one in found.parameters[:count]]) - arm.errors
         deviations = np.array([one.deviation for one in found.parameters[:count]])
         within.append(np.abs(error) < 3.0 * deviations)
-        squares.append(error @ np.linalg.solve(found.covariance[:count, :count], error) / count)
+        squares.append(chi_square(found, arm.errors))
         likely.append(less_likely(arm, found) / len(found.parameters))
         known.append((found.known, found.possible))
         silent += not says_no_scale(found)
@@ -417,6 +447,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('runs', nargs='?', type=int, default=20)
     parser.add_argument('--touches', nargs='*', metavar='ARM')
+    parser.add_argument('--positions', nargs='*', metavar='ARM')
     parser.add_argument('--proposals', nargs='*', metavar='ARM')
     parser.add_argument('--zeros', action='store_true')
     parser.add_argument('--camera', action='store_true')
@@ -435,6 +466,10 @@ def main():
     if given.touches is not None:
         for name in given.touches or TEN:
             touches(name, runs, given.size)
+        return
+    if given.positions is not None:
+        for name in given.positions or TEN:
+            few_positions(name, runs)
         return
     if given.proposals is not None:
         for name in given.proposals or TEN[:4]:

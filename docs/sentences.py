@@ -39,13 +39,15 @@ TOPICS = {
     '~/singularity/warning': 'OK, WARN, ERROR or STALE, a sentence, key-values (where '
     '`distance_at_least` is true, `distance` is 1 and means 1 rad or more); a node that starts '
     'late gets the last one',
-    '~/ik/joint_states': 'for a target pose: the solution nearest to the present joint positions',
+    '~/ik/joint_states': 'for a target pose: the solution nearest to the present joint positions, '
+    'or of a redundant arm what `ik.redundancy` says',
     '~/ik/solutions': 'for a target pose: the solutions inside the limits, solutions x joints, '
     'nearest first; `dim[0]` labels their postures, `dim[1]` the joint names',
     '~/ik/joint_velocity': 'for a target twist: joint velocities by damped least squares, inside '
     'every limit',
     '~/ik/status': 'one for each target: OK, WARN (a twist is followed in part), ERROR (refused, '
-    'unreachable) and the reason',
+    'unreachable) and the reason; where `ik.redundancy` is not `near`, the arc of postures and '
+    'its ends',
     '~/scale': 'for a command: the share of it that may be kept now, 0 to 1; it falls at once and '
     'rises by `scale.rise`; 0 where the joint positions are not known; no safety function',
     '~/scale_reason': 'when it changes: OK, WARN (slowed), ERROR (stopped) or STALE (refused), '

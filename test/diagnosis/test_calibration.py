@@ -34,7 +34,7 @@ from kinematics_service.kinematics.uncertainty.parameters import (
     structural_rank,
 )
 from kinematics_service.rigid_motion import exponential, pose_of, rotation_vector
-from kinematics_service.robot.file.parts.parameters import end_parameters
+from kinematics_service.robot.file.parts.parameters import ENDS, end_parameters
 from kinematics_service.robot.file.writing.sections import tolerances_section
 
 # Without noise parameters come back as exactly (m, rad).
@@ -141,6 +141,13 @@ def test_with_noise_errors_are_within_their_deviations(name):
     assert error @ np.linalg.solve(covariance, error) < 2.2 * len(table) + 25.0
 
 
+def of_the_table(found, errors):
+    """Return the squares of corrections' errors, by their covariance, over their number."""
+    table = [k for k, one in enumerate(found.parameters) if one.group not in ENDS]
+    left = [found.parameters[k].correction for k in table] - errors
+    return left @ np.linalg.solve(found.covariance[np.ix_(table, table)], left) / len(left)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize('count', [10, 16])
 def test_few_poses_are_as_sure_as_they_say(count):
@@ -153,26 +160,38 @@ def test_few_poses_are_as_sure_as_they_say(count):
             found = ks.calibrate(arm.robot, arm.q, arm.poses, check=False)
             assert found.accepted
             assert not found.outliers
-            errors = [one.correction for one in found.parameters][: len(arm.errors)] - arm.errors
-            covariance = found.covariance[: len(errors), : len(errors)]
-            squares.append(errors @ np.linalg.solve(covariance, errors) / len(errors))
+            squares.append(of_the_table(found, arm.errors))
     assert 0.85 < np.mean(squares) < 1.15
 
 
 @pytest.mark.slow
-def test_few_positions_are_as_sure_as_they_say_where_they_tell_the_noise():
-    # Of 12 positions 1.06 over 200 calibrations.
-    squares = []
+@pytest.mark.parametrize('count', [10, 12])
+def test_few_positions_are_as_sure_as_they_say(count):
+    # Of 10 positions, which tell a noise by 1 to 5 numbers, 0.97 over 200 calibrations of each
+    # arm. By one noise it was 1.6 of the two arms whose noise is assumed.
+    squares = {}
     for name in ('puma560', 'ur5e', 'panda', 'kuka_iiwa14', 'offset_stanford_dh'):
         for seed in range(300, 312):
-            arm = measured_arm(name, 12, NOISE, seed)
+            arm = measured_arm(name, count, NOISE, seed)
             found = ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3], check=False)
-            table = [k for k, one in enumerate(found.parameters) if one.group != 'base']
-            table = [k for k in table if found.parameters[k].group != 'tool']
-            errors = [found.parameters[k].correction for k in table] - arm.errors
-            covariance = found.covariance[np.ix_(table, table)]
-            squares.append(errors @ np.linalg.solve(covariance, errors) / len(errors))
+            squares.setdefault(name, []).append(of_the_table(found, arm.errors))
+    assert 0.85 < np.mean(list(squares.values())) < 1.15
+    # The noise of each is the same, so that their means rise and fall together.
+    assert max(map(np.mean, squares.values())) < 1.4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('count', [12, 40])
+def test_products_of_errors_count_where_the_height_of_a_tool_is_hardly_told(count):
+    # All axes are nearly parallel: positions tell the height by products with small tilts alone.
+    # By first order it was 3.0 and 3.2 over these.
+    squares = []
+    for seed in range(300, 340):
+        arm = measured_arm('scara_hsr065', count, NOISE, seed)
+        found = ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3], check=False)
+        squares.append(of_the_table(found, arm.errors))
     assert 0.85 < np.mean(squares) < 1.15
+    assert max(squares) < 4.0
 
 
 @pytest.mark.parametrize(

@@ -315,8 +315,9 @@ def test_a_parameter_takes_effect_at_run_time(arm, name):
 
 def test_every_parameter_takes_effect_somewhere():
     names = {parameter.name for parameter in PARAMETERS}
-    # Those have tests of their own, below and beside `~/scale`.
+    # Those have tests of their own, below, beside `~/scale` and of targets.
     own = {'publish_tf', 'ik.default_speed', 'ik.horizon'}
+    own |= {'ik.redundancy', 'ik.redundancy_step'}
     own |= {name for name in names if name.startswith('scale.')}
     assert set(TAKES_EFFECT) == names - own
 

@@ -68,6 +68,8 @@ REFUSED = {
     'ik.rows': ['x y up', 'x x', 'xyz', 3],
     'ik.axis': ['w', 'x y', 3],
     'ik.tolerance': [-1e-9, math.nan, 2.0, 1],
+    'ik.redundancy': ['far', '', 3],
+    'ik.redundancy_step': [-0.1, 1e-7, math.nan, 101.0, 1],
     'ik.target_timeout': [0.0, -1.0, math.nan, 1],
     'ik.damping': [0.0, -1.0, math.nan, 2.0, 1],
     'ik.damped_below': [0.0, math.inf, 11.0, 1],

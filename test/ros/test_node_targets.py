@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from geometry_msgs.msg import PoseStamped
-from ros_harness import level_of, nanoseconds, values_of
+from ros_harness import change, level_of, nanoseconds, values_of
 from target_harness import BASE, Targets, pose_target, twist_target
 
 import kinematics_service as ks
@@ -107,6 +107,86 @@ def test_a_redundant_arm_is_answered_near_where_it_is(targets):
     found = np.array(one.joint_states[-1].position)
     np.testing.assert_allclose(ks.forward_kinematics(robot, found), T, atol=EXACT)
     assert np.max(np.abs(found - q)) < 0.2
+
+
+PANDA = (1.1, -0.5, 1.4, -1.7, 0.2, 2.1, 2.5)
+
+
+def answered(one, q):
+    """Ask for the pose at joint positions; return the joint positions answered, and the status."""
+    heard = len(one.joint_states)
+    T = np.linalg.inv(ks.forward_kinematics(one.arm.robot, PANDA))
+    T = T @ ks.forward_kinematics(one.arm.robot, q)
+    status = one.ask(pose_target(T, one.arm.robot.tool_frame))
+    one.arm.spin_until(lambda: len(one.joint_states) > heard, 'answer')
+    return np.array(one.joint_states[-1].position), status
+
+
+@pytest.mark.parametrize('criterion', ['margin', 'clearance'])
+def test_a_redundant_arm_is_answered_with_the_best_posture_of_its_arc(targets, criterion):
+    one = targets('panda', PANDA, ['-p', f'ik.redundancy:={criterion}'])
+    robot, q = one.arm.robot, np.array(PANDA) + 0.02
+
+    def worth(q):
+        least = np.min([q - robot.limits[:, 0], robot.limits[:, 1] - q])
+        return least if criterion == 'margin' else ks.singularity(robot, q).clearance
+
+    near = ks.inverse_kinematics(
+        robot, ks.forward_kinematics(robot, q), near=PANDA, curves=False
+    ).families[0]
+    found, status = answered(one, q)
+    values = values_of(status)
+    assert level_of(status) == OK
+    assert values['redundancy'] == criterion
+    assert values['other arcs'] == 'not looked for'
+    # The limits that the arc is between, as the whole family has them.
+    whole = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q))
+    arcs = [arc for family in whole.families for arc in family.intervals]
+    arc = min(arcs, key=lambda arc: np.min(np.linalg.norm(arc.q - near.q, axis=1)))
+    ends = {f'{end.joint} {end.limit}' for end in arc.ends}
+    assert set(values['arc'].removeprefix('from ').split(' to ')) == ends
+    assert float(values['arc length']) == pytest.approx(arc.length, rel=1e-2)
+    # A step by default.
+    T = ks.forward_kinematics(robot, q)
+    np.testing.assert_allclose(ks.forward_kinematics(robot, found), T, atol=EXACT)
+    assert np.linalg.norm(found - near.q) < 0.1 + 1e-6
+    assert float(values['left to the best']) > 0.1
+    assert float(values['margin']) == pytest.approx(
+        np.min([found - robot.limits[:, 0], robot.limits[:, 1] - found]), abs=1e-5
+    )
+    # And all of the way.
+    assert change(one.arm, ik__redundancy_step=0.0).successful
+    best, status = answered(one, q)
+    assert values_of(status)['left to the best'] == '0'
+    np.testing.assert_allclose(ks.forward_kinematics(robot, best), T, atol=EXACT)
+    assert worth(best) > worth(found) + 0.02 > worth(near.q) + 0.02
+    # Back to the nearest.
+    assert change(one.arm, ik__redundancy='near').successful
+    found, status = answered(one, q)
+    assert 'arc' not in values_of(status)
+    np.testing.assert_allclose(found, near.q, atol=1e-6)
+
+
+def test_an_arm_without_arcs_says_once_that_it_has_no_best_posture(targets, capfd):
+    said = 'the parameter ik.redundancy, margin, has no effect'
+    one = targets(ros_args=['-p', 'ik.redundancy:=margin'])
+    assert capfd.readouterr().err.count(said) == 1
+    assert level_of(one.ask(pose_target(ks.forward_kinematics(one.arm.robot, UR5E)))) == OK
+    assert change(one.arm, ik__tolerance=1e-5).successful
+    assert said not in capfd.readouterr().err
+    # With the direction of an axis instead of a rotation it has.
+    assert change(one.arm, ik__axis='x').successful
+    status = one.ask(pose_target(ks.forward_kinematics(one.arm.robot, UR5E)))
+    assert values_of(status)['redundancy'] == 'margin'
+    assert said not in capfd.readouterr().err
+
+
+def test_a_singular_posture_is_answered_as_near(targets):
+    stretched = (0.4, 0.5, 0.0, 0.0, 0.0, 0.0, 0.3)
+    one = targets('kuka_iiwa14', stretched, ['-p', 'ik.redundancy:=margin'])
+    values = values_of(one.ask(pose_target(np.eye(4), one.arm.robot.tool_frame)))
+    assert values['redundancy'] == 'near'
+    assert values['arc'] == 'cannot be followed from a singular posture'
 
 
 def test_the_joint_prefix_is_in_the_answers(targets):

@@ -8,6 +8,7 @@ the corrections, from the remainder and from how many numbers the poses determin
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -31,8 +32,15 @@ ROBUST_ROUNDS, ROUNDS, SORTING_ROUNDS, KNOWN_STEPS = 12, 25, 8, 4
 # A step within this share of the standard deviations, and a change of the noise, ends it.
 ENOUGH = 1e-3
 # Degrees of freedom beyond two that the noise is taken to have at least; a noise of no more than
-# the second is not told by the rows.
-LEAST_FREEDOM, UNTOLD = 1.0, 1.0
+# the second is not told by the rows, and one that is assumed has the third: in nine cases of ten
+# it is between 0.6 and 4.4 times as large.
+LEAST_FREEDOM, UNTOLD, ASSUMED_FREEDOM = 1.0, 1.0, 2.0
+# Logarithms of half a chi-square, for means over what a noise may be that few rows tell.
+HALF_SQUARES = np.arange(-9.0, 4.0, 0.6)
+# Noises that are less likely by this factor are left out of a mean.
+UNLIKELY = 1e-3
+# Products of errors do not count whose squares are this share of the variances, or less.
+STRAIGHT = 0.5
 HALVINGS = 5
 # Standard deviation (m) of a distance between points that is known.
 DISTANCE = 1e-5
@@ -289,6 +297,8 @@ class Identified:
     freedom
         Numbers of the rows beyond those of the parameters, of positions and of rotations, by which
         the noise is known. Infinite where it is that of the instrument.
+    bent
+        Whether products of errors count: then the covariance has what these add.
     """
 
     values: Floats
@@ -297,6 +307,7 @@ class Identified:
     used: Flags
     distances: Floats
     freedom: Noise
+    bent: bool
 
 
 class _Step(NamedTuple):
@@ -357,10 +368,41 @@ def identify(
         if same and moved < ENOUGH and changed < ENOUGH:
             break
     freedom = Noise(*(f if own <= e else np.inf for own, e, f in zip(found, evident, freedom)))
-    inverse = problem.prior[:, None] * np.linalg.inv(
-        _solve(problem, values, widened(found, freedom), used.astype(np.float64)).triangle
-    )
-    return Identified(values, inverse @ inverse.T, found, used, distances, freedom)
+    covariance = _mean_covariance(problem, values, found, freedom, used)
+    bend = _bend(problem, values, widened(found, freedom), used)
+    bent = bool(np.any(bend))
+    return Identified(values, covariance + bend, found, used, distances, freedom, bent)
+
+
+def _mean_covariance(
+    problem: FitProblem, values: Floats, noise: Noise, freedom: Noise, used: Flags
+) -> Floats:
+    # Priors keep the errors small that a large noise would leave: the covariance is the mean over
+    # the noises, and not that of a mean noise.
+    each = [_possible_noises(own, f) for own, f in zip(noise, freedom)]
+    if problem.positions:
+        each[1] = [(1.0, noise.rotation)]
+    mean = np.zeros((len(values), len(values)))
+    for (weight, position), (times, rotation) in product(*each):
+        known = Noise(position, rotation)
+        solved = _solve(problem, values, known, used.astype(np.float64))
+        inverse = problem.prior[:, None] * np.linalg.inv(solved.triangle)
+        mean += weight * times * (inverse @ inverse.T)
+    return mean
+
+
+def _possible_noises(noise: float, freedom: float) -> list[tuple[float, float]]:
+    # How likely each standard deviation is after an estimate: the squares that remain, over those
+    # of the noise, are distributed as chi-square.
+    if freedom >= FEW_ROWS:
+        return [(1.0, noise * _widening(freedom))]
+    freedom = max(freedom, ASSUMED_FREEDOM)
+    half = np.exp(HALF_SQUARES)
+    weights = half ** (0.5 * freedom) * np.exp(-half)
+    likely = weights > UNLIKELY * np.max(weights)
+    weights = weights[likely] / np.sum(weights[likely])
+    noises = noise * np.sqrt(0.5 * freedom / half[likely])
+    return list(zip(weights.tolist(), noises.tolist()))
 
 
 def _known_distances(distances: Floats, freedom: Noise) -> Floats:
@@ -381,9 +423,11 @@ def widened(noise: Noise, freedom: Noise) -> Noise:
     They have a Student distribution: its variance is f / (f - 2) of the estimate (Gelman et al.,
     Bayesian Data Analysis, section 3.2).
     """
-    return Noise(
-        *(own * np.sqrt(1.0 + 2.0 / max(f - 2.0, LEAST_FREEDOM)) for own, f in zip(noise, freedom))
-    )
+    return Noise(*(own * _widening(f) for own, f in zip(noise, freedom)))
+
+
+def _widening(freedom: float) -> float:
+    return float(np.sqrt(1.0 + 2.0 / max(freedom - 2.0, LEAST_FREEDOM)))
 
 
 def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
@@ -471,44 +515,72 @@ def _squares(problem: FitProblem, values: Floats, noise: Noise, weights: Floats)
     return float(np.sum(weights * d**2) + known + np.sum((values / problem.prior) ** 2))
 
 
-def excesses(problem: FitProblem, found: Identified) -> Floats:
+def _bend(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
     """
-    Return how far the covariance is from what the rows say, (P,): 0 where the problem is linear.
+    Return what products of errors add to the covariance, (P, P); 0 where it is next to nothing.
 
-    Where a number is off by its deviation, and all others by what the covariance has along with
-    that, the squares that remain grow by 1 and this.
+    Errors L z, of the covariance L L^T, move what remains by their products as well, and the
+    corrections of least squares by G of that (Bates and Watts 1980). Of normal z the squares of
+    sum_kl G_kl z_k z_l / 2 are, about their mean, sum_kl G_kl G_kl^T / 2.
     """
-    weights = found.used.astype(np.float64)
-    least = _squares(problem, found.values, found.noise, weights)
-    steps = found.covariance / np.sqrt(np.diag(found.covariance))
-    return np.array(
-        [
-            max(
-                _squares(problem, found.values + way * step, found.noise, weights)
-                for way in (1.0, -1.0)
-            )
-            - least
-            - 1.0
-            for step in steps.T
-        ]
-    )
+    weights = used.astype(np.float64)
+    solved = _solve(problem, values, noise, weights)
+    inverse = np.linalg.inv(solved.triangle)
+    L = problem.prior[:, None] * inverse
+
+    def away(step: Floats) -> Floats:
+        there = values + step
+        return _right(problem, there, problem.weighed(there), noise, weights)
+
+    def turning(step: Floats) -> Floats:
+        there = values + step
+        return _rows(problem, there, problem.equations(there)[1], noise, weights)
+
+    # All errors at once first, each with a sign.
+    along = L @ np.where(np.random.default_rng(0).random(len(values)) < 0.5, -1.0, 1.0)
+    products = away(along) - 2.0 * away(0.0 * along) + away(-along)
+    moved = 0.5 * inverse.T @ (solved.rows.T @ products)
+    if float(moved @ moved) < STRAIGHT * len(values):
+        return np.zeros_like(L)
+    back = L @ inverse.T @ solved.rows.T
+    each = [back @ (turning(0.5 * step) - turning(-0.5 * step)) @ inverse for step in L.T]
+    G = np.concatenate(each, axis=1)
+    return np.asarray(0.5 * G @ G.T)
 
 
 def _solve(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> _Step:
     remainders, J = problem.equations(values)
-    kinds = 1 if problem.positions else 2
-    scale = np.sqrt(weights)[:, None, None] / np.asarray(noise, dtype=np.float64)[:, None]
     count = len(values)
-    rows = (J[:, :kinds] * scale[:, :kinds, :, None] * problem.prior).reshape(-1, count)
-    known, left = problem.distance_equations(values)
-    rows = np.concatenate([rows, known * problem.prior, np.eye(count)])
-    right = np.concatenate(
-        [(remainders[:, :kinds] * scale[:, :kinds]).reshape(-1), left, -values / problem.prior]
-    )
+    rows = _rows(problem, values, J, noise, weights)
+    right = _right(problem, values, remainders, noise, weights)
     triangle = triangle_of(np.column_stack([rows, right]))
     R = triangle[:count, :count]
     step = np.linalg.solve(R, triangle[:count, count])
     return _Step(np.asarray(step, dtype=np.float64), R, remainders, rows, right)
+
+
+def _rows(problem: FitProblem, values: Floats, J: Floats, noise: Noise, weights: Floats) -> Floats:
+    # How rows, known distances and priors move, in their deviations, with numbers in theirs.
+    scale = _scale(problem, noise, weights)
+    rows = J[:, : scale.shape[1]] * scale[:, :, :, None] * problem.prior
+    known = problem.distance_equations(values)[0] * problem.prior
+    return np.concatenate([rows.reshape(-1, len(values)), known, np.eye(len(values))])
+
+
+def _right(
+    problem: FitProblem, values: Floats, remainders: Floats, noise: Noise, weights: Floats
+) -> Floats:
+    # What remains of rows, known distances and priors, in their deviations.
+    scale = _scale(problem, noise, weights)
+    rows = (remainders[:, : scale.shape[1]] * scale).reshape(-1)
+    left = problem.distance_equations(values)[1]
+    return np.concatenate([rows, left, -values / problem.prior])
+
+
+def _scale(problem: FitProblem, noise: Noise, weights: Floats) -> Floats:
+    # What the numbers of the rows are multiplied by, (N, 1, 1), or (N, 2, 1) of whole poses.
+    each = np.asarray(noise, dtype=np.float64)[: 1 if problem.positions else 2]
+    return np.asarray(np.sqrt(weights)[:, None, None] / each[:, None])
 
 
 def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Floats:

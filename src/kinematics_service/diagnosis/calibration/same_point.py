@@ -53,7 +53,6 @@ from .fitting import (
     Identified,
     KnownDistance,
     Noise,
-    excesses,
     weighted_jacobian,
 )
 from .knowledge import ParameterCombination, combinations_of
@@ -69,9 +68,6 @@ TOUCHES, STEPS, LONGEST_STEP = 1e-13, 60, 0.3
 NO_SCALE = 1e-7
 # No joint (rad) turns farther: more is in degrees.
 FAR_TURNED = 13.0
-# Where a number is off by its deviation the squares that remain should grow by 1; if by this much
-# more, deviations of other numbers do not hold there.
-BENT = 3.0
 # Outliers that are looked at for a wrong name.
 MOST_NAMED = 8
 # A constant motion that turns the sign of translations: a correction of the point is the opposite
@@ -354,19 +350,16 @@ class SamePointParameters(ChosenParameters):
 
 
 def _on_deviations(problem: FitProblem, found: Identified) -> list[str]:
-    # Far along what is hardly told, as the height of a tip that turns about parallel axes alone,
-    # the others are not where a covariance, which is of first order, has them.
-    if np.max(excesses(problem, found)) < BENT:
+    # Along what is hardly told, as the height of a tip that turns about parallel axes alone.
+    if not found.bent:
         return []
     deviations = np.sqrt(np.diag(found.covariance))
     widest = np.argmax(deviations / [one.scale for one in problem.parameters])
     one = problem.parameters[widest]
     far = value_in_words(one.group, one.angle, float(deviations[widest]))
     return [
-        f'The deviations are of first order, and {one.name} is known to '
-        f'{far} only: so far from the estimate the other deviations do not hold, and combinations '
-        'of parameters may be off by many of them; fix the tip to that of the robot file '
-        '(--fix tool) if it has one'
+        f'{one.name} is known to {far} only, and the products of so large an error with others '
+        'count in the deviations; fix the tip to that of the robot file (--fix tool) if it has one'
     ]
 
 

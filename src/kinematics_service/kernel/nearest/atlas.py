@@ -106,6 +106,7 @@ class Atlas:
             counts,
             np.ascontiguousarray(spans),
             (np.sum(counts, axis=1) - self.codimension).astype(np.int64),
+            np.array([_ends_of_counted(row) for row in counts], dtype=np.int64),
         )
         self.charts: Flat = arrays.numbers(self._arrays[0], charts * self.width)
         self.begins: FlatIntegers = arrays.whole(self._arrays[1], self.sets * BINS * BINS + 1)
@@ -113,6 +114,7 @@ class Atlas:
         self.counts: Flat = arrays.numbers(self._arrays[3], self.sets * n)
         self.spans: Flat = arrays.numbers(self._arrays[4], 3 * n)
         self.dimensions: FlatIntegers = arrays.whole(self._arrays[5], self.sets)
+        self.counted: FlatIntegers = arrays.whole(self._arrays[6], 2 * self.sets)
 
     def dimension(self, f: int) -> int:
         """Return the dimension of a set: 0 where its poses are all there are."""
@@ -154,25 +156,31 @@ class Atlas:
         first, second = self.sorting[3 * f], self.sorting[3 * f + 1]
         # What is farther promises too little.
         radius = min(radius, (1.0 + ROUND_OFF) / BENDS * promise)
+        third = self.sorting[3 * f + 2]
         for k in range(most):
             scores[k] = promise
         for j in range(self.joints):
             counts = self.counts[f * self.joints + j] > 0.0
             u[j] = _wrapped(u[j], self.spans[3 * j + 2]) if counts else 0.0
         found = 0
+        lowest = _wrapped(u[third] - radius - ROUND_OFF, self.spans[3 * third + 2])
         for k in range(BINS):
             row = self._apart(first, k, u[first])
             if row > radius:
                 continue
             if second == first:
                 cell = k * BINS + k
-                found = self._look_into(f, cell, u, radius, found, most, picked, scores, away)
+                found = self._look_into(
+                    f, cell, u, radius, lowest, found, most, picked, scores, away
+                )
                 continue
             for i in range(BINS):
                 column = self._apart(second, i, u[second])
                 if row * row + column * column <= radius * radius:
                     cell = k * BINS + i
-                    found = self._look_into(f, cell, u, radius, found, most, picked, scores, away)
+                    found = self._look_into(
+                        f, cell, u, radius, lowest, found, most, picked, scores, away
+                    )
         return found
 
     def _apart(self, joint: int, k: int, value: float) -> float:
@@ -188,20 +196,21 @@ class Atlas:
         cell: int,
         u: Flat,
         radius: float,
+        lowest: float,
         found: int,
         most: int,
         picked: FlatIntegers,
         scores: Flat,
         away: Flat,
     ) -> int:
-        # The poses of a cell, as in `nearest`.
+        # The poses of a cell, as in `nearest`; of the third joint from its lowest position on.
         third = self.sorting[3 * f + 2]
         begin, end = self.begins[f * BINS * BINS + cell], self.begins[f * BINS * BINS + cell + 1]
         count = end - begin
         if count == 0:
             return found
         period = self.spans[3 * third + 2]
-        place = self._place(begin, end, third, _wrapped(u[third] - radius - ROUND_OFF, period))
+        place = self._place(begin, end, third, lowest)
         for turn in range(count):
             at = place + turn if place + turn < end else place + turn - count
             step = self.charts[at * self.width + third] - u[third]
@@ -211,7 +220,7 @@ class Atlas:
                 step += period
             if not abs(step) <= radius + 2.0 * ROUND_OFF:
                 break
-            score = self._score(u, radius * radius, at, away)
+            score = self._score(f, u, radius * radius, at, away)
             if not score < scores[most - 1]:
                 continue
             found = min(found + 1, most)
@@ -225,22 +234,20 @@ class Atlas:
     def _place(self, begin: int, end: int, joint: int, value: float) -> int:
         # The first pose of a cell that has at least this value of a joint; the first of
         # all where none has.
-        low, high = begin, end
-        while low < high:
-            middle = (low + high) // 2
-            if self.charts[middle * self.width + joint] < value:
-                low = middle + 1
-            else:
-                high = middle
+        low = begin
+        while low < end and self.charts[low * self.width + joint] < value:
+            low += 1
         return begin if low == end else low
 
-    def _score(self, u: Flat, most: float, at: int, away: Flat) -> float:
+    def _score(self, f: int, u: Flat, most: float, at: int, away: Flat) -> float:
         # Fills `away` with the motion from u to a pose; returns how far the set promises to be
-        # there, endless where the pose is farther than the root of `most`.
+        # there, endless where the pose is farther than the root of `most`. Joints that do not
+        # count are at 0 everywhere.
         chart = arrays.after(self.charts, at * self.width)
+        begin, end = self.counted[2 * f], self.counted[2 * f + 1]
         whole = 0.0
         # The first joints are near by the cell.
-        for j in range(self.joints - 1, -1, -1):
+        for j in range(end - 1, begin - 1, -1):
             step = chart[j] - u[j]
             half = 0.5 * self.spans[3 * j + 2]
             if step > half:
@@ -253,29 +260,22 @@ class Atlas:
                 return places.INFINITY
         across = 0.0
         for i in range(self.codimension):
-            share = self._across(chart, i, away)
+            share = _along(arrays.after(chart, self.joints * (1 + i)), away, begin, end)
             across += share * share
         return math.sqrt(across + BENDS * BENDS * max(whole - across, 0.0))
 
-    def _across(self, chart: Flat, i: int, away: Flat) -> float:
-        normal = arrays.after(chart, self.joints * (1 + i))
-        share = 0.0
-        for j in range(self.joints):
-            share += normal[j] * away[j]
-        return share
-
-    def write_motion(self, u: Flat, at: int, away: Flat, motion: Flat) -> None:
+    def write_motion(self, f: int, u: Flat, at: int, away: Flat, motion: Flat) -> None:
         """
-        Fill the motion (n,) from u to the foot on a pose's tangent plane, or as near to that as
-        the pose still tells; `away` (n,) is room.
+        Fill the motion (n,) from u to the foot on the tangent plane of a pose of a set, or as near
+        to that as the pose still tells; `away` (n,) is room.
         """
         n, chart = self.joints, arrays.after(self.charts, at * self.width)
-        self._score(u, places.INFINITY, at, away)
         for j in range(n):
-            motion[j] = 0.0
+            away[j], motion[j] = 0.0, 0.0
+        self._score(f, u, places.INFINITY, at, away)
         for i in range(self.codimension):
-            share = self._across(chart, i, away)
             normal = arrays.after(chart, n * (1 + i))
+            share = _along(normal, away, 0, n)
             for j in range(n):
                 motion[j] += share * normal[j]
         along = 0.0
@@ -285,6 +285,13 @@ class Atlas:
         rest = 1.0 - FLAT / along if along > FLAT else 0.0
         for j in range(n):
             motion[j] += rest * (away[j] - motion[j])
+
+
+def _along(normal: Flat, away: Flat, begin: int, end: int) -> float:
+    share = 0.0
+    for j in range(begin, end):
+        share += normal[j] * away[j]
+    return share
 
 
 def _wrapped(value: float, period: float) -> float:
@@ -299,6 +306,12 @@ def _joints_to_sort_by(counts: Floats) -> list[int]:
     counted = np.flatnonzero(counts)
     last = len(counted) - 1
     return [int(counted[min(k, last)]) if last >= 0 else 0 for k in range(3)]
+
+
+def _ends_of_counted(counts: Floats) -> tuple[int, int]:
+    # The joints that count are among these.
+    counted = np.flatnonzero(counts)
+    return (int(counted[0]), int(counted[-1]) + 1) if len(counted) else (0, 0)
 
 
 def _sorted(table: Floats, n: int, spans: Floats, sorting: list[int]) -> tuple[Floats, Integers]:

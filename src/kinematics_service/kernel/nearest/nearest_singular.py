@@ -429,7 +429,7 @@ class NearestSearch:
         for k in range(count):
             if self.scores[k] > self.wide * self.distance:
                 return
-            self.atlas.write_motion(self.wrapped, self.picked[k], self.away, self.motion)
+            self.atlas.write_motion(0, self.wrapped, self.picked[k], self.away, self.motion)
             if not self._leads_to_known(self.motion):
                 for j in range(n):
                     self.d[j] = self.motion[j]
@@ -468,7 +468,7 @@ class NearestSearch:
             for k in range(count):
                 if self.scores[k] > WIDE * self.distance:
                     break
-                self.atlas.write_motion(self.wrapped, self.picked[k], self.away, self.d)
+                self.atlas.write_motion(f, self.wrapped, self.picked[k], self.away, self.d)
                 self._go_to_zero(f)
         if not self.found():
             return

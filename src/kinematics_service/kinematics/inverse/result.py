@@ -164,14 +164,16 @@ class IkArc(FrozenArrays):
 
     def margins(self) -> Floats:
         """Return the distance of each of `q` to the nearest limit, shape (m,), rad or m."""
-        return np.asarray(
-            np.minimum(self.q - self.limits[:, 0], self.limits[:, 1] - self.q).min(1)
-        )
+        return self.margin(self.q)
+
+    def margin(self, q: Floats) -> Floats:
+        """Return the distance of joint positions (..., n) to the nearest limit, rad or m."""
+        low, high = self.limits.T
+        return np.asarray(np.min(np.minimum(q - low, high - q), axis=-1))
 
     def with_largest_margin(self) -> Floats:
         """Return the joint positions (n,) farthest from their limits."""
-        low, high = self.limits.T
-        return self._best(lambda q: -np.min(np.minimum(q - low, high - q), axis=-1))
+        return self._best(lambda q: -self.margin(q))
 
     def nearest_to(self, q: Floats) -> Floats:
         """Return the joint positions (n,) nearest to others: root of the sum of squares."""
@@ -187,8 +189,17 @@ class IkArc(FrozenArrays):
         """Return the arc with one winding more."""
         return replace(self, windings=self.windings + 1)
 
+    def place_of_least(self, cost: Callable[[Floats], Floats]) -> float:
+        """Return the length (rad) at which a cost of joint positions (..., n) is least."""
+        k, place = self._least(cost)
+        return min((float(self.s[k]), place), key=lambda s: cost(self.at(s)))
+
     def _best(self, cost: Callable[[Floats], Floats]) -> Floats:
-        # The least cost: next to the sample that has the least, by golden sections.
+        k, place = self._least(cost)
+        return min((np.array(self.q[k]), self.at(place)), key=cost)
+
+    def _least(self, cost: Callable[[Floats], Floats]) -> tuple[int, float]:
+        # The sample that has the least cost, and the place next to it by golden sections.
         k, last = int(np.argmin(cost(self.q))), len(self.s) - 1
         a, b = float(self.s[max(k - 1, 0)]), float(self.s[min(k + 1, last)])
         if self.closed and k == 0:
@@ -198,7 +209,7 @@ class IkArc(FrozenArrays):
         for _ in range(SECTIONS):
             x, y = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
             a, b = (a, y) if cost(self.at(x)) < cost(self.at(y)) else (x, b)
-        return min((np.array(self.q[k]), self.at(0.5 * (a + b))), key=cost)
+        return k, 0.5 * (a + b)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 import math
 from array import array
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,11 @@ from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from ...errors import RefusedTargetError
 from ...kernel import Floats
+from ...kinematics.inverse.best_posture import BestPosture, best_posture
+from ...kinematics.inverse.plan import plan_for
 from ...kinematics.inverse.result import IkFamily, IkResult, IkSolution
+from ...kinematics.inverse.search import errors_at
+from ...kinematics.inverse.target import ik_target_of
 from ...rigid_motion import rotation_of_quaternion
 from ...robot.robot import Robot
 from ..parameters.settings import NodeSettings
@@ -23,9 +28,20 @@ UNIT = 1e-3
 
 
 class Choice(NamedTuple):
-    """The feasible answers to a target, the nearest to the present joint positions first."""
+    """
+    The feasible answers to a target, the nearest to the present joint positions first.
+
+    Attributes
+    ----------
+    answers
+        Solutions, and representatives of families.
+    best
+        Of a redundant arm that is to do better than to stay near: the posture that the first one
+        has become, on its arc.
+    """
 
     answers: tuple[IkSolution | IkFamily, ...]
+    best: BestPosture | None = None
 
     @property
     def q(self) -> Floats | None:
@@ -44,6 +60,20 @@ def choice_of(result: IkResult, robot: Robot, near: Floats) -> Choice:
 
     answers: list[IkSolution | IkFamily] = [*result.solutions, *result.families]
     return Choice(tuple(sorted((one for one in answers if one.feasible), key=away)))
+
+
+def best_choice(choice: Choice, T: Floats, settings: NodeSettings) -> Choice:
+    """Return a choice whose first family is at the best posture of its arc, if that is wanted."""
+    robot, near = settings.robot, choice.answers[0] if choice.answers else None
+    if settings.redundancy == 'near' or not isinstance(near, IkFamily):
+        return choice
+    target = ik_target_of(robot, T, settings.target_rows, settings.target_axis)
+    best = best_posture(robot, target, near.q, settings.redundancy, settings.redundancy_step)
+    if best is None:
+        return choice
+    residual = float(errors_at(target, plan_for(robot, target.rows, target.axis), best.q[None])[0])
+    first = replace(near, q=best.q, residual=residual, margin=float(best.arc.margin(best.q)))
+    return Choice((first, *choice.answers[1:]), best)
 
 
 def pose_of(message: PoseStamped) -> Floats:

@@ -4,17 +4,24 @@ import numpy as np
 
 from ...estimation.status_text import StatusText
 from ...kernel import Floats
-from ...kinematics.inverse.result import IkResult
+from ...kinematics.inverse.best_posture import BestPosture
+from ...kinematics.inverse.result import IkFamily, IkResult
 from ...kinematics.inverse.servo import ROUND_OFF, ServoStep
 from ...kinematics.inverse.way_out import WayOut
 from ...robot.measures import Level
 from ..messages.target_messages import Choice
 
 
-def pose_status(result: IkResult, choice: Choice, near: Floats) -> StatusText:
+def pose_status(result: IkResult, choice: Choice, near: Floats, redundancy: str) -> StatusText:
     """
-    Return the outcome of a pose target: OK if the arm can reach it, otherwise ERROR. `near` are
-    the present joint positions: the distance from them is part of the text.
+    Return the outcome of a pose target: OK if the arm can reach it, otherwise ERROR.
+
+    Parameters
+    ----------
+    near : shape (n,)
+        The present joint positions: the distance from them is part of the text.
+    redundancy
+        What is wanted of a redundant arm.
     """
     values = [
         ('status', result.status),
@@ -26,6 +33,8 @@ def pose_status(result: IkResult, choice: Choice, near: Floats) -> StatusText:
         motion = float(np.max(np.abs(choice.answers[0].q - near)))
         values.append(('largest joint motion', f'{motion:.6g}'))
         values.append(('margin', f'{choice.answers[0].margin:.6g}'))
+        if redundancy != 'near' and isinstance(choice.answers[0], IkFamily):
+            values += _on_arc(choice.best, redundancy)
         return StatusText(Level.OK, result.reason, tuple(values))
     sentence = result.reason
     nearest = result.nearest
@@ -40,6 +49,19 @@ def pose_status(result: IkResult, choice: Choice, near: Floats) -> StatusText:
             f'{nearest.rotation_error:.4g} rad away'
         )
     return StatusText(Level.ERROR, sentence, tuple(values))
+
+
+def _on_arc(best: BestPosture | None, redundancy: str) -> list[tuple[str, str]]:
+    if best is None:
+        return [('redundancy', 'near'), ('arc', 'cannot be followed from a singular posture')]
+    ends = ['singular' if not end.joint else f'{end.joint} {end.limit}' for end in best.arc.ends]
+    return [
+        ('redundancy', redundancy),
+        ('arc', f'from {ends[0]} to {ends[1]}' if ends else 'closed'),
+        ('arc length', f'{best.arc.length:.6g}'),
+        ('left to the best', f'{best.left:.6g}'),
+        ('other arcs', 'not looked for'),
+    ]
 
 
 def twist_status(step: ServoStep, way_out: WayOut | None) -> StatusText:

@@ -15,6 +15,7 @@ from std_msgs.msg import Float64MultiArray
 from ...errors import KinematicsError, RefusedTargetError
 from ...estimation.estimator import EstimatorOutput
 from ...estimation.status_text import StatusText
+from ...kinematics.inverse.best_posture import has_arcs
 from ...kinematics.inverse.plan import plan_for
 from ...kinematics.inverse.servo import joint_velocity
 from ...kinematics.inverse.solve import inverse_kinematics
@@ -23,6 +24,7 @@ from ...robot.measures import Level
 from ..messages.message_check import read_message
 from ..messages.messages import full_name, stamp_of, status_message
 from ..messages.target_messages import (
+    best_choice,
     choice_of,
     joint_message,
     pose_in_base,
@@ -77,7 +79,9 @@ class Targets:
         latest: Callable[[], EstimatorOutput | str],
     ) -> None:
         self._node = node
-        self._settings = _planned(settings)
+        # What was said to have no arcs of postures: an arm, and what counts of its targets.
+        self._without_arcs: tuple[str, tuple[str, ...], str] | None = None
+        self._settings = self._planned(settings)
         self._latest = latest
         self._throttle = Throttle(5.0)
         self._moving_since: float | None = None  # time of the last twist that is in force
@@ -109,7 +113,7 @@ class Targets:
     def configure(self, settings: NodeSettings) -> None:
         """Apply other settings; a motion in force is stopped."""
         self._stop()
-        self._settings = _planned(settings)
+        self._settings = self._planned(settings)
         self._timer.timer_period_ns = round(self._watch_period() * 1e9)
 
     def close(self) -> None:
@@ -150,13 +154,13 @@ class Targets:
             tolerance=settings.target_tolerance,
             curves=False,
         )
-        choice = choice_of(result, settings.robot, present.q)
+        choice = best_choice(choice_of(result, settings.robot, present.q), T, settings)
         if self._solutions.get_subscription_count() > 0:
             self._solutions.publish(solutions_message(choice, settings))
         if choice.q is not None:
             answer = joint_message(stamp_of(message), settings, position=choice.q)
             self._joint_states.publish(answer)
-        return pose_status(result, choice, present.q)
+        return pose_status(result, choice, present.q, settings.redundancy)
 
     # Twists
 
@@ -231,8 +235,18 @@ class Targets:
             )
             self._status.publish(status_message(f'{name}: {topic}', status_text))
 
-
-def _planned(settings: NodeSettings) -> NodeSettings:
-    # The arm's plan is made now, in some milliseconds, so that no joint state waits for it later.
-    plan_for(settings.robot, settings.target_rows, settings.target_axis or '')
-    return settings
+    def _planned(self, settings: NodeSettings) -> NodeSettings:
+        # What the arm's inverse needs is found now, in some milliseconds, so that no joint state
+        # waits for it later.
+        robot, rows, axis = settings.robot, settings.target_rows, settings.target_axis or ''
+        plan_for(robot, rows, axis)
+        if settings.redundancy == 'near':
+            self._without_arcs = None
+        elif not has_arcs(robot, rows, axis) and self._without_arcs != (robot.name, rows, axis):
+            self._without_arcs = (robot.name, rows, axis)
+            self._node.get_logger().warning(
+                f'the parameter ik.redundancy, {settings.redundancy}, has no effect: it is for '
+                'arms with one joint more than a pose, a position, or a position and an axis of '
+                f'the tool ask for, and {robot.name} is none with these targets'
+            )
+        return settings

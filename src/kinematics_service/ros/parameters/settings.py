@@ -67,6 +67,9 @@ class NodeSettings:
         None.
     target_tolerance : m, rad
         How far off a target pose is still reached.
+    redundancy, redundancy_step : rad
+        Which posture of a redundant arm answers a target pose, and how far along its arc it may
+        be from the nearest one.
     target_timeout : ns
         Time for which a target twist is in force.
     servo
@@ -101,6 +104,8 @@ class NodeSettings:
     target_rows: tuple[str, ...]
     target_axis: str | None
     target_tolerance: float
+    redundancy: str
+    redundancy_step: float
     target_timeout: int
     servo: ServoSettings
     reference: ReferenceLimits
@@ -206,6 +211,8 @@ def settings_from(
         target_rows=_linear(rows) if axis else rows,
         target_axis=axis,
         target_tolerance=values['ik.tolerance'],
+        redundancy=values['ik.redundancy'],
+        redundancy_step=values['ik.redundancy_step'] or math.inf,
         target_timeout=round(values['ik.target_timeout'] * 1e9),
         servo=_servo(values, rows, judged),
         reference=_reference(values),

@@ -7,6 +7,7 @@ from typing import Any
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 
 from ...estimation.estimator import VELOCITY_SOURCES
+from ...kinematics.inverse.best_posture import CRITERIA
 from ...kinematics.servo_rule import ServoRule
 from ...robot.measures import MEASURES
 
@@ -14,6 +15,8 @@ from ...robot.measures import MEASURES
 TRANSPORTS = ('bytes', 'messages')
 AXES = ('base', 'tool')
 SCALE_RULES = ('distance', 'servo')
+# Which posture of a redundant arm answers a target.
+REDUNDANCY = ('near', *CRITERIA)
 # The settings of the second, by their names.
 SERVO_RULE = {
     'lower_singularity_threshold': 'Of `scale.rule` servo: condition number from which a motion '
@@ -205,6 +208,23 @@ PARAMETERS = (
         'A target pose counts as reached up to this error, m and rad. `~/ik/status` has the '
         'residual.',
         range=(0.0, 1.0),
+    ),
+    Parameter(
+        'ik.redundancy',
+        'near',
+        'Which posture of an arm with one joint more than its target pose asks for is the answer: '
+        'the nearest to where it is; or, on the arc of postures that this one is on, that of '
+        'largest clearance from singular poses, or of largest margin from the joint limits. '
+        '`~/ik/status` has the ends of the arc.',
+        REDUNDANCY,
+    ),
+    Parameter(
+        'ik.redundancy_step',
+        0.1,
+        'How far along the arc an answer may be from the nearest posture, rad (prismatic joints '
+        "divided by the arm's length), so that answers do not jump; 0: as far as the best is.",
+        range=(0.0, 100.0),
+        least=1e-6,
     ),
     Parameter(
         'ik.target_timeout',

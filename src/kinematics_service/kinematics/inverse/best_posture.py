@@ -1,0 +1,157 @@
+"""The best posture of a redundant arm on the arc of its postures that it is on, by a criterion."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kernel import Floats, Integers
+from ...robot.robot import Robot
+from ..clearance import clearances
+from ..forward import forward_kinematics
+from .arcs import JointCurve
+from .curve import traced
+from .plan import InversePlan, plan_for
+from .result import IkArc
+from .sliced_arm import sliced_arm_of
+from .target import TOOL_AXES, IkTarget
+
+Cost = Callable[[Floats], Floats]
+
+# Samples of an arc are not farther apart (rad, prismatic joints divided by the arm's length), and
+# what is on an arc is not farther from it.
+APART, ON_ARC = 0.2, 1e-6
+# About how many postures of an arc have their clearance looked at, a tenth of a millisecond each.
+LOOKED_AT = 48
+# What is a rad farther away has to be better by as much, or answers turn back and forth between
+# postures that are as good.
+FARTHER = 1e-3
+
+
+class BestPosture(NamedTuple):
+    """
+    A posture that an arc leads to from another one.
+
+    Attributes
+    ----------
+    q : shape (n,), rad or m
+    arc
+        Inside the limits, on the turns of the other posture.
+    left : rad
+        How far along the arc the best posture is from this one.
+    """
+
+    q: Floats
+    arc: IkArc
+    left: float
+
+
+def _of_largest_clearance(arc: IkArc, robot: Robot, away: Cost) -> float:
+    # Of samples far apart, and then of those next to the best.
+    ways = FARTHER * away(arc.q)
+
+    def best(places: Integers) -> int:
+        found = clearances(robot, np.array(arc.q[places])) - ways[places]
+        return int(places[np.argmax(found)])
+
+    step, last = 1 + len(arc.q) // LOOKED_AT, len(arc.q) - 1
+    k = best(np.arange(0, last + 1, step))
+    return float(arc.s[best(np.arange(max(k - step, 0), min(k + step, last) + 1))])
+
+
+def _of_largest_margin(arc: IkArc, robot: Robot, away: Cost) -> float:
+    return arc.place_of_least(lambda q: FARTHER * away(q) - arc.margin(q))
+
+
+# Where on an arc the best posture is (rad), by what is to be large.
+CRITERIA = {'clearance': _of_largest_clearance, 'margin': _of_largest_margin}
+
+
+def best_posture(
+    robot: Robot, target: IkTarget, q: Floats, criterion: str, farthest: float
+) -> BestPosture | None:
+    """
+    Return the best posture on the arc through another one, as near to it as asked.
+
+    None if the arc cannot be followed: the posture is singular, or the arm has not one joint more
+    than the target asks for.
+
+    Parameters
+    ----------
+    q : shape (n,), rad or m
+        Inside the limits; the tool is at the target.
+    criterion
+        One of `CRITERIA`.
+    farthest : rad
+        How far along the arc the posture may be from `q`.
+    """
+    place = place_on_arc(robot, target, q)
+    if place is None:
+        return None
+    arc, here = place
+    way = CRITERIA[criterion](arc, robot, _away_from(q, arc.scales)) - here
+    if arc.closed:
+        way -= arc.length * round(way / arc.length)
+    step = min(max(way, -farthest), farthest)
+    return BestPosture(arc.at(here + step), arc, abs(way - step))
+
+
+def has_arcs(robot: Robot, rows: tuple[str, ...], axis: str) -> bool:
+    """Return whether an arm has one joint more than targets of these rows and axis ask for."""
+    return sliced_arm_of(robot, rows, axis) is not None
+
+
+class ArcPlace(NamedTuple):
+    """An arc inside the limits, full turns told apart, and the length (rad) at a place of it."""
+
+    arc: IkArc
+    s: float
+
+
+def place_on_arc(robot: Robot, target: IkTarget, q: Floats) -> ArcPlace | None:
+    """Return where a posture (n,) is on the arc through it; None if it cannot be followed."""
+    plan = plan_for(robot, target.rows, target.axis)
+    arm = sliced_arm_of(robot, target.rows, target.axis)
+    if arm is None:
+        return None
+    psi = arm.to_screws(q)
+    if target.axis:
+        psi[-1] = _turn_left(robot, target, q)
+    curve = traced(arm.chart(target), psi, arm.turning)
+    if len(curve.psi) < 2:
+        return None
+    distance = _away_from(q, plan.scales)
+    for arc in JointCurve(robot, plan, arm, curve).arcs():
+        for moved in _on_turns_near(arc, q, plan):
+            s = moved.place_of_least(distance)
+            if distance(moved.at(s)) < ON_ARC:
+                return ArcPlace(moved, s)
+    return None
+
+
+def _on_turns_near(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
+    # The arc moved by full turns that leave it inside the limits, where a sample of it is near q.
+    turns = np.round((q - arc.q) / plan.periods)
+    periods = np.where(np.isfinite(plan.periods), plan.periods, 0.0)
+    away = (q - arc.q - turns * periods) / plan.scales
+    for one in np.unique(turns[np.linalg.norm(away, axis=1) < APART], axis=0):
+        moved = _moved(arc, one * periods)
+        if moved.margins().min() > -ON_ARC:
+            yield moved
+
+
+def _turn_left(robot: Robot, target: IkTarget, q: Floats) -> float:
+    # The joint that is added where a direction counts: the turn about it to the target's pose.
+    M = forward_kinematics(robot, q)[:3, :3].T @ target.pose[:3, :3]
+    first = TOOL_AXES.index(target.axis) - 2
+    return math.atan2(M[first + 1, first], M[first, first])
+
+
+def _away_from(q: Floats, scales: Floats) -> Cost:
+    return lambda one: np.linalg.norm((one - q) / scales, axis=-1)
+
+
+def _moved(arc: IkArc, offset: Floats) -> IkArc:
+    return replace(arc, q=arc.q + offset, along=lambda s: arc.along(s) + offset)
