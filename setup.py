@@ -31,6 +31,7 @@ TEST = [
     'setuptools>=61',
     'wheel',
     'ros-domain-coordinator',
+    'scipy',
     'rosbags',
     'pyarrow>=14',
     'h5py>=3',
