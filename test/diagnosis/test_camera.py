@@ -158,6 +158,22 @@ def test_a_board_of_another_size_is_named_and_refused(where):
         assert abs(float(ratio[1]) * size - 1.0) < 0.02
 
 
+@pytest.mark.parametrize('where', BOTH)
+def test_zeros_that_drift_are_no_size_of_the_board(where):
+    """The size is judged beside the drifts that are kept, and is found beside them."""
+    arm = camera_arm(where, 100, 1)
+    sessions = np.random.default_rng(17).permutation(np.repeat(np.arange(4), 25))
+    q = arm.q + 0.004 * np.random.default_rng(18).normal(size=(4, 6))[sessions]
+    for size in (1.0, 0.97):
+        poses = arm.poses.copy()
+        poses[:, :3, 3] *= size
+        found = ks.calibrate(arm.robot, q, poses, camera=where, sessions=sessions)
+        assert [one.kind for one in found.terms if one.kept] == ['zeros']
+        said = [one for one in (*found.remarks, *found.refusals) if ' times as large ' in one]
+        assert len(said) == (size != 1.0)
+        assert found.accepted == (size == 1.0)
+
+
 def test_what_no_camera_measures_is_refused():
     arm = measured_arm('ur5e', 20)
     with pytest.raises(CalibrationError, match='not by positions alone'):

@@ -21,7 +21,7 @@ from ..frame_check.errors import Errors, errors_of
 from ..frame_check.hypotheses import Hypothesis, joint_hypotheses_of
 from .acceptance import JudgedFit, refusals_of
 from .board_views import BoardViews
-from .camera import ON_TOOL, Camera, WrongSize, given_by_camera, wrong_size
+from .camera import ON_TOOL, Camera, given_by_camera, wrong_size
 from .checking import Measured, checked_offsets, measured
 from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
 from .corrections import corrected_robot
@@ -39,7 +39,7 @@ from .identified_table import CalibratedParameter, IdentifiedTable
 from .knowledge import KNOWN, ParameterCombination
 from .optional_terms import (
     NOTHING_ASKED,
-    AskedTerms,
+    FittedTerms,
     ToolLoads,
     TriedTerm,
     asked_terms,
@@ -369,7 +369,8 @@ def calibrate(
         arm = parameters_of(robot, asks_for_gears(fit))
         points = SamePointParameters(robot, touched, arm, apart or {})
         problem = points.touch_problem(fit, fix, tolerances, check)
-        found = _fitted(robot, points.given, points, problem, None, known, progress)
+        best = fitted_terms(problem, NOTHING_ASKED, known, progress)
+        found = _fitted(robot, points.given, points, problem, None, best, known, progress)
         if found.accepted or not check:
             return found
         progress('explanations')
@@ -406,9 +407,10 @@ def calibrate(
         whitening=whitening,
     )
     asked = asked_terms(robot, given, each.base, free.base, sessions, loads)
-    found = _fitted(robot, given, names, problem, frames, known, progress, asked)
+    best = fitted_terms(problem, asked, known, progress)
+    found = _fitted(robot, given, names, problem, frames, best, known, progress)
     found = replace(found, camera=camera)
-    size = _wrong_size(found, problem) if camera is not None and check else None
+    size = wrong_size(best.problem, best.found) if camera is not None and check else None
     if size is not None and not size.refused:
         found = replace(found, remarks=(*found.remarks, size.sentence))
     elif size is not None:
@@ -452,12 +454,6 @@ def _with_explanations(
     )
 
 
-def _wrong_size(found: Calibration, problem: FitProblem) -> WrongSize | None:
-    used = ~np.isin(np.arange(found.count), found.outliers)
-    values = np.array([one.correction for one in found.parameters])
-    return wrong_size(problem, values, found.noise, used)
-
-
 def _half_behind(approach: npt.ArrayLike) -> Floats:
     return np.asarray(-0.5 * np.sign(np.array(approach, dtype=np.float64)))
 
@@ -468,11 +464,10 @@ def _fitted(
     names: ChosenParameters,
     problem: FitProblem,
     frames: FrameDiagnosis | None,
+    fit: FittedTerms,
     instrument: Noise | None,
     progress: Callable[[str], None],
-    asked: AskedTerms = NOTHING_ASKED,
 ) -> Calibration:
-    fit = fitted_terms(problem, asked, instrument, progress)
     count = len(problem.parameters)
     found = replace(
         fit.found,

@@ -5,13 +5,12 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ...errors import CalibrationError
-from ...formats.recordings.block import Flags
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import inverses
 from ...robot.robot import Robot
 from .checking import Measured, refuse_mistake
-from .fitting import FitProblem, Noise, one_more
+from .fitting import FitProblem, Identified, one_more
 from .placing import Free, offsets_of
 
 Camera = Literal['on-tool', 'fixed']
@@ -55,7 +54,7 @@ class WrongSize(NamedTuple):
         return abs(self.share) > REFUSED
 
 
-def wrong_size(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> WrongSize | None:
+def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
     """
     Return that the squares of the board, or the focal length, are of another size, if rows say so.
 
@@ -63,13 +62,13 @@ def wrong_size(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -
     larger arm looks like a smaller board: its numbers have priors, and so this is told.
     """
     # Predicted: of an arm that only turns, the noise of measured ones would be told as a size.
-    poses = problem.predicted(values)
+    poses = problem.predicted(fit.values)
     poses = inverses(poses) if problem.from_tool else poses
     found = []
     for what, axes in ((LARGER, (1.0, 1.0, 1.0)), (LONGER, (0.0, 0.0, 1.0))):
         moves = np.zeros((len(poses), 2, 3))
         moves[:, 0] = -poses[:, :3, 3] * axes
-        share, deviation = one_more(problem, values, noise, used, moves)
+        share, deviation = one_more(problem, fit, moves)
         if abs(share) > max(TOLD * deviation, REMARKED):
             sentence = what.format(f'{1.0 + share:.3f}')
             found.append((abs(share) / deviation, WrongSize(sentence, share)))

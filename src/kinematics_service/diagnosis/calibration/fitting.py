@@ -474,9 +474,7 @@ def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: F
     return triangle_of(solved.rows[: len(solved.rows) - len(values)])
 
 
-def one_more(
-    problem: FitProblem, values: Floats, noise: Noise, used: Flags, moves: Floats
-) -> tuple[float, float]:
+def one_more(problem: FitProblem, found: Identified, moves: Floats) -> tuple[float, float]:
     """
     Return one more correction that the rows ask for, and its standard deviation.
 
@@ -485,14 +483,14 @@ def one_more(
     moves : shape (N, 2, 3)
         How the predicted poses move with it, as `FitProblem.remainders` has what remains.
     """
-    solved = _solve(problem, values, noise, used.astype(np.float64))
-    kinds = 1 if problem.positions else 2
-    scale = used[:, None, None] / np.asarray(noise, dtype=np.float64)[:, None]
+    weights = found.used.astype(np.float64)
+    solved = _solve(problem, found.values, found.noise, weights)
+    scale = _scale(problem, found.noise, weights)
     column = np.zeros(len(solved.rows))
-    own = (problem.whitened(moves) * scale)[:, :kinds].reshape(-1)
+    own = (problem.whitened(moves)[:, : scale.shape[1]] * scale).reshape(-1)
     column[: len(own)] = own
     triangle = triangle_of(np.column_stack([solved.rows, column, solved.right]))
-    at = len(values)
+    at = len(found.values)
     return float(triangle[at, at + 1] / triangle[at, at]), float(1.0 / abs(triangle[at, at]))
 
 
@@ -538,7 +536,7 @@ def _bend(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Flo
 
     # All errors at once first, each with a sign.
     along = L @ np.where(np.random.default_rng(0).random(len(values)) < 0.5, -1.0, 1.0)
-    products = away(along) - 2.0 * away(0.0 * along) + away(-along)
+    products = away(along) - 2.0 * solved.right + away(-along)
     moved = 0.5 * inverse.T @ (solved.rows.T @ products)
     if float(moved @ moved) < STRAIGHT * len(values):
         return np.zeros_like(L)
