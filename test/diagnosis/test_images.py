@@ -304,6 +304,8 @@ def test_wrong_options_of_images_are_sentences(tmp_path, capsys):
         (2, 'takes one FILE', file, other, *every),
         (2, 'takes one FILE', camera, *every),
         (2, 'takes one FILE', *every, '--propose', 3),
+        (2, '--sessions: for measured poses, not for --images', file, *every, '--sessions', 'q'),
+        (2, '--load: for measured poses, not for --images', file, *every, '--load', 'q'),
         (2, 'for instance 7x5', file, *images, '--board', '7x5', *on_tool, *intrinsics),
         (2, 'which are smaller', file, *images, '--board', WORDS.replace('30mm', '50mm'), *on_tool,
          *intrinsics),

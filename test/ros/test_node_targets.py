@@ -186,7 +186,7 @@ def test_a_singular_posture_is_answered_as_near(targets):
     one = targets('kuka_iiwa14', stretched, ['-p', 'ik.redundancy:=margin'])
     values = values_of(one.ask(pose_target(np.eye(4), one.arm.robot.tool_frame)))
     assert values['redundancy'] == 'near'
-    assert values['arc'] == 'cannot be followed from a singular posture'
+    assert values['arc'] == 'none was followed from this posture'
 
 
 def test_the_joint_prefix_is_in_the_answers(targets):

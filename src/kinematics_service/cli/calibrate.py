@@ -239,9 +239,9 @@ def calibrate(
     Where the instrument stands, and the zeros of the joints, may drift from session
     to session, for instance by their temperature; joints yield to the torque of a
     load. Each is kept only if held-out rows come out better by more than twice the
-    standard error; else the report says that it does not help. Measure the same
-    joint positions in each session, or with and without the load. The robot file
-    has the arm without a load, in the middle of the sessions.
+    standard error; else the report says that it is not seen to help. Measure the
+    same joint positions in each session, or with and without the load. The robot
+    file has the arm without a load, in the middle of the sessions.
 
     \b
     --live hears joint states (--topic, /joint_states) and poses of the tool

@@ -26,7 +26,7 @@ def term_sentences(tried: Sequence[TriedTerm], positions: bool) -> Iterator[str]
         if one.without is None or one.with_term is None:
             yield f'{words} cannot be told from these rows and is left out: {one.doubt}'
             continue
-        verdict = 'helps and is kept' if one.kept else 'does not help and is left out'
+        verdict = 'helps and is kept' if one.kept else 'is not seen to help and is left out'
         yield (
             f'{words} {verdict}: rows at held-out joint positions are {rms(one.with_term)} off '
             f'with it, {rms(one.without)} without it (rms)'

@@ -75,8 +75,8 @@ def best_posture(
     """
     Return the best posture on the arc through another one, as near to it as asked.
 
-    None if the arc cannot be followed: the posture is singular, or the arm has not one joint more
-    than the target asks for.
+    None if no arc was followed: the posture is singular, or on none, or the arm has not one joint
+    more than the target asks for.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class ArcPlace(NamedTuple):
 
 
 def place_on_arc(robot: Robot, target: IkTarget, q: Floats) -> ArcPlace | None:
-    """Return where a posture (n,) is on the arc through it; None if it cannot be followed."""
+    """Return where a posture (n,) is on the arc through it; None if none was followed."""
     plan = plan_for(robot, target.rows, target.axis)
     arm = sliced_arm_of(robot, target.rows, target.axis)
     if arm is None:

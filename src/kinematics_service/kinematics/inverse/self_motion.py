@@ -34,7 +34,7 @@ NEXT = 4
 MORE = np.linspace(-math.pi, math.pi, 24, endpoint=False) + 0.05
 # Curves and pieces of complex solutions at most.
 MOST_CURVES, MOST_PATHS = 64, 96
-SINGULAR = 'a curve cannot be followed: it passes a singular pose'
+SINGULAR = 'a curve cannot be followed to its end: it passes a singular pose, or is too long'
 
 
 class Fold(NamedTuple):

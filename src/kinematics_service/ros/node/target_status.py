@@ -53,7 +53,7 @@ def pose_status(result: IkResult, choice: Choice, near: Floats, redundancy: str)
 
 def _on_arc(best: BestPosture | None, redundancy: str) -> list[tuple[str, str]]:
     if best is None:
-        return [('redundancy', 'near'), ('arc', 'cannot be followed from a singular posture')]
+        return [('redundancy', 'near'), ('arc', 'none was followed from this posture')]
     ends = ['singular' if not end.joint else f'{end.joint} {end.limit}' for end in best.arc.ends]
     return [
         ('redundancy', redundancy),
