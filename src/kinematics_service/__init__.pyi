@@ -31,6 +31,10 @@ from .kinematics.acceleration import jacobian_rate as jacobian_rate
 from .kinematics.analytic import AnalyticJacobian as AnalyticJacobian
 from .kinematics.analytic import analytic_jacobian as analytic_jacobian
 from .kinematics.closure import LoopClosure as LoopClosure
+from .kinematics.family_paths.following import follow_family as follow_family
+from .kinematics.family_paths.result import ArcLink as ArcLink
+from .kinematics.family_paths.result import FamilyPath as FamilyPath
+from .kinematics.family_paths.result import FollowedPath as FollowedPath
 from .kinematics.forward import forward_kinematics as forward_kinematics
 from .kinematics.forward import jacobian as jacobian
 from .kinematics.forward import link_frames as link_frames

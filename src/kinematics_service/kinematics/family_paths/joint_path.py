@@ -1,0 +1,107 @@
+"""A joint path through a posture of each target: on turns inside the limits, smoothed, measured."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...kernel import Floats
+from ...rigid_motion import exponential, rotation_vector
+from ...robot.robot import Robot
+from ..forward import forward_kinematics
+from ..inverse.result import IkArc
+from .pieces import StepRule
+
+# Rounds in which postures move to between their neighbours.
+SWEEPS = 3
+# Where the tool is looked at between two targets.
+BETWEEN = np.arange(1, 8)[:, None] / 8.0
+# Round-off of a joint at a limit, rad or m.
+AT_LIMIT = 1e-9
+
+
+def on_turns_inside(q: Floats, limits: Floats, rule: StepRule, held: bool) -> Floats | None:
+    """
+    Return a path (N, n) by full turns inside the limits (n, 2), in their middle; None if none is.
+
+    `held`: only as it is.
+    """
+    turned = q.copy()
+    for j, period in enumerate(rule.periods.tolist()):
+        low, high = limits[j] + [-AT_LIMIT, AT_LIMIT]
+        least, most = float(q[:, j].min()), float(q[:, j].max())
+        turns = 0
+        if np.isfinite(period) and np.all(np.isfinite(limits[j])) and not held:
+            first, last = np.ceil((low - least) / period), np.floor((high - most) / period)
+            if first > last:
+                return None
+            turns = int(np.clip(np.round((low + high - least - most) / (2 * period)), first, last))
+            turned[:, j] += turns * period
+        elif least < low or most > high:
+            return None
+    return turned
+
+
+def banned_step(q: Floats, limits: Floats) -> int:
+    """Return the step of a path (N, n) at which it leaves the limits, on any turns."""
+    across = np.maximum.accumulate(q, axis=0) - np.minimum.accumulate(q, axis=0)
+    wide = np.any(across > limits[:, 1] - limits[:, 0], axis=1)
+    wide |= np.any((q < limits[:, 0] - AT_LIMIT) | (q > limits[:, 1] + AT_LIMIT), axis=1)
+    return max(int(np.argmax(wide)) - 1, 0)
+
+
+def smoothed(
+    q: Floats, arcs: Sequence[IkArc | None], rule: StepRule, first_is_free: bool
+) -> Floats:
+    """Return a path (N, n) with each posture moved along its arc to between its neighbours."""
+    q = q.copy()
+    for _ in range(SWEEPS):
+        for k, arc in enumerate(arcs):
+            if arc is None or len(q) == 1 or (k == 0 and not first_is_free):
+                continue
+            others = [q[i] for i in (k - 1, k + 1) if 0 <= i < len(q)]
+            # The arc is on other turns.
+            offset = q[k] - _nearest(arc, q[k], rule)
+            moved = arc.nearest_to(np.mean(others, axis=0) - offset) + offset
+            if _steps(moved, others, rule).sum() < _steps(q[k], others, rule).sum() and np.all(
+                np.abs(moved - others) / rule.scales <= rule.most
+            ):
+                q[k] = moved
+    return q
+
+
+def _nearest(arc: IkArc, q: Floats, rule: StepRule) -> Floats:
+    # q without the full turns by which the arc is elsewhere.
+    turned = rule.shortest(arc.q - q)
+    k = int(np.argmin(np.linalg.norm(turned / rule.scales, axis=1)))
+    return np.asarray(arc.q[k] - turned[k])
+
+
+def _steps(q: Floats, others: list[Floats], rule: StepRule) -> Floats:
+    return np.asarray(np.sum(((q - others) / rule.scales) ** 2, axis=1))
+
+
+def deviations(
+    robot: Robot, poses: Sequence[Floats], q: Floats, whole: bool
+) -> tuple[float, float]:
+    """
+    Return how far (m, rad) the tool leaves straight lines and shortest turns between its targets.
+
+    Parameters
+    ----------
+    poses
+        Of the targets, (4, 4) each.
+    q : shape (N, n), rad or m
+        A posture at each.
+    whole
+        Whether rotations count.
+    """
+    farthest = turned = 0.0
+    for a, b, first, last in zip(poses, poses[1:], q, q[1:]):
+        T = forward_kinematics(robot, first + BETWEEN * (last - first))
+        line = a[:3, 3] + BETWEEN * (b[:3, 3] - a[:3, 3])
+        farthest = max(farthest, float(np.max(np.linalg.norm(T[:, :3, 3] - line, axis=1))))
+        if whole:
+            R = a[:3, :3] @ exponential(BETWEEN * rotation_vector(a[:3, :3].T @ b[:3, :3]))
+            off = rotation_vector(np.swapaxes(R, 1, 2) @ T[:, :3, :3])
+            turned = max(turned, float(np.max(np.linalg.norm(off, axis=1))))
+    return farthest, turned

@@ -1,0 +1,178 @@
+"""
+The arcs of a target in pieces, each inside a box of joint positions, and which are a step apart.
+
+Between neighbouring ends of its range along the curve a joint rises or falls, and all these ends
+are among an arc's samples: so the curve stays in the box that two neighbouring samples span.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...kernel import Floats, Integers
+from ...robot.robot import Robot
+from ..inverse.plan import InversePlan
+from ..inverse.result import IkArc
+from ..singularity import singularity
+
+# Ends of a range that are met twice between two samples are seen by neither: boxes are wider by
+# this share of the way between the samples.
+WIDER = 0.1
+# Pairs of pieces that are looked at together.
+AT_ONCE = 1 << 20
+
+
+class StepRule(NamedTuple):
+    """
+    What a step from a target to the next is allowed to be.
+
+    Attributes
+    ----------
+    scales : shape (n,)
+        What a rad counts: the length for prismatic joints.
+    periods : shape (n,)
+        Of the joints whose limits are wider than a turn, or that have none; infinite for others.
+    most : rad
+        The largest motion of a joint.
+    """
+
+    scales: Floats
+    periods: Floats
+    most: float
+
+    def shortest(self, way: Floats) -> Floats:
+        """Return ways (..., n) less the full turns of the joints that can make them."""
+        turn = np.where(np.isfinite(self.periods), self.periods, 0.0)
+        return np.asarray(way - np.round(way / self.periods) * turn)
+
+
+def step_rule(plan: InversePlan, most: float) -> StepRule:
+    """Return the rule of an arm."""
+    stroke = plan.limits[:, 1] - plan.limits[:, 0]
+    return StepRule(plan.scales, np.where(stroke < plan.periods, np.inf, plan.periods), most)
+
+
+class Pieces(NamedTuple):
+    """
+    Pieces of the arcs of a target.
+
+    Attributes
+    ----------
+    arc : shape (m,)
+        The number of the arc of each.
+    s : shape (m, 2), rad
+        From where to where on it.
+    begin, end : shape (m, n), rad or m
+        The postures there.
+    away : shape (m,), rad
+        How far from `begin` a singular pose was found.
+    """
+
+    arc: Integers
+    s: Floats
+    begin: Floats
+    end: Floats
+    away: Floats
+
+    def chosen(self, which: npt.NDArray[np.bool_]) -> 'Pieces':
+        """Return some of them."""
+        return Pieces(*(values[which] for values in self))
+
+    def box(self, scales: Floats) -> tuple[Floats, Floats]:
+        """Return the middle (m, n) and half the widths (m, n) of the boxes that hold them."""
+        way = self.end - self.begin
+        chord = np.linalg.norm(way / scales, axis=1)[:, None]
+        return 0.5 * (self.begin + self.end), 0.5 * np.abs(way) + WIDER * chord * scales
+
+    def are_within(self, distance: float, scales: Floats) -> npt.NDArray[np.bool_]:
+        """Return which of them are as a whole that near (rad) to a singular pose, shape (m,)."""
+        across = 2.0 * np.linalg.norm(self.box(scales)[1] / scales, axis=1)
+        return np.asarray(self.away + across < distance)
+
+    def halves(self, robot: Robot, arcs: Sequence[IkArc]) -> 'Pieces':
+        """Return both halves of each."""
+        middle = self.s.mean(axis=1)
+        places = zip(self.arc.tolist(), middle.tolist())
+        q = np.array([arcs[k].at(s) for k, s in places]).reshape(self.begin.shape)
+        lower = self._replace(s=np.column_stack([self.s[:, 0], middle]), end=q)
+        upper = self._replace(
+            s=np.column_stack([middle, self.s[:, 1]]), begin=q, away=_away(robot, q)
+        )
+        return Pieces(*(np.concatenate(both) for both in zip(lower, upper)))
+
+
+def pieces_of(robot: Robot, arcs: Sequence[IkArc]) -> Pieces:
+    """Return arcs in pieces from sample to sample."""
+    none = np.empty((0, robot.dof))
+    begin = np.vstack([none, *(arc.q[:-1] for arc in arcs)])
+    ends = [np.empty((0, 2)), *(np.column_stack([arc.s[:-1], arc.s[1:]]) for arc in arcs)]
+    counts = [len(arc.q) - 1 for arc in arcs]
+    return Pieces(
+        np.repeat(np.arange(len(arcs)), counts),
+        np.vstack(ends),
+        begin,
+        np.vstack([none, *(arc.q[1:] for arc in arcs)]),
+        _away(robot, begin),
+    )
+
+
+def only(robot: Robot, arcs: Sequence[IkArc], q: Floats) -> Pieces:
+    """Return a posture (n,) as a piece of the nearest of the arcs, of no length."""
+    away = [np.min(np.linalg.norm((arc.q - q) / arc.scales, axis=1)) for arc in arcs]
+    arc = int(np.argmin(away)) if away else 0
+    return Pieces(np.array([arc]), np.zeros((1, 2)), q[None], q[None], _away(robot, q[None]))
+
+
+def _away(robot: Robot, q: Floats) -> Floats:
+    if not len(q):
+        return np.empty(0)
+    q = np.ascontiguousarray(q)
+    way = np.atleast_2d(singularity(robot, q).nearest_singular) - q
+    away = np.linalg.norm(way / robot.task.column_scales, axis=1)
+    return np.asarray(np.where(np.isfinite(away), away, np.inf))
+
+
+def a_step_apart(first: Pieces, second: Pieces, rule: StepRule) -> tuple[Integers, Integers]:
+    """Return all pairs of pieces (i,), (j,) between whose boxes a step may lead."""
+    a, wide_a = first.box(rule.scales)
+    b, wide_b = second.box(rule.scales)
+    reach = wide_a + rule.most * rule.scales
+    found = []
+    order, begin, end = _candidates(a, reach, b, wide_b, rule)
+    count = end - begin
+    for rows in np.array_split(np.arange(len(a)), 1 + int(count.sum()) // AT_ONCE):
+        of = count[rows]
+        before = np.cumsum(of) - of
+        i = np.repeat(rows, of)
+        j = order[np.arange(len(i)) + np.repeat(begin[rows] - before, of)]
+        near = np.abs(rule.shortest(b[j] - a[i])) <= reach[i] + wide_b[j]
+        kept = np.all(near, axis=1)
+        found.append(np.column_stack([i[kept], j[kept]]))
+    pairs = np.vstack(found)
+    return pairs[:, 0], pairs[:, 1]
+
+
+def _candidates(
+    a: Floats, reach: Floats, b: Floats, wide: Floats, rule: StepRule
+) -> tuple[Integers, Integers, Integers]:
+    # The pieces in order along one joint, and which of them are near each of the first ones.
+    best: tuple[Integers, Integers, Integers] | None = None
+    for j, period in enumerate(rule.periods.tolist()):
+        along, here, rows = b[:, j], a[:, j], np.arange(len(b))
+        room = reach[:, j] + np.max(wide[:, j], initial=0.0)
+        if np.isfinite(period):
+            if 2.0 * np.max(room, initial=0.0) >= period:
+                continue
+            along, here = along % period, here % period
+            along = np.concatenate([along - period, along, along + period])
+            rows = np.tile(rows, 3)
+        order = np.argsort(along)
+        begin = np.searchsorted(along[order], here - room, 'left')
+        end = np.searchsorted(along[order], here + room, 'right')
+        if best is None or np.sum(end - begin) < np.sum(best[2] - best[1]):
+            best = rows[order], begin, end
+    if best is None:
+        return np.arange(len(b)), np.zeros(len(a), dtype=int), np.full(len(a), len(b))
+    return best
