@@ -15,6 +15,7 @@ from .observation import Observation, observe
 from .origin_check import origin_check_of
 from .panel import facts_html, gauges_html, jacobian_html, joints_html
 from .scene import scene_of
+from .self_motion_slider import SelfMotionSlider
 from .sliders import Sliders, singular_pose
 from .viewpoint import Viewpoint
 
@@ -73,6 +74,7 @@ class Page:
         gui = self._server.gui
         with gui.add_folder('Joints'):
             self.sliders = Sliders(self._server, self.robot)
+            self._self_motion = SelfMotionSlider(self._server, self.robot)
             self._publish = gui.add_checkbox(
                 'publish joint states',
                 False,
@@ -132,6 +134,7 @@ class Page:
     def follow(self, q: Floats) -> None:
         """Show joint positions on the sliders, which are locked then."""
         self._change_hands(False)
+        self._self_motion.release()
         self.sliders.jump(q)
 
     def lead(self) -> tuple[Floats, Floats | None]:
@@ -141,7 +144,7 @@ class Page:
         if wish is not None:
             self.sliders.jump(wish)
             self._drawing.clear_trail()
-        q = self.sliders.positions
+        q = self._self_motion.lead(self.sliders)
         return q, self.sliders.velocities(q)
 
     def _change_hands(self, people: bool) -> None:

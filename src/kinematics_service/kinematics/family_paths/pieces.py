@@ -42,10 +42,11 @@ class StepRule(NamedTuple):
     periods: Floats
     most: float
 
-    def shortest(self, way: Floats) -> Floats:
-        """Return ways (..., n) less the full turns of the joints that can make them."""
-        turn = np.where(np.isfinite(self.periods), self.periods, 0.0)
-        return np.asarray(way - np.round(way / self.periods) * turn)
+    def shortest(self, way: Floats, joint: int | slice = slice(None)) -> Floats:
+        """Return ways (..., n), or of a joint (...), less the full turns that joints can make."""
+        period = self.periods[joint]
+        turn = np.where(np.isfinite(period), period, 0.0)
+        return np.asarray(way - np.round(way / period) * turn)
 
 
 def step_rule(plan: InversePlan, most: float) -> StepRule:
@@ -144,12 +145,14 @@ def a_step_apart(first: Pieces, second: Pieces, rule: StepRule) -> tuple[Integer
     count = end - begin
     for rows in np.array_split(np.arange(len(a)), 1 + int(count.sum()) // AT_ONCE):
         of = count[rows]
-        before = np.cumsum(of) - of
         i = np.repeat(rows, of)
-        j = order[np.arange(len(i)) + np.repeat(begin[rows] - before, of)]
-        near = np.abs(rule.shortest(b[j] - a[i])) <= reach[i] + wide_b[j]
-        kept = np.all(near, axis=1)
-        found.append(np.column_stack([i[kept], j[kept]]))
+        j = order[np.arange(len(i)) + np.repeat(begin[rows] - (np.cumsum(of) - of), of)]
+        # Joint by joint, since few pairs are left after some.
+        for k in range(a.shape[1]):
+            way = rule.shortest(b[j, k] - a[i, k], k)
+            near = np.abs(way) <= reach[i, k] + wide_b[j, k]
+            i, j = i[near], j[near]
+        found.append(np.column_stack([i, j]))
     pairs = np.vstack(found)
     return pairs[:, 0], pairs[:, 1]
 
