@@ -37,6 +37,7 @@ API = """
     inverse_kinematics IkResult IkSolution IkFamily IkArc IkArcEnd
     joint_velocity ServoSettings ServoStep
     check_plan PlanCheck PlanError
+    follow_family FamilyPath FollowedPath ArcLink
     diagnose_frames FrameDiagnosis judge_table
     calibrate Calibration propose_poses ProposedPoses LineOfSight ToolLoads
     pose_covariance twist_covariance

@@ -49,12 +49,12 @@ class SelfMotionSlider:
             step=STEP,
             initial_value=self._share,
             disabled=True,
-            hint=f'the joints move and the {kept} of the tool stays; it ends where a joint is at a '
-            'limit, or at a singular pose',
+            hint=f'the joints move and the {kept} of the tool stays; it ends where a joint is '
+            'at a limit, or at a singular pose',
         )
 
     def lead(self, sliders: Sliders) -> Floats:
-        """Return the joint positions (n,) that are to be shown, the joints' sliders moved there."""
+        """Return the joint positions (n,) to be shown, the joints' sliders moved there."""
         shown = sliders.positions
         if self._rows is None:
             return shown

@@ -32,9 +32,9 @@ Which = npt.NDArray[np.bool_]
 STEP, LARGEST_STEP = 0.2, 1.0
 SHAPES = ['(N, 4, 4)', '(N, 3)']
 # Pieces are cut into halves so often, while a target has no more of them.
-ROUNDS, MOST_PIECES = 8, 20_000
-# Joint paths that are tried in a round.
-PATHS = 8
+ROUNDS, MOST_PIECES = 8, 4_000
+# Joint paths that are tried.
+PATHS = 12
 
 
 def follow_family(
@@ -88,7 +88,8 @@ def follow_family(
     >>> import numpy as np
     >>> import kinematics_service as ks
     >>> robot = ks.load_robot('kuka_iiwa14')
-    >>> q = np.linspace([0.4, 0.7, -0.3, -1.2, 0.5, 0.9, -0.2], [0.5, 0.8, -0.3, -1.1, 0.5, 1, 0], 3)
+    >>> q = np.array([0.4, 0.7, -0.3, -1.2, 0.5, 0.9, -0.2])
+    >>> q = np.linspace(q, q + 0.1, 3)
     >>> ks.follow_family(robot, ks.forward_kinematics(robot, q)).verdict
     'yes'
     """
@@ -157,19 +158,16 @@ class _Search:
         self.proved: list[bool] = []
         self.layers: list[Pieces] = []
         self.links: tuple[tuple[ArcLink, ...], ...] = ()
+        self.tries = 0
 
-    def run(
-        self, given: Floats, rows: Sequence[str] | None, axis: str | None
-    ) -> FamilyPath:
+    def run(self, given: Floats, rows: Sequence[str] | None, axis: str | None) -> FamilyPath:
         """Return the verdict; `given` are the targets as they were given."""
         for k, target in enumerate(given):
             self._take(inverse_kinematics(self.robot, target, rows=rows, axis=axis, tolerance=0.0))
             if self.proved[k] and not len(self.layers[k].arc):
                 return self._result('no', f'target {k}: {self.reason}', k)
         for round_ in range(ROUNDS):
-            pairs = [
-                a_step_apart(a, b, self.rule) for a, b in zip(self.layers, self.layers[1:])
-            ]
+            pairs = [a_step_apart(a, b, self.rule) for a, b in zip(self.layers, self.layers[1:])]
             if not round_:
                 self.links = tuple(self._links(k, *both) for k, both in enumerate(pairs))
             onwards, ended = self._come_to(pairs, False)
@@ -206,10 +204,10 @@ class _Search:
         a, b = self.layers[k], self.layers[k + 1]
         shown = self._is_step(b.begin[j] - a.begin[i])
         both = np.column_stack([a.arc[i], b.arc[j]])
-        found = dict.fromkeys(map(tuple, both.tolist()), False)
-        found.update(dict.fromkeys(map(tuple, both[shown].tolist()), True))
+        near = {(i, j) for i, j in both[shown].tolist()}
         return tuple(
-            ArcLink(*arcs, 'yes' if one else 'not decided') for arcs, one in sorted(found.items())
+            ArcLink(i, j, 'yes' if (i, j) in near else 'not decided')
+            for i, j in sorted({(i, j) for i, j in both.tolist()})
         )
 
     def _is_step(self, way: Floats) -> Which:
@@ -246,8 +244,9 @@ class _Search:
 
     def _how(self, path: FollowedPath) -> str:
         return (
-            f'{len(self.targets)} targets with joint steps of at most {path.step:.3g} rad; between '
-            f'them the tool is at most {path.position_deviation:.2g} m off the straight lines'
+            f'{len(self.targets)} targets with joint steps of at most {path.step:.3g} rad; '
+            f'between them the tool is at most {path.position_deviation:.2g} m off straight '
+            'lines'
         )
 
     def _open(self) -> str:
@@ -272,7 +271,8 @@ class _Search:
 
     def _followed(self, pairs: list[Pairs]) -> FollowedPath | None:
         banned: set[tuple[int, int, int]] = set()
-        for _ in range(PATHS):
+        while self.tries < PATHS:
+            self.tries += 1
             nodes = self._least_motion(pairs, banned)
             if nodes is None:
                 return None
@@ -285,11 +285,11 @@ class _Search:
             if turned is None:
                 k = banned_step(q, self.plan.limits)
             else:
-                on_arcs = [one[k] if one else None for one, k in zip(self.arcs, arcs)]
-                for tried in (smoothed(turned, on_arcs, self.rule, self.start is None), turned):
-                    path, k = self._checked(tried, arcs)
-                    if path is not None:
-                        return path
+                path, k = self._checked(turned, arcs)
+                if path is not None:
+                    on_arcs = [one[k] if one else None for one, k in zip(self.arcs, arcs)]
+                    smooth = smoothed(turned, on_arcs, self.rule, self.start is None)
+                    return self._checked(smooth, arcs)[0] or path
             k = min(k, len(nodes) - 2)
             if k < 0:
                 return None

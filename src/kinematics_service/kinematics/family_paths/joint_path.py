@@ -1,4 +1,4 @@
-"""A joint path through a posture of each target: on turns inside the limits, smoothed, measured."""
+"""A joint path through a posture of each target: its turns, smoothed, measured."""
 
 from collections.abc import Sequence
 

@@ -79,7 +79,9 @@ class Pieces(NamedTuple):
 
     def chosen(self, which: npt.NDArray[np.bool_]) -> 'Pieces':
         """Return some of them."""
-        return Pieces(*(values[which] for values in self))
+        return Pieces(
+            self.arc[which], self.s[which], self.begin[which], self.end[which], self.away[which]
+        )
 
     def box(self, scales: Floats) -> tuple[Floats, Floats]:
         """Return the middle (m, n) and half the widths (m, n) of the boxes that hold them."""
