@@ -1,5 +1,6 @@
 """Paths of targets of redundant arms: no verdict that a joint path or a dense search refutes."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from redundant_arms import in_a_slice, poses_within, random_arm, redundant_arm
 
 import kinematics_service as ks
-from kinematics_service.kinematics.family_paths import pieces
+from kinematics_service.kinematics.family_paths import following, pieces
 from kinematics_service.kinematics.inverse.plan import plan_for
 
 XYZ = ('x', 'y', 'z')
@@ -175,14 +176,22 @@ def test_postures_all_near_singular_are_refused_by_their_distance():
         assert 'singular pose' in result.reason
 
 
-def test_what_is_not_proved_is_not_decided():
-    robot = redundant_arm('kuka_iiwa14')
-    q = poses_within(robot, 1)[0]
-    q[1] = 0.0  # axes 1 and 3 are one
-    targets = np.array([ks.forward_kinematics(robot, q)] * 2)
-    result = ks.follow_family(robot, targets, distance=0.9)
-    assert result.complete[0] == 'found'
+def test_without_the_proof_of_all_arcs_no_is_not_said(monkeypatch):
+    robot = position_arm()
+    targets = positions(robot, joint_paths(robot, 1)[0])[::3]
+    assert ks.follow_family(robot, targets, max_step=0.01).verdict == 'no'
+    solve = following.inverse_kinematics
+
+    def found(*asked, **named):
+        return dataclasses.replace(solve(*asked, **named), complete='found')
+
+    monkeypatch.setattr(following, 'inverse_kinematics', found)
+    result = ks.follow_family(robot, targets, max_step=0.01)
     assert result.verdict == 'not decided'
+    assert 'at target 0, 1' in result.reason
+
+
+def test_an_arm_whose_arcs_are_not_known_is_not_decided():
     planar = ks.robot_from_text(PLANAR)
     flat = ks.forward_kinematics(planar, [[0.3, 0.5, 0.4, 0.2], [0.4, 0.5, 0.4, 0.2]])
     result = ks.follow_family(planar, flat, rows=('x', 'y', 'rz'))

@@ -176,6 +176,8 @@ class _Search:
             path = self._followed(pairs)
             if path is not None:
                 return self._result('yes', self._how(path), None, path)
+            if self.tries == PATHS:
+                break
             back, _ = self._come_to([both[::-1] for both in reversed(pairs)], True)
             if not self._halve([a & b for a, b in zip(onwards, reversed(back))]):
                 break
