@@ -37,6 +37,7 @@ ROOMS = (
     'kinematics',
     'kinematics/inverse',
     'kinematics/plans',
+    'kinematics/family_paths',
     'kinematics/uncertainty',
     'estimation',
     'symbolic/algebra',

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+import general_arms
 import numpy as np
 import pytest
 from redundant_arms import in_a_slice, poses_within, random_arm, redundant_arm
@@ -150,7 +151,7 @@ def come_to(robot, layers, step):
 def test_where_no_is_said_a_dense_search_finds_no_path():
     robot, said = position_arm(), []
     random = np.random.default_rng(7)
-    for q in joint_paths(robot, 30, 11, 3):
+    for q in joint_paths(robot, 12, 11, 3):
         # Steps that are too short for some of them.
         step = float(random.uniform(0.04, 0.15))
         targets = positions(robot, q)
@@ -158,13 +159,13 @@ def test_where_no_is_said_a_dense_search_finds_no_path():
         said.append(result.verdict)
         if result.verdict == 'yes':
             assert_it_follows(robot, targets, result, 1e-3, step)
-        if result.verdict == 'no' and said.count('no') < 4:
-            layers = [dense(robot, target, 500) for target in targets]
+        if result.verdict == 'no' and said.count('no') < 3:
+            layers = [dense(robot, target, 300) for target in targets]
             end = come_to(robot, layers, step)
             assert end is not None
             assert end <= result.target
-    assert said.count('no') > 2
-    assert said.count('yes') > 2
+    assert said.count('no') > 1
+    assert said.count('yes') > 1
 
 
 def test_postures_all_near_singular_are_refused_by_their_distance():
@@ -192,22 +193,14 @@ def test_without_the_proof_of_all_arcs_no_is_not_said(monkeypatch):
 
 
 def test_an_arm_whose_arcs_are_not_known_is_not_decided():
-    planar = ks.robot_from_text(PLANAR)
+    planar = ks.robot_from_text(
+        general_arms.text_of('standard', [(0.4, 0.0, 0.0, 0.0)] * 4, 'RRRR', [(-2.5, 2.5)] * 4)
+    )
     flat = ks.forward_kinematics(planar, [[0.3, 0.5, 0.4, 0.2], [0.4, 0.5, 0.4, 0.2]])
     result = ks.follow_family(planar, flat, rows=('x', 'y', 'rz'))
     assert result.verdict == 'not decided'
     flat[1, 0, 3] += 9.0
     assert ks.follow_family(planar, flat, rows=('x', 'y', 'rz')).verdict == 'no'
-
-
-PLANAR = """
-name: planar_4r
-convention: standard
-joints:
-""" + ''.join(
-    f'  - {{name: j{k}, type: revolute, a: 0.4, alpha: 0, d: 0, theta: 0, limits: [-2.5, 2.5]}}\n'
-    for k in range(1, 5)
-)
 
 
 def test_arcs_lie_in_the_boxes_of_their_pieces():
@@ -232,7 +225,7 @@ def test_pairs_a_step_apart_are_all_pairs(periods):
 
     def some(m):
         q = random.uniform(-3.0, 3.0, (m, 3))
-        return pieces.Pieces(
+        return pieces.ArcPieces(
             np.zeros(m, dtype=int),
             np.zeros((m, 2)),
             q,

@@ -22,7 +22,7 @@ from ..inverse.solve import TOLERANCE, inverse_kinematics
 from ..inverse.target import IkTarget, ik_target_of
 from ..plans.check import check_plan, threshold_of_distance
 from .joint_path import banned_step, deviations, on_turns_inside, smoothed
-from .pieces import Pieces, StepRule, a_step_apart, only, pieces_of, step_rule
+from .pieces import ArcPieces, StepRule, a_step_apart, only, pieces_of, step_rule
 from .result import ArcLink, FamilyPath, FamilyVerdict, FollowedPath
 
 Pairs = tuple[Integers, Integers]
@@ -31,7 +31,7 @@ Which = npt.NDArray[np.bool_]
 # A joint may move so far from a target to the next (rad), and at most as far can be asked for.
 STEP, LARGEST_STEP = 0.2, 1.0
 SHAPES = ['(N, 4, 4)', '(N, 3)']
-# Pieces are cut into halves so often, while a target has no more of them.
+# ArcPieces are cut into halves so often, while a target has no more of them.
 ROUNDS, MOST_PIECES = 8, 4_000
 # Joint paths that are tried.
 PATHS = 12
@@ -108,7 +108,7 @@ def follow_family(
     q = None if start is None else _start(robot, checked[0], start, threshold)
     if q is None:
         check_plan(robot, [0.0], plan.middle[None], distance=threshold)
-    search = _Search(robot, plan, checked, step_rule(plan, max_step), threshold, q)
+    search = _PathSearch(robot, plan, checked, step_rule(plan, max_step), threshold, q)
     return search.run(given, rows, axis)
 
 
@@ -139,7 +139,7 @@ def _start(robot: Robot, target: IkTarget, start: npt.ArrayLike, distance: float
     return rows
 
 
-class _Search:
+class _PathSearch:
     """The pieces of all targets, and what is known of the ways between them."""
 
     def __init__(
@@ -156,7 +156,7 @@ class _Search:
         self.arcs: list[tuple[IkArc, ...]] = []
         self.complete: list[Complete] = []
         self.proved: list[bool] = []
-        self.layers: list[Pieces] = []
+        self.layers: list[ArcPieces] = []
         self.links: tuple[tuple[ArcLink, ...], ...] = ()
         self.tries = 0
 

@@ -55,9 +55,9 @@ def step_rule(plan: InversePlan, most: float) -> StepRule:
     return StepRule(plan.scales, np.where(stroke < plan.periods, np.inf, plan.periods), most)
 
 
-class Pieces(NamedTuple):
+class ArcPieces(NamedTuple):
     """
-    Pieces of the arcs of a target.
+    ArcPieces of the arcs of a target.
 
     Attributes
     ----------
@@ -77,9 +77,9 @@ class Pieces(NamedTuple):
     end: Floats
     away: Floats
 
-    def chosen(self, which: npt.NDArray[np.bool_]) -> 'Pieces':
+    def chosen(self, which: npt.NDArray[np.bool_]) -> 'ArcPieces':
         """Return some of them."""
-        return Pieces(
+        return ArcPieces(
             self.arc[which], self.s[which], self.begin[which], self.end[which], self.away[which]
         )
 
@@ -94,7 +94,7 @@ class Pieces(NamedTuple):
         across = 2.0 * np.linalg.norm(self.box(scales)[1] / scales, axis=1)
         return np.asarray(self.away + across < distance)
 
-    def halves(self, robot: Robot, arcs: Sequence[IkArc]) -> 'Pieces':
+    def halves(self, robot: Robot, arcs: Sequence[IkArc]) -> 'ArcPieces':
         """Return both halves of each."""
         middle = self.s.mean(axis=1)
         places = zip(self.arc.tolist(), middle.tolist())
@@ -103,16 +103,16 @@ class Pieces(NamedTuple):
         upper = self._replace(
             s=np.column_stack([middle, self.s[:, 1]]), begin=q, away=_away(robot, q)
         )
-        return Pieces(*(np.concatenate(both) for both in zip(lower, upper)))
+        return ArcPieces(*(np.concatenate(both) for both in zip(lower, upper)))
 
 
-def pieces_of(robot: Robot, arcs: Sequence[IkArc]) -> Pieces:
+def pieces_of(robot: Robot, arcs: Sequence[IkArc]) -> ArcPieces:
     """Return arcs in pieces from sample to sample."""
     none = np.empty((0, robot.dof))
     begin = np.vstack([none, *(arc.q[:-1] for arc in arcs)])
     ends = [np.empty((0, 2)), *(np.column_stack([arc.s[:-1], arc.s[1:]]) for arc in arcs)]
     counts = [len(arc.q) - 1 for arc in arcs]
-    return Pieces(
+    return ArcPieces(
         np.repeat(np.arange(len(arcs)), counts),
         np.vstack(ends),
         begin,
@@ -121,11 +121,11 @@ def pieces_of(robot: Robot, arcs: Sequence[IkArc]) -> Pieces:
     )
 
 
-def only(robot: Robot, arcs: Sequence[IkArc], q: Floats) -> Pieces:
+def only(robot: Robot, arcs: Sequence[IkArc], q: Floats) -> ArcPieces:
     """Return a posture (n,) as a piece of the nearest of the arcs, of no length."""
     away = [np.min(np.linalg.norm((arc.q - q) / arc.scales, axis=1)) for arc in arcs]
     arc = int(np.argmin(away)) if away else 0
-    return Pieces(np.array([arc]), np.zeros((1, 2)), q[None], q[None], _away(robot, q[None]))
+    return ArcPieces(np.array([arc]), np.zeros((1, 2)), q[None], q[None], _away(robot, q[None]))
 
 
 def _away(robot: Robot, q: Floats) -> Floats:
@@ -137,7 +137,7 @@ def _away(robot: Robot, q: Floats) -> Floats:
     return np.asarray(np.where(np.isfinite(away), away, np.inf))
 
 
-def a_step_apart(first: Pieces, second: Pieces, rule: StepRule) -> tuple[Integers, Integers]:
+def a_step_apart(first: ArcPieces, second: ArcPieces, rule: StepRule) -> tuple[Integers, Integers]:
     """Return all pairs of pieces (i,), (j,) between whose boxes a step may lead."""
     a, wide_a = first.box(rule.scales)
     b, wide_b = second.box(rule.scales)
