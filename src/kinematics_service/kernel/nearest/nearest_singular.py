@@ -37,6 +37,10 @@ STEPS, FULL_STEPS, LAST_STEPS = 10, 4, 3
 # A run that is on its way to a nearer one than was found, the next step below this share of the
 # way, has so many steps more: where two singular values vanish nearly together it is late.
 ON_ITS_WAY, LATE, MORE_STEPS = 0.5, 0.4, 12
+# It goes round a place that is all but singular where its next step is no shorter than this share
+# of what it was so many steps before. Runs that come so near to the last such place, as a share of
+# the way, end there too.
+ROUND, STEPS_ROUND, TRAPPED = 0.8, 4, 0.03
 # What the first order says, or such a run did not reach, is another one where it is nearer than
 # this share of what was found.
 NEARER = 0.6
@@ -120,6 +124,8 @@ class NearestSearch:
     slope: float
     missed: float
     standing: bool
+    has_trap: bool
+    left_before: float
     stands_for: int
 
     thorough: bool
@@ -144,12 +150,13 @@ class NearestSearch:
         self.second, self.slope = 0.0, 0.0
         self.free, self.lasting = 0.0, -1.0
         self.standing, self.stands_for, self.missed = False, -1, places.INFINITY
+        self.has_trap, self.left_before = False, places.INFINITY
         self.known: int = 0
         self.settled: bool = False
         n = self.n
         tape = arm.tape.steps * (n + 1) + 2 * n
         charts = max(MORE_CHARTS, ZEROS)
-        self.room: Flat = arrays.scratch(MEMORY * (2 * n + 1) + 13 * n + tape + 2 * charts)
+        self.room: Flat = arrays.scratch(MEMORY * (2 * n + 1) + 14 * n + tape + 2 * charts)
         self.origin: Flat = self.room
         self.first: Flat = arrays.after(self.origin, n)
         self.curved: Flat = arrays.after(self.first, n)
@@ -161,7 +168,8 @@ class NearestSearch:
         self.wrapped: Flat = arrays.after(self.nearest, n)
         self.searched: Flat = arrays.after(self.wrapped, n)
         self.before: Flat = arrays.after(self.searched, n)
-        self.tape: Flat = arrays.after(self.before, n)
+        self.trap: Flat = arrays.after(self.before, n)
+        self.tape: Flat = arrays.after(self.trap, n)
         self.away: Flat = arrays.after(self.tape, tape)
         self.motion: Flat = arrays.after(self.away, n)
         self.scores: Flat = arrays.after(self.motion, n)
@@ -199,6 +207,7 @@ class NearestSearch:
         self.complete, self.evaluations = True, 0
         self.by_product, self.free = first_order, first_order
         self.missed, self.settled = places.INFINITY, False
+        self.has_trap = False
         if not (self.lasting >= 0.0 and self._moved_from(self.searched, q) <= KNOWN):
             self.known = 0
         self._bring_known(q)
@@ -318,7 +327,9 @@ class NearestSearch:
         return found
 
     def _remember(self, away: float) -> None:
-        # What was reached, among the nearest of those that were found.
+        # What was reached, if a run reached one, among the nearest of those that were found.
+        if not away < places.INFINITY:
+            return
         n = self.n
         place = -1
         for k in range(self.known):
@@ -560,6 +571,7 @@ class NearestSearch:
         best = places.INFINITY
         standing, self.standing = self.standing and known, False
         close = standing
+        self.left_before = places.INFINITY
         for step in range(steps + MORE_STEPS):
             if step > 0 or not standing:
                 if self.evaluations >= self.budget:
@@ -584,9 +596,10 @@ class NearestSearch:
                     break
             elif self._promise(left, away, nearest) > self.wide * self.distance:
                 break  # it is on its way to one that is farther than what was found
-            if step >= steps - 1 and (
-                best < places.INFINITY or not self._is_late(step - steps, left, away)
-            ):
+            if best < places.INFINITY:
+                if step >= steps - 1:
+                    break
+            elif self._is_given_up(step, step - steps, left, away):
                 break
             share = _share_along(step, steps)
             for j in range(n):
@@ -599,14 +612,43 @@ class NearestSearch:
                 self.d[j] += share * self.onto[j]
         if not known:
             self.stands_for = -1
-            if best < places.INFINITY:
-                self._remember(best)
+            self._remember(best)
         self._keep(best, standing)
+
+    def _mark_trap(self, away: float) -> None:
+        # Where a run goes round; what it has not reached is kept in mind.
+        self.missed = min(self.missed, away)
+        self.has_trap = True
+        for j in range(self.n):
+            self.trap[j] = self.d[j]
+
+    def _is_trapped(self, away: float) -> bool:
+        # Whether a run has come beside such a place.
+        squares = 0.0
+        for j in range(self.n):
+            apart = self.trap[j] - self.d[j]
+            squares += apart * apart
+        return math.sqrt(squares) < TRAPPED * away
 
     def _promise(self, left: float, away: float, nearest: float) -> float:
         # How far the singular pose will be that a run is on its way to. Of more equations than one
         # the first order alone may tell that it slides to a nearer one.
         return away - left if self.count == 1 else min(away - left, nearest)
+
+    def _is_given_up(self, step: int, more: int, left: float, away: float) -> bool:
+        # Whether a run that has found nothing ends; `more`: its steps after those of all runs.
+        if self.has_trap and step >= FULL_STEPS and self._is_trapped(away):
+            return True
+        if more < -1:
+            return False
+        if not self._is_late(more, left, away):
+            return True
+        if (more + 1) % STEPS_ROUND == 0:
+            if not left < ROUND * self.left_before:
+                self._mark_trap(away)
+                return True
+            self.left_before = left
+        return False
 
     def _is_late(self, more: int, left: float, away: float) -> bool:
         # Whether a run that should have ended is on its way to a nearer one than was found; what

@@ -10,6 +10,8 @@ from .charts import CurveChart
 
 # Pieces are no longer, in units of the parameter: a curve has to be seen between them.
 LONGEST = 0.1
+# The radius of a tube about a cubic, as a share of its length.
+NARROW = 0.03
 # A complex solution that needs more to go round is too far from the real ones.
 MOST_PIECES = 10000
 # Discs about a fold that are tried, each smaller than the last.
@@ -114,7 +116,8 @@ def _followed(chart: CurveChart, joint: int, end: float, shortest: float) -> boo
     for _ in range(MOST_PIECES):
         if chart.t[2 * joint] == end:
             return True
-        if not chart.open(joint, charts.RADIUS):
+        # Complex solutions bend much: along a cubic their pieces are longer.
+        if not chart.open(joint, charts.RADIUS) or not chart.bend_further(NARROW):
             return False
         left = end - chart.t[2 * joint]
         h = chart.h / chart.sizes[joint]

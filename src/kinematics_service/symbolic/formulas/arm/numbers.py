@@ -38,7 +38,8 @@ class Evaluation:
 
     def of_matrix(self, matrix: Any) -> Floats:
         """Return the values of a matrix, shape (N, rows, columns)."""
-        entries = [self.of(entry) for entry in matrix]
+        with np.errstate(all='ignore'):
+            entries = [self._of(entry) for entry in matrix.flat()]
         return np.stack(entries, axis=-1).reshape(self.poses, matrix.rows, matrix.cols)
 
     def _of(self, expression: Any) -> Floats:

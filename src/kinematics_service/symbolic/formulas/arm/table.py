@@ -7,7 +7,7 @@ Symbols stand for SI values, whatever units the file has, since people write for
 import operator
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, reduce
+from functools import cached_property, lru_cache, reduce
 from typing import Any
 
 import numpy as np
@@ -66,10 +66,15 @@ class TableRow:
         """Return its convention, which says in which order the quantities multiply."""
         return CONVENTIONS[self.convention]
 
-    @property
+    @cached_property
     def moving(self) -> Any:
         """Return what the joint variables of the row stand in, for searching."""
         return sum((self[name] for name in MOVING), self.argument)
+
+    @cached_property
+    def symbols(self) -> frozenset[Any]:
+        """Return the joint variables of the row, and the constants beside them."""
+        return frozenset(self.moving.free_symbols)
 
     def with_quantities(self, changes: Mapping[str, Any]) -> 'TableRow':
         """Return the row with some of its quantities changed."""

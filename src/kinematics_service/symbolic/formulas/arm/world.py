@@ -76,7 +76,7 @@ class World:
         parts = {}
         for i, row in enumerate(self.table.rows):
             for k, variable in enumerate(self.table.variables):
-                if variable not in row.moving.free_symbols:
+                if variable not in row.symbols:
                     continue
                 derivative = self.evaluation.of_matrix(row_derivative(row, variable))
                 # T = A row B: dT = A drow B, with B = inverse(A row) T.
