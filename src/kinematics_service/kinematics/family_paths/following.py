@@ -198,7 +198,7 @@ class _PathSearch:
         self.reason = result.reason
         if known:
             assert self.start is not None
-            self.layers.append(only(self.robot, arcs, self.start))
+            self.layers.append(only(self.robot, arcs, self.start, self.rule))
         else:
             self.layers.append(pieces_of(self.robot, arcs))
 

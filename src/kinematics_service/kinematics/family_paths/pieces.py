@@ -121,9 +121,10 @@ def pieces_of(robot: Robot, arcs: Sequence[IkArc]) -> ArcPieces:
     )
 
 
-def only(robot: Robot, arcs: Sequence[IkArc], q: Floats) -> ArcPieces:
-    """Return a posture (n,) as a piece of the nearest of the arcs, of no length."""
-    away = [np.min(np.linalg.norm((arc.q - q) / arc.scales, axis=1)) for arc in arcs]
+def only(robot: Robot, arcs: Sequence[IkArc], q: Floats, rule: StepRule) -> ArcPieces:
+    """Return a posture (n,), on any turns of the nearest of the arcs, as a piece of no length."""
+    ways = [rule.shortest(arc.q - q) / rule.scales for arc in arcs]
+    away = [np.min(np.linalg.norm(way, axis=1)) for way in ways]
     arc = int(np.argmin(away)) if away else 0
     return ArcPieces(np.array([arc]), np.zeros((1, 2)), q[None], q[None], _away(robot, q[None]))
 
