@@ -31,7 +31,7 @@ Which = npt.NDArray[np.bool_]
 # A joint may move so far from a target to the next (rad), and at most as far can be asked for.
 STEP, LARGEST_STEP = 0.2, 1.0
 SHAPES = ['(N, 4, 4)', '(N, 3)']
-# ArcPieces are cut into halves so often, while a target has no more of them.
+# Pieces are cut into halves so many times at most, while a target has no more of them.
 ROUNDS, MOST_PIECES = 8, 4_000
 # Joint paths that are tried.
 PATHS = 12

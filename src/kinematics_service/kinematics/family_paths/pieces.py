@@ -57,7 +57,7 @@ def step_rule(plan: InversePlan, most: float) -> StepRule:
 
 class ArcPieces(NamedTuple):
     """
-    ArcPieces of the arcs of a target.
+    Pieces of the arcs of a target.
 
     Attributes
     ----------
