@@ -122,7 +122,7 @@ def test_a_page_moves_the_arm_along_it():
 @pytest.mark.browser
 def test_it_is_seen_and_dragged(tmp_path):
     find_chromium()
-    label = "document.body.innerText.includes('self-motion')"
+    label = "document.body && document.body.innerText.includes('self-motion')"
     slider = "document.querySelectorAll('[role=slider]')[7]"
     position = "(document.querySelector('[data-fact=position]') || {}).textContent"
     with served('--sliders', '--robot', ROBOT) as view, chromium_tab() as tab:
