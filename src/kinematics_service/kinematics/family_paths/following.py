@@ -55,8 +55,11 @@ def follow_family(
     the straight line, `path` says; targets that are nearer to each other bring it nearer.
 
     `no` rests on the proof that all arcs are known (`complete`), with the exception that
-    `inverse_kinematics` names, and is never said without. The limits are those of its arcs: a
-    posture where a curve only touches a limit from beyond is not looked at.
+    `inverse_kinematics` names, and is never said without. It rests on the samples of the arcs, too,
+    which have every end of a joint's range, but for two ends between the same two samples: there
+    the arc is taken to be within a tenth of their distance beside them, which is not proved. The
+    limits are those of its arcs: a posture where a curve only touches a limit from beyond is not
+    looked at.
 
     Parameters
     ----------
@@ -159,6 +162,8 @@ class _PathSearch:
         self.layers: list[ArcPieces] = []
         self.links: tuple[tuple[ArcLink, ...], ...] = ()
         self.tries = 0
+        # Whether postures were left out that lead to a target, but not to the last one.
+        self.left_out = False
 
     def run(self, given: Floats, rows: Sequence[str] | None, axis: str | None) -> FamilyPath:
         """Return the verdict; `given` are the targets as they were given."""
@@ -172,15 +177,17 @@ class _PathSearch:
                 self.links = tuple(self._links(k, *both) for k, both in enumerate(pairs))
             onwards, ended = self._come_to(pairs, False)
             if ended is not None:
-                return self._result('no', self._why(ended), ended)
+                return self._refused(ended)
             path = self._followed(pairs)
             if path is not None:
                 return self._result('yes', self._how(path), None, path)
             if self.tries == PATHS:
                 break
             back, _ = self._come_to([both[::-1] for both in reversed(pairs)], True)
-            if not self._halve([a & b for a, b in zip(onwards, reversed(back))]):
+            alive = [a & b for a, b in zip(onwards, reversed(back))]
+            if not self._halve(alive):
                 break
+            self.left_out |= any(np.any(a & ~b) for a, b in zip(onwards, alive))
         return self._result('not decided', self._open(), None)
 
     def _take(self, result: IkResult) -> None:
@@ -233,6 +240,13 @@ class _PathSearch:
                 return come, k
         return come, None
 
+    def _refused(self, k: int) -> FamilyPath:
+        last = len(self.targets) - 1
+        if self.left_out and k < last:
+            # What was left out may lead as far as this, and is known not to lead to the last.
+            return self._result('no', f'target {last}: no path of postures leads to it', last)
+        return self._result('no', self._why(k), k)
+
     def _why(self, k: int) -> str:
         if np.all(self.layers[k].are_within(self.distance, self.rule.scales)):
             return (
@@ -247,8 +261,8 @@ class _PathSearch:
     def _how(self, path: FollowedPath) -> str:
         return (
             f'{len(self.targets)} targets with joint steps of at most {path.step:.3g} rad; '
-            f'between them the tool is at most {path.position_deviation:.2g} m off straight '
-            'lines'
+            f'where it was looked at between them the tool is at most '
+            f'{path.position_deviation:.2g} m off straight lines'
         )
 
     def _open(self) -> str:
