@@ -168,6 +168,18 @@ def test_where_no_is_said_a_dense_search_finds_no_path():
     assert said.count('yes') > 1
 
 
+def test_no_names_a_target_beyond_the_postures_that_were_left_out():
+    # Three targets are come to by postures that lead no farther; what is left ends before.
+    robot = position_arm()
+    targets = positions(robot, joint_paths(robot, 1, 958157)[0])
+    search = following._PathSearch.__new__(following._PathSearch)
+    search.arcs, search.complete, search.links, search.left_out = [], [], (), 2
+    assert search._refused(1).target == 3
+    # Here what is left ends at target 1, and postures of targets 1 and 2 were left out.
+    result = ks.follow_family(robot, targets, max_step=0.081, distance=1e-3)
+    assert (result.verdict, result.target) == ('no', 3)
+
+
 def test_postures_all_near_singular_are_refused_by_their_distance():
     robot = position_arm()
     targets = positions(robot, joint_paths(robot, 1)[0])

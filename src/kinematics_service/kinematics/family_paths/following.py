@@ -162,8 +162,8 @@ class _PathSearch:
         self.layers: list[ArcPieces] = []
         self.links: tuple[tuple[ArcLink, ...], ...] = ()
         self.tries = 0
-        # Whether postures were left out that lead to a target, but not to the last one.
-        self.left_out = False
+        # The last target at which postures were left out that are come to, but lead no farther.
+        self.left_out = -1
 
     def run(self, given: Floats, rows: Sequence[str] | None, axis: str | None) -> FamilyPath:
         """Return the verdict; `given` are the targets as they were given."""
@@ -187,7 +187,8 @@ class _PathSearch:
             alive = [a & b for a, b in zip(onwards, reversed(back))]
             if not self._halve(alive):
                 break
-            self.left_out |= any(np.any(a & ~b) for a, b in zip(onwards, alive))
+            dead = [k for k, (a, b) in enumerate(zip(onwards, alive)) if np.any(a & ~b)]
+            self.left_out = max([self.left_out, *dead])
         return self._result('not decided', self._open(), None)
 
     def _take(self, result: IkResult) -> None:
@@ -241,11 +242,11 @@ class _PathSearch:
         return come, None
 
     def _refused(self, k: int) -> FamilyPath:
-        last = len(self.targets) - 1
-        if self.left_out and k < last:
-            # What was left out may lead as far as this, and is known not to lead to the last.
-            return self._result('no', f'target {last}: no path of postures leads to it', last)
-        return self._result('no', self._why(k), k)
+        # At which of the targets what is left ends; what was left out may lead farther.
+        if self.left_out < k:
+            return self._result('no', self._why(k), k)
+        k = self.left_out + 1
+        return self._result('no', f'target {k}: no path of postures leads to it', k)
 
     def _why(self, k: int) -> str:
         if np.all(self.layers[k].are_within(self.distance, self.rule.scales)):

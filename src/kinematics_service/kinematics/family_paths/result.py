@@ -75,7 +75,8 @@ class FamilyPath:
     reason
         The same in a sentence.
     target
-        Of `no` the target, counted from 0, that is not come to; otherwise None.
+        Of `no` a target, counted from 0, that is not come to; an earlier one may not be, either.
+        Otherwise None.
     path
         Of `yes`; otherwise None.
     arcs
