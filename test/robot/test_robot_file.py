@@ -661,6 +661,14 @@ def test_a_bomb_is_refused_in_time(name: str) -> None:
     assert len(str(caught.value)) < 50_000
 
 
+@pytest.mark.parametrize('brackets', ['[' * 17, '[' * 1_000, '[' * 200_000, '{a: ' * 40_000])
+def test_brackets_of_any_depth_are_refused_alike(brackets: str) -> None:
+    # libyaml refuses more than a thousand by itself, before it tells any.
+    with pytest.raises(RobotFileError) as caught:
+        parse(f'{HEAD}{brackets}')
+    assert str(caught.value) == 'robot.yaml:4: nested more than 16 deep'
+
+
 FRAGMENTS = st.sampled_from(
     [
         '{',

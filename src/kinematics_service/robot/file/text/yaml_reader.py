@@ -92,13 +92,31 @@ class YamlReader:
             for event in yaml.parse(text, Loader=LOADER):
                 self._take(event)
         except yaml.MarkedYAMLError as error:
-            line, reason = _explained(error, text)
+            line, reason = self._explained(error, text)
             cut = reason if len(reason) <= LONGEST_REASON else f'{reason[: LONGEST_REASON - 3]}...'
             advice = ' (indent with spaces)' if r"'\t'" in reason else ''
             raise YamlError(line, f'not valid YAML: {cut}{advice}') from None
         except MALFORMED:
             raise YamlError(0, 'not valid YAML: malformed escape or indicator') from None
         return self._documents
+
+    def _explained(self, error: Any, text: str) -> tuple[int, str]:
+        # libyaml says what is expected, PyYAML's own parser also what stands there instead. At the
+        # end of a text libyaml may count a line more.
+        depth = 0
+        try:
+            for event in yaml.parse(text if len(text) <= EXPLAINED else '', Loader=yaml.SafeLoader):
+                depth += isinstance(event, yaml.CollectionStartEvent)
+                depth -= isinstance(event, yaml.CollectionEndEvent)
+                if depth > self._deepest:  # its own parser takes minutes of deep ones
+                    raise self._too_deep(event) from None
+        except yaml.MarkedYAMLError as other:
+            if 0 <= _line_of(error) - _line_of(other) <= 1:
+                error = other
+        except MALFORMED:
+            pass
+        reason = ', '.join(str(part) for part in (error.context, error.problem) if part)
+        return _line_of(error), reason
 
     def _take(self, event: Any) -> None:
         kind = type(event)
@@ -111,7 +129,7 @@ class YamlReader:
             if self._at_key():
                 raise _refusal(event, 'a key must be a word, not a list or mapping')
             if len(self._open) > self._deepest:
-                raise _refusal(event, f'nested more than {self._deepest} deep')
+                raise self._too_deep(event)
             self._open.append((event, []))
         elif kind is yaml.SequenceEndEvent:
             start, items = self._open.pop()
@@ -127,6 +145,9 @@ class YamlReader:
             self.begin_document(line)
             if event.version or event.tags:
                 raise YamlError(line, 'directives (%YAML, %TAG) are not accepted')
+
+    def _too_deep(self, event: Any) -> YamlError:
+        return _refusal(event, f'nested more than {self._deepest} deep')
 
     def _at_key(self) -> bool:
         start, children = self._open[-1]
@@ -145,21 +166,6 @@ class YamlReader:
 def node_of(event: Any) -> ScalarNode:
     """Return the text of an event as the user wrote it."""
     return ScalarNode(event.value, event.start_mark.line + 1, bool(event.style))
-
-
-def _explained(error: Any, text: str) -> tuple[int, str]:
-    # libyaml says what is expected, PyYAML's own parser also what stands there instead. At the
-    # end of a text libyaml may count a line more.
-    try:
-        for _ in yaml.parse(text if len(text) <= EXPLAINED else '', Loader=yaml.SafeLoader):
-            pass
-    except yaml.MarkedYAMLError as other:
-        if 0 <= _line_of(error) - _line_of(other) <= 1:
-            error = other
-    except MALFORMED:
-        pass
-    reason = ', '.join(str(part) for part in (error.context, error.problem) if part)
-    return _line_of(error), reason
 
 
 def _line_of(error: Any) -> int:
