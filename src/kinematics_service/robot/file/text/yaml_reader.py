@@ -105,7 +105,9 @@ class YamlReader:
         # end of a text libyaml may count a line more.
         depth = 0
         try:
-            for event in yaml.parse(text if len(text) <= EXPLAINED else '', Loader=yaml.SafeLoader):
+            for event in yaml.parse(
+                text if len(text) <= EXPLAINED else '', Loader=yaml.SafeLoader
+            ):
                 depth += isinstance(event, yaml.CollectionStartEvent)
                 depth -= isinstance(event, yaml.CollectionEndEvent)
                 if depth > self._deepest:  # its own parser takes minutes of deep ones
