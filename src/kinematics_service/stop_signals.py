@@ -34,20 +34,24 @@ class StopSignal:
         Called when the first one comes, from another thread.
     meanwhile
         Called every MEANWHILE until then, from that thread.
+    patience
+        Time for a clean-up after the first signal, s; the process ends then, as at a second one.
+        None: as long as it takes.
     last_words
-        Text written to standard output if a second one ends the process, such as a terminal's
-        reset.
+        Text written to standard output if a second one or time ends the process, such as a
+        terminal's reset.
     """
 
     def __init__(self) -> None:
         self.came = False
         self.then: Callable[[], None] = lambda: None
         self.meanwhile: Callable[[], None] = lambda: None
+        self.patience: float | None = None
         self.last_words = b''
 
     def follow(self, signals: int) -> None:
         """
-        Read signals from a file as they come until it ends, and end the process at the second one.
+        Read signals from a file until it ends; a second one, or time, ends the process.
 
         Parameters
         ----------
@@ -62,9 +66,10 @@ class StopSignal:
         first = time.monotonic()
         self.came = True
         self.then()
-        if not os.read(signals, 1):
-            return
-        time.sleep(max(0.0, first + GRACE - time.monotonic()))
+        if select.select([signals], [], [], self.patience)[0]:
+            if not os.read(signals, 1):
+                return
+            time.sleep(max(0.0, first + GRACE - time.monotonic()))
         with contextlib.suppress(OSError):
             os.write(1, self.last_words)
         os._exit(0)

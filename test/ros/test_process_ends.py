@@ -22,6 +22,7 @@ from joint_state_mcap import write_motion
 from node_process import NodeProcess
 
 import kinematics_service as ks
+from kinematics_service.ros.process.session import PATIENCE
 from kinematics_service.stop_signals import SHOW_CURSOR
 
 # The contract's second, and what a busy machine adds to it.
@@ -224,6 +225,35 @@ with stop_signals() as stop:
     {before}
     wait(mutex)
 """
+
+
+# As where a publisher was killed inside the middleware's shared memory.
+HANGING_SESSION = """
+import ctypes, time
+from kinematics_service.ros.process import session
+mutex, wait = ctypes.create_string_buffer(64), ctypes.CDLL(None).pthread_mutex_lock
+
+def work(context, stop):
+    wait(mutex)
+    print('ready', flush=True)
+    while not stop.came:
+        time.sleep(0.01)
+    wait(mutex)
+
+session.run_session([], work)
+"""
+
+
+def test_time_ends_a_session_whose_clean_up_is_stuck_at_one_signal(ros_domain):
+    code, seconds, output = program_ends(HANGING_SESSION, signal.SIGINT)
+    assert (code, output) == (0, '')
+    assert PATIENCE <= seconds < HARD_END
+
+
+def test_a_clean_up_that_may_take_its_time_is_not_cut_off():
+    hang = f"time.sleep({PATIENCE + 1.0}); print('done')"
+    code, _, output = program_ends(HANGING.format(hang=hang), signal.SIGINT)
+    assert (code, output) == (0, 'done\n')
 
 
 @pytest.mark.parametrize(

@@ -87,7 +87,8 @@ def collect_poses(
         node.destroy_node()
         return session.collector.collected()
 
-    return run_session(ros_args, work)
+    # A fit that is under way is waited for, and the poses heard are kept.
+    return run_session(ros_args, work, patience=None)
 
 
 class _Session:
