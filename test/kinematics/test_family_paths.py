@@ -10,7 +10,6 @@ from redundant_arms import in_a_slice, poses_within, random_arm, redundant_arm
 
 import kinematics_service as ks
 from kinematics_service.kinematics.family_paths import following, pieces
-from kinematics_service.kinematics.inverse.plan import plan_for
 
 XYZ = ('x', 'y', 'z')
 STEP = 0.2
@@ -215,19 +214,45 @@ def test_an_arm_whose_arcs_are_not_known_is_not_decided():
     assert ks.follow_family(planar, flat, rows=('x', 'y', 'rz')).verdict == 'no'
 
 
-def test_arcs_lie_in_the_boxes_of_their_pieces():
-    robot = redundant_arm('kuka_iiwa14')
-    result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, poses_within(robot, 1)[0]))
+@pytest.mark.parametrize(
+    'name',
+    [
+        'RRRR',
+        'kuka_iiwa14',
+        *(pytest.param(one, marks=pytest.mark.slow) for one in ('panda', 'xarm7')),
+    ],
+)
+def test_an_arc_leaves_the_chords_of_its_pieces_no_farther_than_is_proved(name):
+    # The bound is for the motion of one joint: of some place on the chord it holds of all joints.
+    robot = position_arm() if name == 'RRRR' else redundant_arm(name)
+    T = ks.forward_kinematics(robot, poses_within(robot, 1)[0])
+    result = ks.inverse_kinematics(robot, T if robot.dof == 7 else T[:3, 3])
     arcs = [arc for family in result.families for arc in family.intervals]
     parts = pieces.pieces_of(robot, arcs)
-    scales = plan_for(robot, ('x', 'y', 'z', 'rx', 'ry', 'rz')).scales
-    middle, half = parts.box(scales)
+    halves = parts.halves(robot, arcs)
     random = np.random.default_rng(0)
-    for k in random.choice(len(parts.arc), 300):
-        for share in random.uniform(size=4):
-            a, b = parts.s[k]
-            q = arcs[parts.arc[k]].at(a + share * (b - a))
-            assert np.all(np.abs(q - middle[k]) <= half[k])
+    shares = []
+    for k in random.choice(len(halves.arc), 300):
+        a, b = halves.s[k]
+        q = arcs[halves.arc[k]].at(a + random.uniform(0.4, 0.6) * (b - a))
+        shares.append(farthest_share(q, halves, k))
+    assert max(shares) <= 1.0 + 1e-9  # of the search for the place
+    assert max(shares) > 0.2  # it is not wider than need be
+    assert np.median(parts.spread[:, 0] / np.diff(parts.s)[:, 0]) < 0.1
+
+
+def farthest_share(q, parts, k):
+    """Return how far q is from the chord of a piece, in units of what is proved: convex."""
+    a, b, widths = parts.begin[k], parts.end[k], parts.spread[k]
+
+    def away(share):
+        return float(np.max(np.abs(q - a - share * (b - a)) / widths))
+
+    low, high = -0.2, 1.2
+    for _ in range(80):
+        x, y = low + (high - low) / 3.0, high - (high - low) / 3.0
+        low, high = (low, y) if away(x) < away(y) else (x, high)
+    return away(low)
 
 
 @pytest.mark.parametrize('periods', [np.inf, math.tau])
@@ -242,11 +267,12 @@ def test_pairs_a_step_apart_are_all_pairs(periods):
             np.zeros((m, 2)),
             q,
             q + random.normal(0, 0.05, (m, 3)),
+            random.uniform(0, 0.01, (m, 3)),
             q[:, 0],
         )
 
     a, b = some(300), some(400)
-    (x, wide_x), (y, wide_y) = a.box(rule.scales), b.box(rule.scales)
+    (x, wide_x), (y, wide_y) = a.box(), b.box()
     way = y - x[:, None]
     if np.isfinite(periods):
         way[..., 2] = np.arctan2(np.sin(way[..., 2]), np.cos(way[..., 2]))

@@ -78,6 +78,7 @@ from .self_motion.curves import fold_at as fold_at
 from .self_motion.curves import fold_near as fold_near
 from .self_motion.curves import follow as follow
 from .self_motion.curves import holds as holds
+from .self_motion.curves import spread as spread
 from .self_motion.curves import tangent_at as tangent_at
 from .self_motion.curves import trace as trace
 from .self_motion.curves import write_beside_fold as write_beside_fold

@@ -145,6 +145,47 @@ def corrected(chart: CurveChart, t: Floats, joint: int) -> bool:
     return arrived
 
 
+def spread(chart: CurveChart, begin: Floats, end: Floats, widths: Floats) -> bool:
+    """
+    Fill in how far the curve of real solutions leaves the chord of two of them at most, by proof.
+
+    Return False where a chart at the first does not reach the second.
+
+    Parameters
+    ----------
+    chart
+        Of the arm and its target.
+    begin, end : shape (n,), rad or m
+        Positions of the screws; full turns of joints that turn do not count.
+    widths : shape (n,), rad or m
+        Of each screw.
+    """
+    arrays.given(chart)
+    n = chart.n
+    first, last = arrays.numbers(begin, n), arrays.numbers(end, n)
+    written, room = arrays.results(widths, n), arrays.scratch(2 * n)
+    for j in range(n):
+        room[2 * j], room[2 * j + 1] = first[j], 0.0
+    chart.stand_at(room)
+    for j in range(n):
+        room[2 * j] = last[j]
+    found = chart.open(charts.ANY, charts.RADIUS) and chart.bend_further(charts.RADIUS)
+    found = found and chart.holds(room, 1.0)
+    if found:
+        # The path is w s + b s^2 / 2 + c s^3 / 6 + R(s), |R| <= r (s / h)^4 by Schwarz. From their
+        # chords the square is S^2 / 8 away at most, the cube S^3 / (9 sqrt(3)), R twice itself.
+        S = abs(chart.along_parameter(room))
+        x = S / chart.h
+        rest = 2.0 * chart.r * x * x * x * x + 4.0 * chart.left
+        for j in range(n):
+            bend = math.sqrt(pairs.square_of(pairs.pair(chart.b, j)))
+            cube = math.sqrt(pairs.square_of(pairs.pair(chart.c, j)))
+            way = S * S * (bend / 8.0 + S * cube / 15.5) + rest
+            written[j] = way / chart.sizes[j]
+    arrays.give_back(room)
+    return found
+
+
 def tangent_at(chart: CurveChart, t: Floats, tangent: Floats) -> bool:
     """
     Fill in the tangent at a real solution (n, 2), of unit length; return False where singular.

@@ -55,11 +55,8 @@ def follow_family(
     the straight line, `path` says; targets that are nearer to each other bring it nearer.
 
     `no` rests on the proof that all arcs are known (`complete`), with the exception that
-    `inverse_kinematics` names, and is never said without. It rests on the samples of the arcs too,
-    which have every end of a joint's range, but for two ends between the same two samples: there
-    the arc is taken to be within a tenth of their distance beside them, which is not proved. The
-    limits are those of its arcs: a posture where a curve only touches a limit from beyond is not
-    looked at.
+    `inverse_kinematics` names, and is never said without. The limits are those of its arcs: a
+    posture where a curve only touches a limit from beyond is not looked at.
 
     Parameters
     ----------

@@ -1,8 +1,7 @@
 """
 The arcs of a target in pieces, each inside a box of joint positions, and which are a step apart.
 
-Between neighbouring ends of its range along the curve a joint rises or falls, and all these ends
-are among an arc's samples: so the curve stays in the box that two neighbouring samples span.
+The box is that of a piece's two ends, wider by how far the curve leaves their chord at most.
 """
 
 from collections.abc import Sequence
@@ -17,9 +16,6 @@ from ..inverse.plan import InversePlan
 from ..inverse.result import IkArc
 from ..singularity import singularity
 
-# Ends of a range that are met twice between two samples are seen by neither: boxes are wider by
-# this share of the way between the samples.
-WIDER = 0.1
 # Pairs of pieces that are looked at together.
 AT_ONCE = 1 << 20
 
@@ -67,6 +63,8 @@ class ArcPieces(NamedTuple):
         From where to where on it.
     begin, end : shape (m, n), rad or m
         The postures there.
+    spread : shape (m, n), rad or m
+        How far the joints leave the chord of both at most, by proof.
     away : shape (m,), rad
         How far from `begin` a singular pose was found.
     """
@@ -75,23 +73,23 @@ class ArcPieces(NamedTuple):
     s: Floats
     begin: Floats
     end: Floats
+    spread: Floats
     away: Floats
 
     def chosen(self, which: npt.NDArray[np.bool_]) -> 'ArcPieces':
         """Return some of them."""
-        return ArcPieces(
-            self.arc[which], self.s[which], self.begin[which], self.end[which], self.away[which]
-        )
+        return ArcPieces(*(values[which] for values in self))
 
-    def box(self, scales: Floats) -> tuple[Floats, Floats]:
+    def box(self) -> tuple[Floats, Floats]:
         """Return the middle (m, n) and half the widths (m, n) of the boxes that hold them."""
-        way = self.end - self.begin
-        chord = np.linalg.norm(way / scales, axis=1)[:, None]
-        return 0.5 * (self.begin + self.end), 0.5 * np.abs(way) + WIDER * chord * scales
+        return (
+            0.5 * (self.begin + self.end),
+            0.5 * np.abs(self.end - self.begin) + self.spread,
+        )
 
     def are_within(self, distance: float, scales: Floats) -> npt.NDArray[np.bool_]:
         """Return which of them are as a whole that near (rad) to a singular pose, shape (m,)."""
-        across = 2.0 * np.linalg.norm(self.box(scales)[1] / scales, axis=1)
+        across = 2.0 * np.linalg.norm(self.box()[1] / scales, axis=1)
         return np.asarray(self.away + across < distance)
 
     def halves(self, robot: Robot, arcs: Sequence[IkArc]) -> 'ArcPieces':
@@ -99,9 +97,11 @@ class ArcPieces(NamedTuple):
         middle = self.s.mean(axis=1)
         places = zip(self.arc.tolist(), middle.tolist())
         q = np.array([arcs[k].at(s) for k, s in places]).reshape(self.begin.shape)
-        lower = self._replace(s=np.column_stack([self.s[:, 0], middle]), end=q)
+        s = np.column_stack([self.s[:, 0], middle])
+        lower = self._replace(s=s, end=q, spread=_spread(arcs, self.arc, s, q.shape))
+        s = np.column_stack([middle, self.s[:, 1]])
         upper = self._replace(
-            s=np.column_stack([middle, self.s[:, 1]]), begin=q, away=_away(robot, q)
+            s=s, begin=q, spread=_spread(arcs, self.arc, s, q.shape), away=_away(robot, q)
         )
         return ArcPieces(*(np.concatenate(both) for both in zip(lower, upper)))
 
@@ -112,13 +112,9 @@ def pieces_of(robot: Robot, arcs: Sequence[IkArc]) -> ArcPieces:
     begin = np.vstack([none, *(arc.q[:-1] for arc in arcs)])
     ends = [np.empty((0, 2)), *(np.column_stack([arc.s[:-1], arc.s[1:]]) for arc in arcs)]
     counts = [len(arc.q) - 1 for arc in arcs]
-    return ArcPieces(
-        np.repeat(np.arange(len(arcs)), counts),
-        np.vstack(ends),
-        begin,
-        np.vstack([none, *(arc.q[1:] for arc in arcs)]),
-        _away(robot, begin),
-    )
+    arc, s = np.repeat(np.arange(len(arcs)), counts), np.vstack(ends)
+    end = np.vstack([none, *(arc.q[1:] for arc in arcs)])
+    return ArcPieces(arc, s, begin, end, _spread(arcs, arc, s, end.shape), _away(robot, begin))
 
 
 def only(robot: Robot, arcs: Sequence[IkArc], q: Floats, rule: StepRule) -> ArcPieces:
@@ -126,7 +122,13 @@ def only(robot: Robot, arcs: Sequence[IkArc], q: Floats, rule: StepRule) -> ArcP
     ways = [rule.shortest(arc.q - q) / rule.scales for arc in arcs]
     away = [np.min(np.linalg.norm(way, axis=1)) for way in ways]
     arc = int(np.argmin(away)) if away else 0
-    return ArcPieces(np.array([arc]), np.zeros((1, 2)), q[None], q[None], _away(robot, q[None]))
+    still = np.zeros((1, len(q)))
+    return ArcPieces(np.array([arc]), still[:, :2], q[None], q[None], still, _away(robot, q[None]))
+
+
+def _spread(arcs: Sequence[IkArc], arc: Integers, s: Floats, shape: tuple[int, ...]) -> Floats:
+    rows = [arcs[k].spread(*ends) for k, ends in zip(arc.tolist(), s.tolist())]
+    return np.array(rows).reshape(shape)
 
 
 def _away(robot: Robot, q: Floats) -> Floats:
@@ -140,8 +142,8 @@ def _away(robot: Robot, q: Floats) -> Floats:
 
 def a_step_apart(first: ArcPieces, second: ArcPieces, rule: StepRule) -> tuple[Integers, Integers]:
     """Return all pairs of pieces (i,), (j,) between whose boxes a step may lead."""
-    a, wide_a = first.box(rule.scales)
-    b, wide_b = second.box(rule.scales)
+    a, wide_a = first.box()
+    b, wide_b = second.box()
     reach = wide_a + rule.most * rule.scales
     found = []
     order, begin, end = _candidates(a, reach, b, wide_b, rule)

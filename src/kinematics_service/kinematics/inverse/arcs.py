@@ -53,9 +53,21 @@ class JointCurve:
 
     def at(self, place: float) -> Floats:
         """Return joint positions (n,) at a place of the curve."""
-        lap = math.floor(place / self.last) if self.curve.closed else 0
-        psi = self.curve.at(place - lap * self.last)
+        lap, psi = self._screws_at(place)
         return self.arm.to_joints(psi, self.robot.dof) + lap * self.lap
+
+    def _screws_at(self, place: float) -> tuple[int, Floats]:
+        # The lap, and the positions of the screws in the first one.
+        lap = math.floor(place / self.last) if self.curve.closed else 0
+        return lap, self.curve.at(place - lap * self.last)
+
+    def spread(self, begin: float, end: float) -> Floats:
+        """Return how far the joints (n,) leave their chord between two places at most."""
+        (_, first), (_, last) = self._screws_at(begin), self._screws_at(end)
+        widths = self.curve.spread(first, last)
+        if not math.isfinite(widths[0]):
+            return np.full(self.robot.dof, math.inf)
+        return np.asarray(np.abs(self.rows) @ widths)
 
     def arcs(self) -> tuple[IkArc, ...]:
         """Return the arcs inside the limits; those that differ by full turns once."""
@@ -166,7 +178,12 @@ class JointCurve:
         def along(at: float) -> Floats:
             return np.asarray(self.at(float(np.interp(at, s, places))) + offset)
 
-        return IkArc(q, s, True, (), 1, self.plan.limits.copy(), self.plan.scales.copy(), along)
+        def spread(first: float, last: float) -> Floats:
+            ends = np.interp([first, last], s, places).tolist()
+            return self.spread(*ends)
+
+        limits, scales = self.plan.limits.copy(), self.plan.scales.copy()
+        return IkArc(q, s, True, (), 1, limits, scales, along, spread)
 
 
 def _once(crossings: list[_Crossing]) -> list[_Crossing]:

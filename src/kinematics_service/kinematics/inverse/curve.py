@@ -72,6 +72,16 @@ class SolutionCurve(FrozenArrays):
         kernel.tangent_at(self.chart, t, tangent)
         return -tangent if tangent @ self.tangents[k] < 0.0 else tangent
 
+    def spread(self, begin: Floats, end: Floats) -> Floats:
+        """
+        Return how far the curve leaves the chord of two solutions (n,) at most, shape (n,), by
+        proof; infinite where they are too far apart for one.
+        """
+        widths = np.empty(len(begin))
+        if not kernel.spread(self.chart, begin, end, widths):
+            widths[:] = math.inf
+        return widths
+
     def folds(self, direction: Floats) -> list[float]:
         """Return the places where a motion (n,) times the positions is largest or smallest."""
         slopes = self.tangents @ direction

@@ -142,6 +142,7 @@ class IkArc(FrozenArrays):
     limits: Floats
     scales: Floats
     along: Callable[[float], Floats]
+    spread: Callable[[float, float], Floats]
 
     @property
     def length(self) -> float:
