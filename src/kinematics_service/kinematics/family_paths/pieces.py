@@ -78,7 +78,8 @@ class ArcPieces(NamedTuple):
 
     def chosen(self, which: npt.NDArray[np.bool_]) -> 'ArcPieces':
         """Return some of them."""
-        return ArcPieces(*(values[which] for values in self))
+        ends = self.begin[which], self.end[which], self.spread[which]
+        return ArcPieces(self.arc[which], self.s[which], *ends, self.away[which])
 
     def box(self) -> tuple[Floats, Floats]:
         """Return the middle (m, n) and half the widths (m, n) of the boxes that hold them."""
