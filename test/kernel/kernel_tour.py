@@ -293,8 +293,10 @@ def curves(robot: Robot, q: np.ndarray):
     assert arm is not None
     chart = arm.chart(ik_target_of(robot, ks.forward_kinematics(robot, q)))
     psi = arm.to_screws(q)
+    samples = np.zeros((3, 2 * psi.size))
     for side in (1.0, -1.0):
-        kernel.trace(chart, psi, side, np.zeros((3, 2 * psi.size)), np.zeros(1, int))
+        kernel.trace(chart, psi, side, samples, np.zeros(1, int))
+    kernel.spread(chart, psi, samples[1, : psi.size].copy(), np.zeros(psi.size))
     at = np.stack([psi, np.zeros(psi.size)], axis=1)
     kernel.tangent_at(chart, at, np.zeros(psi.size))
     for joint in (0, psi.size - 1):
