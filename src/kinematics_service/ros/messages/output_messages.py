@@ -277,10 +277,10 @@ def pose_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
 
     None where the robot file does not say what may be off.
     """
-    said = settings.robot.description.uncertainty
-    if said is None or not said.of_pose:
+    said, errors = settings.robot.description.uncertainty, errors_of_file(settings.robot)
+    if said is None or errors is None or not said.of_pose:
         return None
-    return WithCovariance(pose_numbers(settings), errors_of_file(settings.robot))
+    return WithCovariance(pose_numbers(settings), errors)
 
 
 def twist_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
@@ -289,10 +289,10 @@ def twist_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
 
     None where the robot file does not say how far velocities may be off.
     """
-    said = settings.robot.description.uncertainty
-    if said is None or said.velocity_noise is None:
+    said, errors = settings.robot.description.uncertainty, errors_of_file(settings.robot)
+    if said is None or errors is None or said.velocity_noise is None:
         return None
-    errors, twist = errors_of_file(settings.robot), twist_numbers(settings)
+    twist = twist_numbers(settings)
     if isinstance(twist, Copied):
         return WithCovariance(twist, errors, of_twist=True)
 
