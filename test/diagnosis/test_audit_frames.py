@@ -12,10 +12,11 @@ from audits import JOINT_STATE, header, joint_states, quaternions, run
 from recordings import motion, samples_of
 
 import kinematics_service as ks
+from kinematics_service.diagnosis.audit import neighbourhoods
 from kinematics_service.diagnosis.audit.auditing import audit
 from kinematics_service.diagnosis.audit.frames import FrameReport, NotCompared
-from kinematics_service.diagnosis.audit.neighbourhoods import AROUND, Neighbourhoods
-from kinematics_service.diagnosis.audit.reported_velocities import SmoothMotion
+from kinematics_service.diagnosis.audit.neighbourhoods import AROUND, joined
+from kinematics_service.diagnosis.audit.reported_velocities import MotionColumns, SmoothMotion
 from kinematics_service.diagnosis.audit.verdict import verdict_of
 from kinematics_service.formats.recordings import bag_poses
 from kinematics_service.formats.recordings.block import Block
@@ -141,28 +142,23 @@ def test_poses_of_another_clock_rate_are_matched_and_their_lag_named():
 # What is kept
 
 
-def test_only_states_around_some_hundred_poses_are_kept():
+def test_only_states_around_some_hundred_poses_are_kept(monkeypatch):
     robot = robot_of('planar_2r')
     seconds = 40
     t = np.arange(seconds * 1000) / 1000.0
     q = np.stack([np.sin(t), np.cos(0.7 * t)], axis=1)
     stamps = BEGIN + np.rint(1e9 * t).astype(np.int64)
     few = stamps[::10_000] + 400
-    around = Neighbourhoods(robot, PoseTrack('p', '', few, np.tile(np.eye(4), (len(few), 1, 1))))
-    for k in range(0, len(t), 1000):
-        part = slice(k, k + 1000)
-        around.take(stamps[part], t[part], q[part])
-    track = around.track()
+    monkeypatch.setattr(neighbourhoods, 'LARGEST_BLOCK', 1000)
+    states = MotionColumns(stamps, q, q)
+    track = joined(robot, PoseTrack('p', '', few, np.tile(np.eye(4), (len(few), 1, 1))), states)
     np.testing.assert_allclose(track.q, q[::10_000], atol=1e-6)
     assert np.all(track.within)
     kept = len(track.states_at)
     assert kept <= len(few) * (2 * AROUND / 1e6 + 4) < len(t) / 5
     # Of more poses than are wanted every second one goes, again and again.
-    many = Neighbourhoods(robot, PoseTrack('p', '', stamps, np.tile(np.eye(4), (len(t), 1, 1))))
-    for k in range(0, len(t), 1000):
-        part = slice(k, k + 1000)
-        many.take(stamps[part], t[part], q[part])
-    track = many.track()
+    many = PoseTrack('p', '', stamps, np.tile(np.eye(4), (len(t), 1, 1)))
+    track = joined(robot, many, states)
     assert MOST_POSES < len(track.poses) <= 2 * MOST_POSES
     np.testing.assert_array_equal(track.q, q[track.poses])
 

@@ -117,10 +117,10 @@ def test_a_median_of_pieces_is_that_of_all(monkeypatch):
     ):
         expected = np.median(numbers)
         for size in (5, 900, 5000):
-            monkeypatch.setattr(columns, 'AT_ONCE', size)
+            monkeypatch.setattr(columns, 'HELD', size)
             pieces = [numbers[k : k + 97] for k in range(0, len(numbers), 97)]
-            assert columns.median(lambda p=pieces: iter(p)) == expected
-    assert columns.median(lambda: iter([])) == 0.0
+            assert columns.median(pieces) == expected
+    assert columns.median([]) == 0.0
 
 
 def test_turns_are_unwrapped_in_pieces_as_in_one():

@@ -13,7 +13,6 @@ from sensor_msgs.msg import JointState
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.estimator import Estimator, EstimatorSettings, RefusedMessage
-from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.ros.messages.joint_state_reader import JointStateReader
 
@@ -66,9 +65,8 @@ def stream(robot, random):
 
 
 def read_first(reader, estimator, data, arrival):
-    names, positions, velocities, stamp, _ = reader.read(data)
-    sample = JointSample(names, positions, velocities, stamp, stamp or arrival, arrival)
-    return estimator.take(sample)
+    sample = reader.read(data)
+    return estimator.take(sample._replace(received=sample.stamp or arrival, arrival=arrival))
 
 
 def from_bytes(reader, estimator, data, arrival):

@@ -15,7 +15,7 @@ from .. import kernel
 from ..kernel.compiled import VARIABLE
 from ..version import __version__
 from .node import MANAGED, MIXED_ROS, ROBOT, UNSECURED, NodeOptions, start_node
-from .options import WrongUsage, flag, option
+from .options import WrongUsage, flag, named, option
 
 # The commands, in the order of the help. Each has a file of its name with a function of that name,
 # whose parameters are its arguments and options, and whose docstring is its help.
@@ -166,9 +166,7 @@ def _node(
     ),
     version: Annotated[
         bool,
-        typer.Option(
-            '--version', help='Print the version.', callback=_print_version, is_eager=True
-        ),
+        named('--version', 'Print the version.', callback=_print_version, is_eager=True),
     ] = False,
 ) -> None:
     """

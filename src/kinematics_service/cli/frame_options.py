@@ -4,12 +4,10 @@ import math
 import re
 from typing import Annotated, Optional
 
-import typer
-
 from ..diagnosis.audit.frames import FrameSettings
 from ..diagnosis.frame_check.errors import PoseLimit
 from ..diagnosis.frame_check.judgement import FrameLimits
-from .options import WrongUsage
+from .options import WrongUsage, named
 
 LIMIT = re.compile(r'([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(mm|m|deg|rad)')
 FACTORS = {'m': 1.0, 'mm': 1e-3, 'rad': 1.0, 'deg': math.radians(1.0)}
@@ -17,13 +15,11 @@ LONGEST_GAP = 3600.0
 
 GapOption = Annotated[
     Optional[float],
-    typer.Option(
+    named(
         '--pose-gap',
-        metavar='SECONDS',
-        help=(
-            'Longest time between the joint states around a pose that is compared; default: '
-            'three usual intervals, within 0.05 and 0.5 s.'
-        ),
+        'Longest time between the joint states around a pose that is compared; default: '
+        'three usual intervals, within 0.05 and 0.5 s.',
+        'SECONDS',
     ),
 ]
 

@@ -25,6 +25,7 @@ from .options import (
     given_numbers,
     given_robot,
     joint_values,
+    named,
     option,
 )
 from .singularity_report import DEGREES, arm_json
@@ -34,28 +35,25 @@ HOW = {'closed form': 'in closed form', 'algebraic': 'by elimination', 'search':
 
 RpyOption = Annotated[
     Optional[str],
-    typer.Option(
+    named(
         '--rpy',
-        metavar='NUMBERS',
-        help='Its orientation: roll, pitch, yaw; R = Rz(yaw) Ry(pitch) Rx(roll).',
+        'Its orientation: roll, pitch, yaw; R = Rz(yaw) Ry(pitch) Rx(roll).',
+        'NUMBERS',
         show_default='any orientation',
     ),
 ]
 QuaternionOption = Annotated[
     Optional[str],
-    typer.Option(
-        '--quaternion',
-        metavar='NUMBERS',
-        help='Its orientation: x, y, z, w.',
-        show_default='any orientation',
+    named(
+        '--quaternion', 'Its orientation: x, y, z, w.', 'NUMBERS', show_default='any orientation'
     ),
 ]
 NearOption = Annotated[
     Optional[str],
-    typer.Option(
+    named(
         '--near',
-        metavar='NUMBERS',
-        help='Joint positions the solutions should be near.',
+        'Joint positions the solutions should be near.',
+        'NUMBERS',
         show_default='the middle of the limits',
     ),
 ]

@@ -35,44 +35,37 @@ def robots_like(incomplete: str) -> list[str]:
     return [name for name in bundled_robots() if name.startswith(incomplete)]
 
 
-RobotOption = Annotated[
-    str,
-    typer.Option('--robot', metavar=ROBOT, help=ROBOT_WORDS, autocompletion=robots_like),
-]
+def named(name: str, words: str, metavar: str | None = None, **others: Any) -> Any:
+    """Return an option of that name for what several commands have, which take its default."""
+    return typer.Option(name, help=words, metavar=metavar, **others)
+
+
+RobotOption = Annotated[str, named('--robot', ROBOT_WORDS, ROBOT, autocompletion=robots_like)]
 RobotArgument = Annotated[
     str,
     typer.Argument(
-        metavar='ROBOT',
-        help=f'{ROBOT_WORDS} Also by --robot.',
-        autocompletion=robots_like,
+        metavar='ROBOT', help=f'{ROBOT_WORDS} Also by --robot.', autocompletion=robots_like
     ),
 ]
 PositionsOption = Annotated[
-    str,
-    typer.Option(
-        '--q', metavar='NUMBERS', help='Joint positions in rad and m, in the order of the robot.'
-    ),
+    str, named('--q', 'Joint positions in rad and m, in the order of the robot.', 'NUMBERS')
 ]
 DegreesOption = Annotated[
-    bool,
-    typer.Option('--deg', help='Angles on the command line are in degrees; lengths stay metres.'),
+    bool, named('--deg', 'Angles on the command line are in degrees; lengths stay metres.')
 ]
 OfOption = Annotated[
     Optional[str],
-    typer.Option(
+    named(
         '--of',
-        metavar='POINT',
-        help='Instead of the tool: a point of the robot file, or a row of its table (0: the '
+        'Instead of the tool: a point of the robot file, or a row of its table (0: the '
         "table's frame 0, i: the frame after row i).",
+        'POINT',
     ),
 ]
 AtOption = Annotated[
-    Optional[str],
-    typer.Option(
-        '--at', metavar='X,Y,Z', help='A point fixed to that frame, in its coordinates, in m.'
-    ),
+    Optional[str], named('--at', 'A point fixed to that frame, in its coordinates, in m.', 'X,Y,Z')
 ]
-JsonOption = Annotated[bool, typer.Option('--json', help='Print one JSON object, in SI units.')]
+JsonOption = Annotated[bool, named('--json', 'Print one JSON object, in SI units.')]
 
 
 def option(

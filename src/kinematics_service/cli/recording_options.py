@@ -2,63 +2,57 @@
 
 from typing import Annotated, NamedTuple, Optional
 
-import typer
-
 from ..errors import RecordingError
 from ..formats.recordings.joint_format import JointFormat
 from ..formats.recordings.pose_format import PoseFormat, pose_format
 from ..formats.recordings.source import Selection
 from ..formats.recordings.stamp_format import StampFormat, stamp_format
 from ..robot.robot import Robot
-from .options import WrongUsage
+from .options import WrongUsage, named
 
 TopicOption = Annotated[
-    Optional[str],
-    typer.Option('--topic', metavar='TOPIC', help='Topic of a bag; needed if it has several.'),
+    Optional[str], named('--topic', 'Topic of a bag; needed if it has several.', 'TOPIC')
 ]
 ColumnsOption = Annotated[
     Optional[str],
-    typer.Option(
+    named(
         '--columns',
-        metavar='KEY=START,...',
-        help='Beginnings of the column names: stamp=, position=, velocity=, pose= (or '
+        'Beginnings of the column names: stamp=, position=, velocity=, pose= (or '
         'pose=pos_+quat_); or columns by number (position=2-7), or elements of a vector '
         '(position=state[0:6]).',
+        'KEY=START,...',
     ),
 ]
 PrefixOption = Annotated[
-    str,
-    typer.Option(
-        '--joint-prefix', metavar='TEXT', help='Put before the joint names of the robot file.'
-    ),
+    str, named('--joint-prefix', 'Put before the joint names of the robot file.', 'TEXT')
 ]
 FormatOption = Annotated[
     Optional[str],
-    typer.Option(
+    named(
         '--pose-format',
-        metavar='WORDS',
-        help='Pose columns: m or mm, rad or deg, xyzw, wxyz, rotvec, rpy, matrix, position, or '
+        'Pose columns: m or mm, rad or deg, xyzw, wxyz, rotvec, rpy, matrix, position, or '
         'angles by their axes (xyz: that stand still; ZYX: that move); for instance mm,deg,ZYX; '
         'or a maker: kuka, fanuc, abb, staubli, kawasaki, ur, leica, faro.',
+        'WORDS',
     ),
 ]
 JointsOption = Annotated[
     Optional[str],
-    typer.Option(
+    named(
         '--joint-format',
-        metavar='WORDS',
-        help='Joint columns: rad, deg, turns, m, mm, percent of the limits, ticks a turn and '
+        'Joint columns: rad, deg, turns, m, mm, percent of the limits, ticks a turn and '
         'their zero (4096@2048), a joint of its own (elbow=4096@2048), or a file with a '
         'calibration or statistics (.json).',
+        'WORDS',
     ),
 ]
 StampsOption = Annotated[
     Optional[str],
-    typer.Option(
+    named(
         '--stamps',
-        metavar='UNIT|RATE|none',
-        help='Unit of the stamps (s, ms, us, ns), or the rate of rows without stamps (30Hz); '
+        'Unit of the stamps (s, ms, us, ns), or the rate of rows without stamps (30Hz); '
         'none: the arm stands still in each row.',
+        'UNIT|RATE|none',
     ),
 ]
 

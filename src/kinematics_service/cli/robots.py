@@ -2,15 +2,13 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated, Any
-
-import typer
+from typing import Any
 
 from ..printing import Output, attributes, heading, json_text, plain
 from ..robot.bundled import grouped_robots
 from ..robot.file.parts.description import JointDescription, RobotDescription
 from ..robot.file.reader import read_robot_file
-from .options import JsonOption
+from .options import JsonOption, flag
 
 # The groups that a terminal shows with --all only.
 COURSE = (
@@ -28,9 +26,7 @@ def joint_letters(joints: tuple[JointDescription, ...]) -> str:
 
 
 def robots(
-    everything: Annotated[
-        bool, typer.Option('--all', help='Also list the arms of textbooks and courses.')
-    ] = False,
+    everything: bool = flag('--all', 'Also list the arms of textbooks and courses.'),
     json: JsonOption = False,
 ) -> None:
     """

@@ -131,7 +131,7 @@ def look_like_degrees(reports: tuple[JointReport, ...]) -> bool:
 
 def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
     """Return the number of jumps, and the first of them."""
-    longest = longest_interval(median(lambda: _forwards(timeline)))
+    longest = longest_interval(median(_forwards(timeline)))
     joints = [Unwrapped(bool(wraps)) for wraps in robot.continuous]
     before: list[Floats] = [np.zeros(0)] * robot.dof
     count = 0

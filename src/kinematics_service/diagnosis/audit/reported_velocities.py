@@ -243,7 +243,7 @@ class _Joint:
 def velocity_check(timeline: ReportedMotion, j: int, wraps: bool) -> VelocityCheck | None:
     """Return how the reported velocities of joint j agree; None if there is nothing to compare."""
     joint = _Joint(timeline, j, wraps)
-    joint.longest = longest_interval(median(joint.forwards))
+    joint.longest = longest_interval(median(joint.forwards()))
     count, row, worst = 0, 0, -1.0
     means = products = squares = 0.0
     motion, least, greatest = SmoothMotion(), math.inf, -math.inf
@@ -265,7 +265,7 @@ def velocity_check(timeline: ReportedMotion, j: int, wraps: bool) -> VelocityChe
     speed, rms = math.sqrt(means / count), math.sqrt(squares / count)
     moving = motion.square(means / count)
     noise = math.sqrt(max(speed**2 - moving, 0.0))
-    jitter = noise * median(joint.times) / math.sqrt(2.0)
+    jitter = noise * median(joint.times()) / math.sqrt(2.0)
     surely = max(STILL, SURE * noise / count**0.25)
     if moving < surely**2 or greatest - least < MANY_JITTERS * jitter:
         return None
@@ -274,7 +274,7 @@ def velocity_check(timeline: ReportedMotion, j: int, wraps: bool) -> VelocityChe
         # The noise of the positions is in the differences alone: the motion is the measure.
         scale = _scale(joint, products / count / moving, count, rms)
         lag = 0.0 if scale else _lag(joint, count, rms)
-    typical = median(joint.differences)
+    typical = median(joint.differences())
     return VelocityCheck(rms, typical, worst, row, speed, noise, lag, scale or 1.0)
 
 
@@ -289,7 +289,7 @@ def _scale(joint: _Joint, scale: float, count: int, rms: float) -> float:
 
 def _lag(joint: _Joint, count: int, rms: float) -> float:
     # Returns the shift of the reported velocities that brings them nearest, s.
-    interval = median(joint.times)
+    interval = median(joint.times())
     shifts = interval * np.linspace(-LAGS, LAGS, 8 * LAGS + 1)
     stride = max(1, count // LAG_ROWS)
     trial, seen, first = _ShiftTrial(shifts), 0, True

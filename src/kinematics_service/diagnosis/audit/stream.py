@@ -134,7 +134,7 @@ class StreamWatch:
     def stream(self) -> Stream:
         """Return the findings."""
         stamps, delays = self._stamps, self._delays
-        forwards = median(lambda: (steps[steps > 0] for _, steps in self._steps()))
+        forwards = median(steps[steps > 0] for _, steps in self._steps())
         longest = max(GAP * forwards, SHORTEST_GAP)
         gaps: list[tuple[int, int]] = []
         gap_count = repeated = backwards = duration = 0
@@ -172,7 +172,7 @@ class StreamWatch:
                 for order, count in self._orders.most_common(MOST_LISTED)
             ),
             changes_of_order=self._changes,
-            delay_median=median(lambda: (delays[rows] for rows in spans(len(delays)))) * 1e-9,
+            delay_median=median(delays[rows] for rows in spans(len(delays))) * 1e-9,
             delay_longest=max(delay_longest, 0) * 1e-9,
         )
 

@@ -16,7 +16,7 @@ LONGEST_GAP = 100_000_000
 STATES, AHEAD = 2048, 256
 # Poses whose joints differ by less (rad, prismatic joints by length) are one.
 VARIETY = 0.02
-# Poses kept at most; then every second one is dropped, so that early ones stay among them.
+# Poses kept at most.
 MOST = 2000
 
 
@@ -61,15 +61,20 @@ class PoseCollector:
     ----------
     robot
         The arm.
+    most
+        Poses kept at most; then every second one is dropped, so that early ones stay among them.
 
     Attributes
     ----------
     unmatched
         Number of poses without joint states around them.
+    different
+        Number of poses that differed from the one before them, those that were dropped too.
     """
 
-    def __init__(self, robot: Robot) -> None:
-        self.unmatched = 0
+    def __init__(self, robot: Robot, most: int = MOST) -> None:
+        self.unmatched = self.different = 0
+        self._most = most
         self._scales = robot.task.column_scales
         self._states: deque[tuple[int, Floats]] = deque(maxlen=STATES)
         self._ahead: deque[tuple[int, Floats]] = deque(maxlen=AHEAD)
@@ -129,5 +134,6 @@ class PoseCollector:
                 pairs[-1] = pair
             return
         pairs.append(pair)
-        if len(pairs) > MOST:
+        self.different += 1
+        if len(pairs) > self._most:
             del pairs[1::2]

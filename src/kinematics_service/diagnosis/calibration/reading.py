@@ -19,7 +19,7 @@ from ...kernel import Floats
 from ...robot.robot import Robot
 from ..audit.frames import chosen_poses, matched
 from ..audit.ingest import Ingest
-from ..audit.neighbourhoods import Neighbourhoods
+from ..audit.neighbourhoods import joined
 from ..frame_check.diagnosis import diagnose_frames
 from ..frame_check.errors import time_in_words
 from ..frame_check.joint_motion import SampledMotion
@@ -125,14 +125,18 @@ def read_positions(file: Path, wanted: Selection, settings: EstimatorSettings) -
         return _states(source, wanted.robot, settings).q[:]
 
 
-class _States(NamedTuple):
-    stamps: Column
-    q: StateTable
+class _States:
+    # Columns that grow while a source is read; their times do not matter here.
+    def __init__(self, robot: Robot) -> None:
+        self.stamps, self.t, self.q = Column(np.int64), Column(np.float64), StateTable(robot.dof)
+
+    def __len__(self) -> int:
+        return len(self.stamps)
 
 
 def _states(source: RecordingSource, robot: Robot, settings: EstimatorSettings) -> _States:
     ingest = Ingest(robot, Estimator(robot, settings))
-    states = _States(Column(np.int64), StateTable(robot.dof))
+    states = _States(robot)
     for block in source.blocks:
         if isinstance(block, UnreadableMessage):
             ingest.refuse(block)
@@ -140,6 +144,7 @@ def _states(source: RecordingSource, robot: Robot, settings: EstimatorSettings) 
         known = ingest.take(block)
         if len(known):
             states.stamps.append(known.stamps)
+            states.t.append(1e-9 * known.stamps)
             states.q.append(known.q)
     return states
 
@@ -152,12 +157,7 @@ def _joined(
     gap: float | None,
     remarks: list[str],
 ) -> MeasuredRecording:
-    around = Neighbourhoods(robot, track)
-    stamps = states.stamps[:]
-    if len(stamps):
-        passed = np.cumsum(np.maximum(np.diff(stamps, prepend=stamps[:1]), 0)) * 1e-9
-        around.take(stamps, passed, states.q[:])
-    found = around.track()
+    found = joined(robot, track, states)
     use, reason = matched(found, gap)
     matching = np.flatnonzero(use)
     if not len(matching):

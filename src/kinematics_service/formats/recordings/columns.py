@@ -5,7 +5,7 @@ few.
 
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from typing import IO, Any
 
 import numpy as np
@@ -20,8 +20,6 @@ HELD = 2**18
 # Number of states that findings process at once, so that their sums depend on nothing else:
 # shorter recordings (17 minutes at 1 kHz) are one piece.
 AT_ONCE = 2**20
-# Bits of a double by which each reading narrows a median down.
-DIGITS = 16
 
 
 class Column:
@@ -75,6 +73,13 @@ class Column:
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
         return np.asarray(self[:], dtype=dtype)
 
+    def mapped(self) -> npt.NDArray[Any]:
+        """Return all numbers, the file mapped where there is one: what is changed, changes."""
+        if self._file is None:
+            return self._joined()
+        self._write()
+        return np.memmap(self._file, self._kind, 'r+')
+
     def _joined(self) -> npt.NDArray[Any]:
         if len(self._held) != 1:
             empty = np.zeros(0, dtype=self._kind)
@@ -123,83 +128,13 @@ def spans(count: int) -> Iterator[slice]:
         yield slice(begin, min(begin + AT_ONCE, count))
 
 
-def median(pieces: Callable[[], Iterator[npt.NDArray[Any]]]) -> float:
+def median(pieces: Iterable[npt.NDArray[Any]]) -> float:
     """
-    Return the median of numbers that are read in pieces, 0 if there are none.
+    Return the median of numbers that come in pieces, 0 if there are none; none is NaN.
 
-    It is the same as numpy's median of all of them, in the memory of one piece: the leading bits
-    of the doubles tell the narrow band of the middle, and few numbers are in that band.
-
-    Parameters
-    ----------
-    pieces
-        Yields the numbers, the same each time; none is NaN.
+    Many are sorted in a file, as far as that is needed, and not in memory.
     """
-    count, prefix, known = 0, 0, 0
-    rank = (0, 0)
-    while True:
-        found = np.zeros(2**DIGITS, dtype=np.int64)
-        band: list[npt.NDArray[Any]] = []
-        collected = 0
-        for piece in pieces():
-            keys = _ordered(piece)
-            if known:
-                keys = keys[keys >> np.uint64(64 - known) == prefix]
-            collected += len(keys)
-            if collected <= AT_ONCE:
-                band.append(keys)
-            digits = (keys >> np.uint64(64 - known - DIGITS)) & np.uint64(2**DIGITS - 1)
-            found += np.bincount(digits.astype(np.int64), minlength=2**DIGITS)
-        if not known:
-            count = collected
-            rank = ((count - 1) // 2, count // 2)
-        if not count:
-            return 0.0
-        if collected <= AT_ONCE:
-            keys = np.partition(np.concatenate(band), rank)
-            return float(np.mean(_numbers(keys[list(rank)])))
-        ends = np.cumsum(found)
-        low, high = (int(np.searchsorted(ends, one, side='right')) for one in rank)
-        if low != high or known + DIGITS == 64:
-            return _between(pieces, prefix, known, low, high, ends, rank)
-        before = int(ends[low - 1]) if low else 0
-        rank = (rank[0] - before, rank[1] - before)
-        prefix, known = prefix << DIGITS | low, known + DIGITS
-
-
-def _between(
-    pieces: Callable[[], Iterator[npt.NDArray[Any]]],
-    prefix: int,
-    known: int,
-    low: int,
-    high: int,
-    ends: npt.NDArray[Any],
-    rank: tuple[int, int],
-) -> float:
-    # The middle two are the largest of one band and the least of another, or all bits are known.
-    if low == high:
-        key = np.array([prefix << DIGITS | low], dtype=np.uint64)
-        return float(_numbers(key)[0])
-    largest, least = np.uint64(0), np.uint64(2**64 - 1)
-    for piece in pieces():
-        keys = _ordered(piece)
-        bands = keys >> np.uint64(64 - known - DIGITS)
-        below, above = (
-            keys[bands == (prefix << DIGITS | low)],
-            keys[bands == (prefix << DIGITS | high)],
-        )
-        largest = max(largest, below.max(initial=0))
-        least = min(least, above.min(initial=2**64 - 1))
-    return float(np.mean(_numbers(np.array([largest, least], dtype=np.uint64))))
-
-
-def _ordered(numbers: npt.NDArray[Any]) -> npt.NDArray[np.uint64]:
-    # Returns the bits of doubles, changed so that they sort like the numbers.
-    bits = np.asarray(numbers, dtype=np.float64).view(np.uint64)
-    sign = np.uint64(1 << 63)
-    return np.where(bits & sign, ~bits, bits | sign)
-
-
-def _numbers(keys: npt.NDArray[np.uint64]) -> Floats:
-    sign = np.uint64(1 << 63)
-    return np.where(keys & sign, keys ^ sign, ~keys).astype(np.uint64).view(np.float64)
+    every = Column(np.float64)
+    for piece in pieces:
+        every.append(piece)
+    return float(np.median(every.mapped(), overwrite_input=True)) if len(every) else 0.0

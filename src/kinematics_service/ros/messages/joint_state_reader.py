@@ -4,13 +4,12 @@ deserializer.
 """
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from sensor_msgs.msg import JointState
 
 from ...estimation.cdr import STAMP, STAMP_AT
+from ...estimation.joint_sample import JointSample
 from ...estimation.joint_state_form import JointStateForm, doubles_of, form_of
-from ...kernel import Floats
 from .message_check import read_message
 from .messages import SECOND, stamp_of
 
@@ -18,29 +17,6 @@ from .messages import SECOND, stamp_of
 # deserializer.
 MOST_FORMS = 8
 LARGEST_KEPT = 1 << 16
-
-
-class WireJointState(NamedTuple):
-    """
-    The content of a JointState, without its header's text.
-
-    Attributes
-    ----------
-    names
-        Joint names; while a form is known, the very same tuple for each of its messages.
-    positions, velocities : rad or m, rad/s or m/s
-        As in the message: of any length, with any number in them; read-only.
-    stamp : ns
-        0 if the message has none.
-    efforts : N m or N
-        As in the message, too.
-    """
-
-    names: tuple[str, ...]
-    positions: Floats
-    velocities: Floats
-    stamp: int
-    efforts: Floats
 
 
 class JointStateReader:
@@ -53,9 +29,12 @@ class JointStateReader:
     def __init__(self) -> None:
         self._forms: list[JointStateForm] = []  # the most recent first
 
-    def read(self, data: bytes) -> WireJointState:
+    def read(self, data: bytes) -> JointSample:
         """
-        Return the content of a serialized JointState.
+        Return the content of a serialized JointState, without the times of its receipt.
+
+        While a form is known, the names are the very same tuple for each of its messages; numbers
+        are read-only arrays.
 
         Raises
         ------
@@ -66,12 +45,9 @@ class JointStateReader:
         if form is None:
             return self._read_officially(data)
         seconds, nanoseconds = STAMP.unpack_from(data, STAMP_AT)
-        return WireJointState(
-            form.names,
-            doubles_of(data[form.positions]),
-            doubles_of(data[form.velocities]),
-            seconds * SECOND + nanoseconds,
-            doubles_of(data[form.efforts]),
+        numbers = form.positions, form.velocities, form.efforts
+        return _sample(
+            form.names, seconds * SECOND + nanoseconds, *(data[part] for part in numbers)
         )
 
     def forms(self, size: int) -> Iterator[JointStateForm]:
@@ -91,12 +67,16 @@ class JointStateReader:
             self._forms = [new, *self._forms][:MOST_FORMS]
         return new
 
-    def _read_officially(self, data: bytes) -> WireJointState:
+    def _read_officially(self, data: bytes) -> JointSample:
         message = read_message(data, JointState)
-        return WireJointState(
-            tuple(message.name),
-            doubles_of(message.position.tobytes()),
-            doubles_of(message.velocity.tobytes()),
-            stamp_of(message),
-            doubles_of(message.effort.tobytes()),
+        numbers = message.position, message.velocity, message.effort
+        return _sample(
+            tuple(message.name), stamp_of(message), *(part.tobytes() for part in numbers)
         )
+
+
+def _sample(
+    names: tuple[str, ...], stamp: int, positions: bytes, velocities: bytes, efforts: bytes
+) -> JointSample:
+    q, qdot, torques = map(doubles_of, (positions, velocities, efforts))
+    return JointSample(names, q, qdot, stamp, 0, 0, torques)

@@ -1,8 +1,9 @@
 """The answers: for each the message without stamp and numbers, and the numbers that it takes."""
 
+import math
 from array import array
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from geometry_msgs.msg import (
@@ -82,7 +83,7 @@ class WithCovariance(NamedTuple):
 
     def of(self, report: StateReport) -> Floats:
         """Return the numbers of a report."""
-        found = _covariances(self.errors, report)[int(self.of_twist)]
+        found = covariances(self.errors, report.answer.state, BASE)[int(self.of_twist)]
         return np.concatenate([self.copied.of(report), found.ravel()])
 
     def sources(self, row: int, measures: int) -> Integers:
@@ -102,42 +103,98 @@ class Computed(NamedTuple):
 Numbers = Copied | WithCovariance | Computed
 
 
-def pose_template(settings: NodeSettings) -> PoseStamped:
-    """Return the tool in the base frame."""
-    return PoseStamped(header=Header(frame_id=settings.base_frame))
+Template = Callable[[NodeSettings], Any]
 
 
-def pose_numbers(settings: NodeSettings) -> Numbers:
-    """
-    Return where position (3,) and quaternion (4,) x y z w of the tool in the base frame come from.
-    """
-    return _pose_columns()
+def stamped(kind: Any, frame: Callable[[NodeSettings], str]) -> Template:
+    """Return the template of a message with a header, whose frame follows from the settings."""
+    return lambda settings: kind(header=Header(frame_id=frame(settings)))
 
 
-def _pose_columns() -> Copied:
-    position = np.arange(kernel.POSE_AT + 3, kernel.POSE_AT + 12, 4)
-    return Copied(np.concatenate([position, np.arange(-kernel.ROW_TAIL, 0)]))
+def matrix_message(*dimensions: tuple[str, int]) -> Float64MultiArray:
+    """Return zeros, row-major, with the labels and sizes of their dimensions."""
+    sizes = [size for _, size in dimensions]
+    message = Float64MultiArray(data=array('d', bytes(8 * math.prod(sizes))))
+    message.layout.dim = [
+        MultiArrayDimension(label=label, size=size, stride=math.prod(sizes[k:]))
+        for k, (label, size) in enumerate(dimensions)
+    ]
+    return message
+
+
+def computed(of: Callable[[StateReport], Floats | None]) -> Callable[[NodeSettings], Numbers]:
+    """Return that numbers are computed, whatever the settings are."""
+    return lambda settings: Computed(of)
+
+
+def _base_frame(settings: NodeSettings) -> str:
+    return settings.base_frame
+
+
+def _tool_frame(settings: NodeSettings) -> str:
+    return settings.tool_frame
+
+
+def _twist_frame(settings: NodeSettings) -> str:
+    return settings.base_frame if settings.twist_frame == BASE else settings.tool_frame
+
+
+pose_template = stamped(PoseStamped, _base_frame)
+pose_with_covariance_template = stamped(PoseWithCovarianceStamped, _base_frame)
+twist_template = stamped(TwistStamped, _twist_frame)
+twist_with_covariance_template = stamped(TwistWithCovarianceStamped, _twist_frame)
+acceleration_template = stamped(AccelStamped, _twist_frame)
+# The wrench that the tool exerts, at the tool's origin and in its axes.
+wrench_template = stamped(WrenchStamped, _tool_frame)
+
+
+def velocity_template(settings: NodeSettings) -> VelocityStamped:
+    """Return J qdot with all three frames named."""
+    return VelocityStamped(
+        header=Header(frame_id=_twist_frame(settings)),
+        body_frame_id=settings.tool_frame,
+        reference_frame_id=settings.base_frame,
+    )
+
+
+def scalar_template(settings: NodeSettings) -> Float64:
+    """Return a measure."""
+    return Float64()
 
 
 def jacobian_template(settings: NodeSettings) -> Float64MultiArray:
     """Return J, row-major 6 x n, with labelled rows and columns."""
-    names = ','.join(settings.joint_names)
-    n = settings.robot.dof
-    message = Float64MultiArray(data=array('d', bytes(8 * 6 * n)))
-    message.layout.dim = [
-        MultiArrayDimension(label=ROW_LABELS[settings.row_order], size=6, stride=6 * n),
-        MultiArrayDimension(label=names, size=n, stride=n),
-    ]
-    return message
+    return matrix_message((ROW_LABELS[settings.row_order], 6), _joints(settings))
+
+
+def null_space_template(settings: NodeSettings) -> Float64MultiArray:
+    """Return a basis of the joint motions that leave the task's rows at rest, row-major n x k."""
+    return matrix_message(_joints(settings), ('self-motions', _self_motions(settings)))
+
+
+def self_motion_template(settings: NodeSettings) -> Float64MultiArray:
+    """Return the self-motion that raises the distance fastest, a number for each joint."""
+    return matrix_message(_joints(settings))
+
+
+def _joints(settings: NodeSettings) -> tuple[str, int]:
+    return ','.join(settings.joint_names), settings.robot.dof
+
+
+def pose_numbers(settings: NodeSettings) -> Copied:
+    """
+    Return where position (3,) and quaternion (4,) x y z w of the tool in the base frame come from.
+    """
+    position = np.arange(kernel.POSE_AT + 3, kernel.POSE_AT + 12, 4)
+    return Copied(np.concatenate([position, np.arange(-kernel.ROW_TAIL, 0)]))
 
 
 def jacobian_numbers(settings: NodeSettings) -> Numbers:
     """
     Return where J comes from, row-major, in the axes and row order that are set, shape (6 n,).
     """
-    axes = settings.jacobian_frame
     order = [3, 4, 5, 0, 1, 2] if settings.row_order == 'angular_first' else [0, 1, 2, 3, 4, 5]
-    if axes == 'base':
+    if settings.jacobian_frame == BASE:
         n = settings.robot.dof
         return Copied(kernel.JACOBIAN_AT + np.arange(6 * n).reshape(6, n)[order].ravel())
 
@@ -150,8 +207,7 @@ def jacobian_numbers(settings: NodeSettings) -> Numbers:
 
 def twist_numbers(settings: NodeSettings) -> Numbers:
     """Return where J qdot comes from, in the axes that are set, shape (6,)."""
-    axes = settings.twist_frame
-    if axes == 'base':
+    if settings.twist_frame == BASE:
         return Copied(kernel.JACOBIAN_AT + 6 * settings.robot.dof + np.arange(6))
 
     def numbers(report: StateReport) -> Floats:
@@ -161,40 +217,21 @@ def twist_numbers(settings: NodeSettings) -> Numbers:
     return Computed(numbers)
 
 
-def acceleration_template(settings: NodeSettings) -> AccelStamped:
-    """Return J qddot + dJ/dt qdot."""
-    return AccelStamped(header=_twist_header(settings))
+def acceleration(report: StateReport) -> Floats | None:
+    """Return J qddot + dJ/dt qdot in the axes of the twist, shape (6,); None if not known."""
+    settings, state, qddot = report.settings, report.answer.state, report.answer.qddot
+    if qddot is None:
+        return None
+    found = acceleration_of(state, settings.robot.point(settings.of), qddot)
+    if settings.twist_frame == TOOL:
+        found = in_axes_of(state.pose, found[:, None])[:, 0]
+    return found if np.isfinite(found).all() else None
 
 
-def acceleration_numbers(settings: NodeSettings) -> Numbers:
-    """Return where J qddot + dJ/dt qdot comes from, in the axes of the twist, shape (6,)."""
-    point = settings.robot.point(settings.of)
-
-    def numbers(report: StateReport) -> Floats | None:
-        state, qddot = report.answer.state, report.answer.qddot
-        if qddot is None:
-            return None
-        found = acceleration_of(state, point, qddot)
-        if settings.twist_frame == TOOL:
-            found = in_axes_of(state.pose, found[:, None])[:, 0]
-        return found if np.isfinite(found).all() else None
-
-    return Computed(numbers)
-
-
-def wrench_template(settings: NodeSettings) -> WrenchStamped:
-    """Return the wrench that the tool exerts, at the tool's origin and in its axes."""
-    return WrenchStamped(header=Header(frame_id=settings.tool_frame))
-
-
-def wrench_numbers(settings: NodeSettings) -> Numbers:
-    """Return where force and torque come from, shape (6,)."""
-
-    def numbers(report: StateReport) -> Floats | None:
-        found = wrench_estimate(report)
-        return None if found is None else found.wrench
-
-    return Computed(numbers)
+def wrench(report: StateReport) -> Floats | None:
+    """Return force and torque, shape (6,), None if joint efforts are not known."""
+    found = wrench_estimate(report)
+    return None if found is None else found.wrench
 
 
 def wrench_estimate(report: StateReport) -> WrenchEstimate | None:
@@ -208,17 +245,6 @@ def wrench_estimate(report: StateReport) -> WrenchEstimate | None:
     J = in_axes_of(state.pose, state.jacobian)
     found = wrench_of(state.robot, J, torques, servo.damping, servo.damped_below)
     return found if np.isfinite(found.wrench).all() else None
-
-
-def null_space_template(settings: NodeSettings) -> Float64MultiArray:
-    """Return a basis of the joint motions that leave the task's rows at rest, row-major n x k."""
-    n, k = settings.robot.dof, _self_motions(settings)
-    message = Float64MultiArray(data=array('d', bytes(8 * n * k)))
-    message.layout.dim = [
-        MultiArrayDimension(label=','.join(settings.joint_names), size=n, stride=n * k),
-        MultiArrayDimension(label='self-motions', size=k, stride=k),
-    ]
-    return message
 
 
 def _self_motions(settings: NodeSettings) -> int:
@@ -235,16 +261,6 @@ def null_space_numbers(settings: NodeSettings) -> Numbers | None:
     return Computed(numbers) if _self_motions(settings) else None
 
 
-def self_motion_template(settings: NodeSettings) -> Float64MultiArray:
-    """Return the self-motion that raises the distance fastest, a number for each joint."""
-    n = settings.robot.dof
-    message = Float64MultiArray(data=array('d', bytes(8 * n)))
-    message.layout.dim = [
-        MultiArrayDimension(label=','.join(settings.joint_names), size=n, stride=n)
-    ]
-    return message
-
-
 def self_motion_numbers(settings: NodeSettings) -> Numbers | None:
     """Return where that motion comes from, shape (n,); None for an arm without self-motion."""
 
@@ -255,36 +271,16 @@ def self_motion_numbers(settings: NodeSettings) -> Numbers | None:
     return Computed(numbers) if _self_motions(settings) else None
 
 
-def pose_with_covariance_template(settings: NodeSettings) -> PoseWithCovarianceStamped:
-    """Return the tool in the base frame, and how far it may be off."""
-    return PoseWithCovarianceStamped(header=Header(frame_id=settings.base_frame))
-
-
 def pose_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
     """
     Return where position, quaternion x y z w and covariance (36,) of the tool's pose come from.
 
     None where the robot file does not say what may be off.
     """
-    said, errors = settings.robot.description.uncertainty, _errors(settings)
+    said, errors = settings.robot.description.uncertainty, errors_of_file(settings.robot)
     if said is None or errors is None or not said.of_pose:
         return None
-    return WithCovariance(_pose_columns(), errors)
-
-
-def _errors(settings: NodeSettings) -> PoseErrors | None:
-    if settings.robot.description.uncertainty is None:
-        return None
-    return errors_of_file(settings.robot)
-
-
-def _covariances(errors: PoseErrors, report: StateReport, axes: str = BASE) -> Floats:
-    return covariances(errors, report.answer.state, axes)
-
-
-def twist_with_covariance_template(settings: NodeSettings) -> TwistWithCovarianceStamped:
-    """Return J qdot, and how far it may be off."""
-    return TwistWithCovarianceStamped(header=_twist_header(settings))
+    return WithCovariance(pose_numbers(settings), errors)
 
 
 def twist_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
@@ -293,7 +289,7 @@ def twist_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
 
     None where the robot file does not say how far velocities may be off.
     """
-    said, errors = settings.robot.description.uncertainty, _errors(settings)
+    said, errors = settings.robot.description.uncertainty, errors_of_file(settings.robot)
     if said is None or errors is None or said.velocity_noise is None:
         return None
     twist = twist_numbers(settings)
@@ -301,34 +297,10 @@ def twist_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
         return WithCovariance(twist, errors, of_twist=True)
 
     def numbers(report: StateReport) -> Floats:
-        found = _covariances(errors, report, TOOL)[1]
+        found = covariances(errors, report.answer.state, TOOL)[1]
         return np.concatenate([twist.of(report), found.ravel()])
 
     return Computed(numbers)
-
-
-def _twist_header(settings: NodeSettings) -> Header:
-    of_base = settings.twist_frame == 'base'
-    return Header(frame_id=settings.base_frame if of_base else settings.tool_frame)
-
-
-def twist_template(settings: NodeSettings) -> TwistStamped:
-    """Return J qdot."""
-    return TwistStamped(header=_twist_header(settings))
-
-
-def velocity_template(settings: NodeSettings) -> VelocityStamped:
-    """Return J qdot with all three frames named."""
-    return VelocityStamped(
-        header=_twist_header(settings),
-        body_frame_id=settings.tool_frame,
-        reference_frame_id=settings.base_frame,
-    )
-
-
-def scalar_template(settings: NodeSettings) -> Float64:
-    """Return a measure."""
-    return Float64()
 
 
 def measure_numbers(measure: Measure) -> Callable[[NodeSettings], Numbers | None]:
@@ -348,16 +320,11 @@ def link_frames_template(settings: NodeSettings) -> PoseArray:
     return PoseArray(header=header, poses=[Pose() for _ in range(settings.robot.chain.frames)])
 
 
-def link_frames_numbers(settings: NodeSettings) -> Numbers:
+def link_frames(report: StateReport) -> Floats:
     """
-    Return where position and quaternion x y z w of every frame of the table come from, shape (7
-    (rows + 1),).
+    Return position and quaternion x y z w of every frame of the table, shape (7 frames,).
     """
-
-    def numbers(report: StateReport) -> Floats:
-        frames = np.ascontiguousarray(report.answer.state.link_frames)
-        quaternions_xyzw = np.empty((len(frames), 4))
-        kernel.quaternions(frames, quaternions_xyzw)
-        return np.concatenate([frames[:, :3, 3], quaternions_xyzw], axis=1).ravel()
-
-    return Computed(numbers)
+    frames = np.ascontiguousarray(report.answer.state.link_frames)
+    quaternions_xyzw = np.empty((len(frames), 4))
+    kernel.quaternions(frames, quaternions_xyzw)
+    return np.concatenate([frames[:, :3, 3], quaternions_xyzw], axis=1).ravel()

@@ -41,31 +41,41 @@ class PoseReading(NamedTuple):
     roll_pitch_yaw: Floats
 
 
-class TwistReading(NamedTuple):
-    """A twist in the axes of a frame: linear (3,) in m/s, angular (3,) in rad/s."""
+class VectorReading(NamedTuple):
+    """Two vectors (3,) by their names, in the axes of a frame, and a wrench at its origin."""
 
     stamp: Stamp
     frame: str
-    linear: Floats
-    angular: Floats
+    vectors: dict[str, Floats]
 
 
-class AccelerationReading(NamedTuple):
-    """An acceleration in the axes of a frame: linear (3,) in m/s^2, angular (3,) in rad/s^2."""
+class VectorPair(NamedTuple):
+    """
+    A kind of message with two vectors.
 
-    stamp: Stamp
-    frame: str
-    linear: Floats
-    angular: Floats
+    Parameters
+    ----------
+    field
+        Where the message has them.
+    vectors
+        By the name of each its components and its unit, in words.
+    """
+
+    field: str
+    vectors: dict[str, tuple[str, str]]
+
+    def of(self, message: Any) -> VectorReading:
+        """Return the vectors of a stamped message."""
+        pair = getattr(message, self.field)
+        vectors = {name: _xyz(getattr(pair, name)) for name in self.vectors}
+        return VectorReading(_stamp(message), message.header.frame_id, vectors)
 
 
-class WrenchReading(NamedTuple):
-    """A wrench in the axes and at the origin of a frame: force (3,) in N, torque (3,) in N m."""
-
-    stamp: Stamp
-    frame: str
-    force: Floats
-    torque: Floats
+TWIST = VectorPair('twist', {'linear': ('vx vy vz', 'm/s'), 'angular': ('wx wy wz', 'rad/s')})
+ACCELERATION = VectorPair(
+    'accel', {'linear': ('ax ay az', 'm/s^2'), 'angular': ('x y z', 'rad/s^2')}
+)
+WRENCH = VectorPair('wrench', {'force': ('x y z', 'N'), 'torque': ('x y z', 'N m')})
 
 
 class WarningReading(NamedTuple):
@@ -126,30 +136,6 @@ def pose_of(message: Any) -> PoseReading:
         _xyz(message.pose.position),
         quaternion,
         roll_pitch_yaw(rotation_of_quaternion(quaternion)),
-    )
-
-
-def velocity_of(message: Any) -> TwistReading:
-    """Return the twist of a TwistStamped."""
-    twist = message.twist
-    return TwistReading(
-        _stamp(message), message.header.frame_id, _xyz(twist.linear), _xyz(twist.angular)
-    )
-
-
-def acceleration_of(message: Any) -> AccelerationReading:
-    """Return the acceleration of an AccelStamped."""
-    accel = message.accel
-    return AccelerationReading(
-        _stamp(message), message.header.frame_id, _xyz(accel.linear), _xyz(accel.angular)
-    )
-
-
-def wrench_of(message: Any) -> WrenchReading:
-    """Return the wrench of a WrenchStamped."""
-    wrench = message.wrench
-    return WrenchReading(
-        _stamp(message), message.header.frame_id, _xyz(wrench.force), _xyz(wrench.torque)
     )
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64MultiArray, MultiArrayDimension
+from std_msgs.msg import Float64MultiArray
 
 from ...errors import RefusedTargetError
 from ...kernel import Floats
@@ -22,6 +22,7 @@ from ...rigid_motion import rotation_of_quaternion
 from ...robot.robot import Robot
 from ..parameters.settings import NodeSettings
 from .messages import time_message
+from .output_messages import matrix_message
 
 # A quaternion printed with three digits is still a rotation; (0, 0, 0, 0) is not.
 UNIT = 1e-3
@@ -179,13 +180,9 @@ def solutions_message(choice: Choice, settings: NodeSettings) -> Float64MultiArr
     The label of the rows names their postures, separated by commas: `left/up/no_flip,...`, or
     `solution` for arms without postures; a family's representative is marked `family`.
     """
-    count, n = len(choice.answers), settings.robot.dof
-    rows = [_row_label(answer) for answer in choice.answers]
-    message = Float64MultiArray()
-    message.layout.dim = [
-        MultiArrayDimension(label=','.join(rows), size=count, stride=count * n),
-        MultiArrayDimension(label=','.join(settings.joint_names), size=n, stride=n),
-    ]
+    rows = ','.join(map(_row_label, choice.answers))
+    joints = ','.join(settings.joint_names), settings.robot.dof
+    message = matrix_message((rows, len(choice.answers)), joints)
     message.data = array('d', b''.join(answer.q.tobytes() for answer in choice.answers))
     return message
 

@@ -29,11 +29,12 @@ from ..parameters.settings import NodeSettings
 from .messages import StateReport
 from .output_messages import (
     Numbers,
-    acceleration_numbers,
+    acceleration,
     acceleration_template,
+    computed,
     jacobian_numbers,
     jacobian_template,
-    link_frames_numbers,
+    link_frames,
     link_frames_template,
     measure_numbers,
     null_space_numbers,
@@ -50,7 +51,7 @@ from .output_messages import (
     twist_with_covariance_numbers,
     twist_with_covariance_template,
     velocity_template,
-    wrench_numbers,
+    wrench,
     wrench_template,
 )
 
@@ -164,7 +165,7 @@ TOPICS = (
         '~/acceleration',
         AccelStamped,
         acceleration_template,
-        acceleration_numbers,
+        computed(acceleration),
         of_motion=True,
         completed=Estimator.with_accelerations,
     ),
@@ -172,7 +173,7 @@ TOPICS = (
         '~/wrench',
         WrenchStamped,
         wrench_template,
-        wrench_numbers,
+        computed(wrench),
         of_effort=True,
         completed=Estimator.with_torques,
     ),
@@ -220,7 +221,7 @@ TOPICS = (
         '~/link_frames',
         PoseArray,
         link_frames_template,
-        link_frames_numbers,
+        computed(link_frames),
         depth=kernel.ALL_FRAMES,
     ),
     # Markers are for viewers: some fifty of them are a hundred times the work of a pose.

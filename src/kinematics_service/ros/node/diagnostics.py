@@ -3,12 +3,15 @@ The state of the input as a DiagnosticArray: the messages received, their outcom
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 from ...estimation import estimator
 from ...estimation.status_text import StatusText
 from ...robot.measures import Level
+from .best_subscription import BestSubscription
 
 REJECTED = (
     estimator.UNREADABLE,
@@ -45,152 +48,131 @@ class Work:
         return self.total / self.count if self.count else 0.0
 
 
-@dataclass(frozen=True)
-class InputState:
+class Heard(NamedTuple):
     """
-    The data that the diagnostics are made of.
+    What was heard since the last diagnostics.
 
     Attributes
     ----------
     counts, news
-        Number of messages by outcome: since the start, and since the last diagnostics.
-    interval
-        Seconds since the last diagnostics.
-    age
-        Age in seconds of the oldest joint position, inf if a joint has none.
-    missing, beyond, disputed
-        Names of joints that are stale, that are beyond their limits, and about which publishers
-        disagree.
+        Messages by outcome: all, and those since the last diagnostics.
+    interval : s
+        Time since the last diagnostics.
+    arrival : ns
+        Now, steady clock.
     publishers
-        Names of the nodes that publish joint states.
-    velocity_source
-        Source of the velocities of the last answer.
-    topic, robot
-        Resolved name of the input topic, name of the arm.
-    reliable
-        Whether lost messages are sent again.
-    lost, lost_of_late
-        Messages that were published and not received: since the first one was received, None if
-        the middleware does not number them; and within the last `RECENT` seconds.
-    acceleration_delay
-        By how much the last joint accelerations were late, s; 0 where nobody asked for them.
+        Full names of the nodes that publish joint states.
+    lost_of_late
+        Messages lost within `RECENT`.
     work
         Processing times.
+    velocity_source
+        Source of the velocities of the last state.
     silent
-        Why nothing is answered; empty where messages are.
-    integrated, deviation
-        Seconds for which positions have been counted on from velocities, and the standard
-        deviation (rad or m) that came of it, None where it is not known.
+        Why nothing is answered; empty if it is.
     """
 
-    counts: Mapping[str, int]
-    news: Mapping[str, int]
+    counts: Counter[str]
+    news: Counter[str]
     interval: float
-    age: float
-    missing: Sequence[str]
-    beyond: Sequence[str]
-    disputed: Sequence[str]
+    arrival: int
     publishers: Sequence[str]
+    lost_of_late: int
+    work: Work
     velocity_source: str
-    topic: str
-    robot: str
-    reliable: bool = True
-    lost: int | None = None
-    lost_of_late: int = 0
-    acceleration_delay: float = 0.0
-    work: Work = field(default_factory=Work)
-    silent: str = ''
-    integrated: float = 0.0
-    deviation: float | None = None
+    silent: str
 
 
-def input_status(state: InputState) -> StatusText:
-    """Return level, sentence and values of the input."""
-    level, sentence = _verdict(state)
-    rate = state.news.get(estimator.ACCEPTED, 0) / state.interval if state.interval > 0.0 else 0.0
-    rejected = sum(state.counts.get(reason, 0) for reason in REJECTED)
+def input_status(
+    arm: estimator.Estimator, subscription: BestSubscription, heard: Heard
+) -> StatusText:
+    """Return level, sentence and values of the input of an arm."""
+    level, sentence = _verdict(arm, subscription.topic_name, heard)
+    counts, work, delay = heard.counts, heard.work, arm.acceleration_delay
+    rate = heard.news[estimator.ACCEPTED] / heard.interval if heard.interval > 0.0 else 0.0
+    rejected = sum(counts[reason] for reason in REJECTED)
+    age, lost = arm.age(heard.arrival), subscription.lost
     values = [
-        ('robot', state.robot),
-        ('topic', state.topic),
+        ('robot', arm.robot.name),
+        ('topic', subscription.topic_name),
         ('input rate', f'{rate:.1f} Hz'),
-        ('age', 'never heard' if math.isinf(state.age) else f'{state.age:.3f} s'),
-        ('publishers', f'{len(state.publishers)}'),
-        ('publisher names', ', '.join(state.publishers)),
-        ('reliability', 'reliable' if state.reliable else 'best effort'),
-        ('lost', 'not known' if state.lost is None else f'{state.lost}'),
-        ('missing joints', ', '.join(state.missing)),
-        ('joints beyond their limits', ', '.join(state.beyond)),
-        ('joints that publishers disagree about', ', '.join(state.disputed)),
-        ('velocity source', state.velocity_source),
-        *(
-            (('acceleration delay', f'{state.acceleration_delay:.3g} s'),)
-            if state.acceleration_delay
-            else ()
-        ),
-        ('accepted', f'{state.counts.get(estimator.ACCEPTED, 0)}'),
-        ('ignored: none of our joints', f'{state.counts.get(estimator.NOT_OURS, 0)}'),
-        ('ignored: no position', f'{state.counts.get(estimator.NO_POSITION, 0)}'),
-        ('dropped: stamp not newer', f'{state.counts.get(estimator.DROPPED, 0)}'),
-        ('waiting for other joints', f'{state.counts.get(estimator.WAITING, 0)}'),
-        ('not stamped', f'{state.counts.get(estimator.NOT_STAMPED, 0)}'),
-        ('resets', f'{state.counts.get(estimator.RESETS, 0)}'),
+        ('age', 'never heard' if math.isinf(age) else f'{age:.3f} s'),
+        ('publishers', f'{len(heard.publishers)}'),
+        ('publisher names', ', '.join(heard.publishers)),
+        ('reliability', 'reliable' if subscription.is_reliable else 'best effort'),
+        ('lost', 'not known' if lost is None else f'{lost}'),
+        ('missing joints', ', '.join(arm.missing(heard.arrival))),
+        ('joints beyond their limits', ', '.join(arm.beyond_limits())),
+        ('joints that publishers disagree about', ', '.join(_disputed(arm, heard))),
+        ('velocity source', heard.velocity_source),
+        *([('acceleration delay', f'{delay:.3g} s')] if delay else []),
+        ('accepted', f'{counts[estimator.ACCEPTED]}'),
+        ('ignored: none of our joints', f'{counts[estimator.NOT_OURS]}'),
+        ('ignored: no position', f'{counts[estimator.NO_POSITION]}'),
+        ('dropped: stamp not newer', f'{counts[estimator.DROPPED]}'),
+        ('waiting for other joints', f'{counts[estimator.WAITING]}'),
+        ('not stamped', f'{counts[estimator.NOT_STAMPED]}'),
+        ('resets', f'{counts[estimator.RESETS]}'),
         ('rejected', f'{rejected}'),
         *(
-            (f'rejected: {reason}', f'{state.counts.get(reason, 0)}')
+            (f'rejected: {reason}', f'{counts[reason]}')
             for reason in REJECTED
-            if reason != estimator.NOT_CLOSED or state.counts.get(reason, 0)  # of few arms
+            if reason != estimator.NOT_CLOSED or counts[reason]  # of few arms
         ),
-        ('left out: came faster than answered', f'{state.counts.get(LEFT_OUT, 0)}'),
-        ('internal errors', f'{state.counts.get(INTERNAL_ERROR, 0)}'),
-        ('processing time, mean', f'{state.work.mean * 1e-3:.0f} us'),
-        ('processing time, longest', f'{state.work.longest * 1e-3:.0f} us'),
+        ('left out: came faster than answered', f'{counts[LEFT_OUT]}'),
+        ('internal errors', f'{counts[INTERNAL_ERROR]}'),
+        ('processing time, mean', f'{work.mean * 1e-3:.0f} us'),
+        ('processing time, longest', f'{work.longest * 1e-3:.0f} us'),
     ]
     return StatusText(level, sentence, tuple(values))
 
 
-def _verdict(state: InputState) -> tuple[Level, str]:
-    if state.silent:
-        return Level.OK, state.silent
-    if state.missing:
-        if math.isinf(state.age) and not state.counts.get(estimator.ACCEPTED, 0):
-            who = f'{len(state.publishers)} publishers' if state.publishers else 'no publisher'
+def _disputed(arm: estimator.Estimator, heard: Heard) -> Sequence[str]:
+    return arm.disputed(heard.arrival) if len(heard.publishers) > 1 else ()
+
+
+def _verdict(arm: estimator.Estimator, topic: str, heard: Heard) -> tuple[Level, str]:
+    if heard.silent:
+        return Level.OK, heard.silent
+    if missing := ', '.join(arm.missing(heard.arrival)):
+        if math.isinf(arm.age(heard.arrival)) and not heard.counts[estimator.ACCEPTED]:
+            who = f'{len(heard.publishers)} publishers' if heard.publishers else 'no publisher'
             return (
                 Level.ERROR,
-                f'no joint state was received on {state.topic} ({who}): missing '
-                f'{", ".join(state.missing)}',
+                f'no joint state was received on {topic} ({who}): missing {missing}',
             )
-        return Level.ERROR, f'joint states are stale: missing {", ".join(state.missing)}'
-    warnings = tuple(_warnings(state))
-    if warnings:
-        return Level.WARN, '; '.join(warnings)
-    if state.velocity_source == 'difference':
+        return Level.ERROR, f'joint states are stale: missing {missing}'
+    if warnings := '; '.join(_warnings(arm, heard)):
+        return Level.WARN, warnings
+    if heard.velocity_source == 'difference':
         return Level.OK, 'fine; velocities are differences of positions'
-    if state.velocity_source == 'none':
+    if heard.velocity_source == 'none':
         return Level.OK, 'fine, but without velocities: no twist'
     return Level.OK, 'fine'
 
 
-def _warnings(state: InputState) -> Iterator[str]:
-    if state.disputed:
+def _warnings(arm: estimator.Estimator, heard: Heard) -> Iterator[str]:
+    if disputed := _disputed(arm, heard):
         yield (
-            f'publishers disagree about {", ".join(state.disputed)}: '
-            f'{" and ".join(dict.fromkeys(state.publishers))}'
+            f'publishers disagree about {", ".join(disputed)}: '
+            f'{" and ".join(dict.fromkeys(heard.publishers))}'
         )
-    if state.beyond:
-        yield f'beyond the limits: {", ".join(state.beyond)}'
-    rejected = [reason for reason in REJECTED if state.news.get(reason, 0)]
+    if beyond := arm.beyond_limits():
+        yield f'beyond the limits: {", ".join(beyond)}'
+    rejected = [reason for reason in REJECTED if heard.news[reason]]
     if rejected:
         yield f'messages rejected: {", ".join(rejected)}'
-    if state.lost_of_late:
-        yield f'{state.lost_of_late} messages lost within {RECENT:g} s'
-    if state.integrated:
+    if heard.lost_of_late:
+        yield f'{heard.lost_of_late} messages lost within {RECENT:g} s'
+    if arm.integration.seconds:
         off = 'how far is not known: the robot file has no velocity_noise'
-        if state.deviation is not None:
-            off = f'{state.deviation:.2g} rad or m (one standard deviation), and more by offsets'
-        since = f'positions are counted on from velocities for {state.integrated:.1f} s'
+        deviation = arm.integration.deviation(arm.robot)
+        if deviation is not None:
+            off = f'{deviation:.2g} rad or m (one standard deviation), and more by offsets'
+        since = f'positions are counted on from velocities for {arm.integration.seconds:.1f} s'
         yield f'{since}; off by: {off}'
-    left_out = state.news.get(LEFT_OUT, 0)
+    left_out = heard.news[LEFT_OUT]
     if left_out:
         yield f'messages come faster than they can be answered: {left_out} left out'
-    if state.news.get(INTERNAL_ERROR, 0):
+    if heard.news[INTERNAL_ERROR]:
         yield 'messages caused an internal error; see the log'

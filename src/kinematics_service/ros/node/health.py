@@ -12,7 +12,7 @@ from ...estimation.status_text import StatusText
 from ..messages.messages import full_name, status_message
 from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS
 from .best_subscription import BestSubscription
-from .diagnostics import RECENT, InputState, Work, input_status
+from .diagnostics import RECENT, Heard, Work, input_status
 from .steady_time import Throttle, steady_timer
 
 PERIOD = 1.0
@@ -118,8 +118,7 @@ class Health:
         now, arrival = time.monotonic(), time.monotonic_ns()
         publishers = node.get_publishers_info_by_topic(subscription.topic_name)
         subscription.settle(publishers)
-        lost = subscription.lost
-        lost_of_late = self._lost_of_late(now, lost or 0)
+        lost_of_late = self._lost_of_late(now, subscription.lost or 0)
         counts, work = Counter(estimator.counts), self.work
         self._explain_silence(now, counts)
         interval, news = now - self._said, counts - self._counts_said
@@ -127,33 +126,25 @@ class Health:
         self.is_heard = self._publisher.get_subscription_count() > 0
         if not self.is_heard:
             return
-        state = InputState(
-            counts=counts,
-            news=news,
-            interval=interval,
-            age=estimator.age(arrival),
-            missing=estimator.missing(arrival),
-            beyond=estimator.beyond_limits(),
-            disputed=estimator.disputed(arrival) if len(publishers) > 1 else (),
-            publishers=sorted(
-                f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in publishers
-            ),
-            velocity_source=self._velocity_source(),
-            topic=subscription.topic_name,
-            reliable=subscription.is_reliable,
-            lost=lost,
-            lost_of_late=lost_of_late,
-            acceleration_delay=estimator.acceleration_delay,
-            robot=estimator.robot.name,
-            work=work,
-            silent=self._silent(),
-            integrated=estimator.integration.seconds,
-            deviation=estimator.integration.deviation(estimator.robot),
+        names = sorted(
+            f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in publishers
         )
+        heard = Heard(
+            counts,
+            news,
+            interval,
+            arrival,
+            names,
+            lost_of_late,
+            work,
+            self._velocity_source(),
+            self._silent(),
+        )
+        text = input_status(estimator, subscription, heard)
         message = DiagnosticArray()
         message.header.stamp = node.get_clock().now().to_msg()
         name = full_name(node)
-        message.status = [status_message(f'{name}: input', input_status(state))]
+        message.status = [status_message(f'{name}: input', text)]
         for subject, status_text in self._others().items():
             message.status.append(status_message(f'{name}: {subject}', status_text))
         self._publisher.publish(message)

@@ -89,9 +89,9 @@ class Input:
                 self._form = form
                 return
         try:
-            names, positions, velocities, stamp, efforts = self._reader.read(data)
+            sample = self._reader.read(data)
         except WireError as error:
             self._refuse(str(error))
             return
-        received = stamp or int(self._clock.now().nanoseconds)
-        self._take(JointSample(names, positions, velocities, stamp, received, arrival, efforts))
+        received = sample.stamp or int(self._clock.now().nanoseconds)
+        self._take(sample._replace(received=received, arrival=arrival))

@@ -227,10 +227,7 @@ class KinematicsNode(Node):
 
     def _internal_error(self, error: Exception) -> None:
         self._estimator.counts[INTERNAL_ERROR] += 1
-        if self._throttle.passes('internal'):
-            self.get_logger().error(
-                f'internal error while handling a message, please report it: {error!a}'
-            )
+        self._throttle.internal_error(self, 'a message', error)
 
     def _follow(
         self,

@@ -11,6 +11,7 @@ import numpy as np
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
 
+from ...diagnosis.calibration.collecting import CollectedPoses, PoseCollector
 from ...errors import KinematicsError, RefusedTargetError, WireError
 from ...estimation.estimator import EstimatorOutput
 from ...estimation.status_text import StatusText
@@ -28,13 +29,7 @@ if TYPE_CHECKING:
     from ...diagnosis.frame_check.diagnosis import FrameDiagnosis
     from ...diagnosis.frame_check.other_robots import FirstLook
 
-# A pose between two joint states that are further apart (ns) is not compared.
-LONGEST_GAP = 100_000_000
-# States kept for poses that come late.
-REMEMBERED = 256
-# Poses whose joints differ by less (rad, prismatic joints by length) are not new.
-VARIETY = 0.02
-# Number of poses kept; then every second one is dropped, so that early ones stay among them.
+# Number of poses kept.
 MOST = 256
 # The joints' path is kept in steps of this (ns), and this number of them, to find a lag.
 WAY_STEP, WAY = 10_000_000, 6_000
@@ -77,11 +72,9 @@ class Reference:
     ) -> None:
         self.is_there = False
         self._node, self._robot, self._limits = node, robot, limits
-        self._pending: tuple[int, Floats] | None = None
-        self._recent: deque[tuple[int, Floats]] = deque(maxlen=REMEMBERED)
+        self._poses: PoseCollector | None = None
         self._way: deque[tuple[int, Floats]] = deque(maxlen=WAY)
-        self._pairs: list[tuple[int, Floats, Floats]] = []
-        self._collected, self._due = 0, FIRST
+        self._due, self._is_looked_at = FIRST, False
         self._refused = ''
         self._thread: threading.Thread | None = None
         self._found: FrameDiagnosis | None = None
@@ -102,33 +95,34 @@ class Reference:
 
     def forget(self) -> None:
         """Start again: the stamps or the arm have changed."""
-        self._pending = self._notice = self._found = self._first_look = None
+        self._notice = self._found = self._first_look = None
         self.is_there = False
-        self._recent.clear()
         self._way.clear()
-        self._pairs.clear()
-        self._collected, self._due = 0, FIRST
+        self._poses, self._due, self._is_looked_at = None, FIRST, False
         self._thread = None  # what it finds is about the time before
 
     def _on_pose(self, data: bytes) -> None:
         try:
             message = read_message(data, PoseStamped)
-            self._pending = stamp_of(message), pose_of(message)
-            self.is_there = True
+            stamp, pose = stamp_of(message), pose_of(message)
         except (RefusedTargetError, WireError) as error:
             self._refused = str(error)
+            return
+        self.is_there = True
+        if self._poses is None:
+            self._poses = PoseCollector(self._robot(), MOST)
+        self._poses.note_pose(stamp, pose)
 
     def note(self, answer: EstimatorOutput) -> None:
         """Take a new state of the arm; a pose is compared once states around it are known."""
-        self._recent.append((answer.stamp, answer.state.q))
+        if self._poses is None:
+            return
+        self._poses.note_state(answer.stamp, answer.state.q)
         if not self._way or answer.stamp - self._way[-1][0] >= WAY_STEP:
             self._way.append((answer.stamp, answer.state.q))
-        if self._pending is not None and answer.stamp >= self._pending[0]:
-            stamp, pose = self._pending
-            self._pending = None
-            q = self._joints_at(stamp)
-            if q is not None:
-                self._keep(stamp, q, pose)
+        if self._poses.different >= FIRST_LOOK and not self._is_looked_at:
+            self._is_looked_at = True
+            self._begin(self._look, self._robot(), self._limits(), self._poses.collected())
         if self._first_look is not None:
             level, sentence = self._first_look
             self._first_look = None
@@ -136,44 +130,17 @@ class Reference:
             say = log.info if level == Level.OK else log.warning
             say(f'poses of {self.topic_name}: {sentence}')
 
-    def _joints_at(self, stamp: int) -> Floats | None:
-        later: tuple[int, Floats] | None = None
-        for state in reversed(self._recent):
-            if state[0] <= stamp:
-                break
-            later = state
-        else:
-            return None  # older than all states in memory
-        if later is None:
-            return state[1]
-        gap = later[0] - state[0]
-        share = (stamp - state[0]) / gap
-        return state[1] + share * (later[1] - state[1]) if gap <= LONGEST_GAP else None
-
-    def _keep(self, stamp: int, q: Floats, pose: Floats) -> None:
-        scales = self._robot().task.column_scales
-        if self._pairs and np.max(np.abs((q - self._pairs[-1][1]) / scales)) < VARIETY:
-            return
-        self._pairs.append((stamp, q.copy(), pose))
-        self._collected += 1
-        if self._collected == FIRST_LOOK:
-            given = self._robot(), self._limits(), list(self._pairs)
-            self._thread = threading.Thread(target=self._look, args=given, daemon=True)
-            self._thread.start()
-        if len(self._pairs) > MOST:
-            del self._pairs[1::2]
+    def _begin(self, work: Callable[..., None], *arguments: object) -> None:
+        self._thread = threading.Thread(target=work, args=arguments, daemon=True)
+        self._thread.start()
 
     def status_text(self) -> StatusText | None:
         """Return the status of the frames, None if there is no second source."""
         busy = self._thread is not None and self._thread.is_alive()
-        if self._collected >= self._due and not busy:
-            self._due = min(int(self._collected * AGAIN), self._collected + LATEST) + 1
-            self._thread = threading.Thread(
-                target=self._diagnose,
-                args=(self._robot(), list(self._pairs), list(self._way)),
-                daemon=True,
-            )
-            self._thread.start()
+        count = 0 if self._poses is None else self._poses.different
+        if self._poses is not None and count >= self._due and not busy:
+            self._due = min(int(count * AGAIN), count + LATEST) + 1
+            self._begin(self._diagnose, self._robot(), self._poses.collected(), list(self._way))
         if self._found is not None:
             # Judged each time: the limits may have changed.
             return frames_status(self._found, self._limits())
@@ -183,43 +150,36 @@ class Reference:
             return StatusText(
                 Level.WARN, f'pose of {self.topic_name} refused: {self._refused}', ()
             )
-        if self._collected or self._pending is not None:
-            return StatusText(
-                Level.OK, f'{self._collected} of {FIRST} different poses collected', ()
-            )
+        if self.is_there:
+            return StatusText(Level.OK, f'{count} of {FIRST} different poses collected', ())
         return None
 
-    def _look(
-        self, robot: Robot, limits: ReferenceLimits, pairs: list[tuple[int, Floats, Floats]]
-    ) -> None:
+    def _look(self, robot: Robot, limits: ReferenceLimits, poses: CollectedPoses) -> None:
         # Imported if there is a second source: most nodes have none.
         from ...diagnosis.frame_check.errors import PoseLimit
         from ...diagnosis.frame_check.other_robots import first_look
 
-        q, poses = (np.array(column) for column in tuple(zip(*pairs))[1:])
         limit = PoseLimit(limits.position_warn, limits.angle_warn)
-        found = first_look(robot, q, poses, limit)
+        found = first_look(robot, poses.q, poses.poses, limit)
         if threading.current_thread() is self._thread:
             self._first_look = found
 
     def _diagnose(
-        self,
-        robot: Robot,
-        pairs: list[tuple[int, Floats, Floats]],
-        way: list[tuple[int, Floats]],
+        self, robot: Robot, poses: CollectedPoses, way: list[tuple[int, Floats]]
     ) -> None:
         # Imported if there is a second source: most nodes have none.
         from ...diagnosis.frame_check.diagnosis import diagnose_frames
 
-        pairs = sorted(pairs, key=lambda pair: pair[0])
-        stamps = np.array([pair[0] for pair in pairs])
+        stamps = np.array(poses.stamps)
+        rising = np.argsort(stamps, kind='stable')
+        stamps = stamps[rising]
         times = np.array([state[0] for state in way])
         motion = (times - stamps[0]) * 1e-9, np.array([state[1] for state in way])
         try:
             found: FrameDiagnosis | None = diagnose_frames(
                 robot,
-                np.array([pair[1] for pair in pairs]),
-                np.array([pair[2] for pair in pairs]),
+                poses.q[rising],
+                poses.poses[rising],
                 (stamps - stamps[0]) * 1e-9,
                 motion=motion if len(way) > 1 else None,
             )

@@ -139,11 +139,10 @@ class Scaling:
         return _Reason(level, k)
 
     def _refuse(self, error: Exception) -> None:
-        sentence = str(error) if isinstance(error, KinematicsError) else 'internal error'
-        if self._throttle.passes('internal') and not isinstance(error, KinematicsError):
-            self._node.get_logger().error(
-                f'internal error while handling a command, please report it: {error!a}'
-            )
+        sentence = str(error)
+        if not isinstance(error, KinematicsError):
+            sentence = 'internal error'
+            self._throttle.internal_error(self._node, 'a command', error)
         self._last = 0.0, time.monotonic()
         self._publish(0.0, INVALID)
         reason = _Reason(Level.STALE)

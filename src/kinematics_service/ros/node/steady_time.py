@@ -35,3 +35,10 @@ class Throttle:
             return False
         self._passed[kind] = now
         return True
+
+    def internal_error(self, node: Node, what: str, error: Exception) -> None:
+        """Log an error of our own while `what` was handled."""
+        if self.passes('internal'):
+            node.get_logger().error(
+                f'internal error while handling {what}, please report it: {error!a}'
+            )

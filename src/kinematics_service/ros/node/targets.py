@@ -220,10 +220,7 @@ class Targets:
     def _refused(self, error: Exception) -> StatusText:
         if isinstance(error, KinematicsError):
             return StatusText(Level.ERROR, f'refused: {error}', ())
-        if self._throttle.passes('internal'):
-            self._node.get_logger().error(
-                f'internal error while handling a target, please report it: {error!a}'
-            )
+        self._throttle.internal_error(self._node, 'a target', error)
         return StatusText(Level.ERROR, 'refused: internal error', ())
 
     def _say(self, topic: str, status_text: StatusText) -> None:

@@ -16,12 +16,12 @@ from ...kernel import Floats
 from ...printing import plain
 from ...robot.measures import MEASURES, Level
 from ..messages.readings import (
+    TWIST,
     JacobianReading,
     WarningReading,
     jacobian_of,
     pose_of,
     scale_of,
-    velocity_of,
     warned_of,
 )
 from .demo_listener import INTERVAL, DemoListener
@@ -187,8 +187,8 @@ def _motion(listener: DemoListener, width: int) -> list[Text]:
         degrees = [math.degrees(angle) for angle in shown.roll_pitch_yaw]
         pose = [f'{_narrow(shown.position)} m  ', f'  rpy {_narrow(degrees, 1)} deg']
     if listener.twist.message is not None:
-        velocity = velocity_of(listener.twist.message)
-        twist = [f'{_narrow(velocity.linear)} m/s', f'  ang {_narrow(velocity.angular)} rad/s']
+        linear, angular = TWIST.of(listener.twist.message).vectors.values()
+        twist = [f'{_narrow(linear)} m/s', f'  ang {_narrow(angular)} rad/s']
     lines = []
     for label, parts in (('tool  x y z ', pose), ('twist x y z ', twist)):
         if len(label) + sum(map(len, parts)) <= width:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -10,26 +11,18 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64, Float64MultiArray
 
 from ..messages.readings import (
+    ACCELERATION,
+    TWIST,
+    WRENCH,
     Stamp,
-    acceleration_of,
     jacobian_of,
     pose_of,
     scale_of,
-    velocity_of,
     warned_of,
-    wrench_of,
 )
 from ..messages.topics import OUTPUT_QOS, SCALE, SCALE_REASON, WARNING, WARNING_QOS
 from ..process.no_messages import JOINT_STATES_ANSWERED
-from .live_table import (
-    acceleration_lines,
-    matrix_lines,
-    pose_lines,
-    scale_lines,
-    velocity_lines,
-    warned_lines,
-    wrench_lines,
-)
+from .live_table import matrix_lines, pose_lines, scale_lines, vector_lines, warned_lines
 
 COMMANDS_ANSWERED = 'commands of joint velocities on ~/command, so look whether any arrive'
 
@@ -67,46 +60,27 @@ class EchoTopic:
 
     def document(self, message: Any) -> dict[str, Any]:
         """Return what `--json` prints of a message; LayoutError if it cannot be read."""
-        content = self.reading(message)._asdict().items()
-        return {key: x._asdict() if isinstance(x, Stamp) else x for key, x in content}
+        content = self.reading(message)._asdict()
+        content |= content.pop('vectors', {})
+        return {key: x._asdict() if isinstance(x, Stamp) else x for key, x in content.items()}
 
 
 ECHO_TOPICS = {
     'jacobian': EchoTopic('~/jacobian', Float64MultiArray, OUTPUT_QOS, jacobian_of, matrix_lines),
-    'pose': EchoTopic(
-        '~/pose', PoseStamped, OUTPUT_QOS, pose_of, lambda pose, width: pose_lines(pose)
-    ),
-    'twist': EchoTopic(
-        '~/twist',
-        TwistStamped,
-        OUTPUT_QOS,
-        velocity_of,
-        lambda twist, width: velocity_lines(twist),
-    ),
-    'acceleration': EchoTopic(
-        '~/acceleration',
-        AccelStamped,
-        OUTPUT_QOS,
-        acceleration_of,
-        lambda acceleration, width: acceleration_lines(acceleration),
-    ),
-    'wrench': EchoTopic(
-        '~/wrench',
-        WrenchStamped,
-        OUTPUT_QOS,
-        wrench_of,
-        lambda wrench, width: wrench_lines(wrench),
-    ),
+    'pose': EchoTopic('~/pose', PoseStamped, OUTPUT_QOS, pose_of, pose_lines),
+    **{
+        name: EchoTopic(f'~/{name}', kind, OUTPUT_QOS, pair.of, partial(vector_lines, pair))
+        for name, kind, pair in (
+            ('twist', TwistStamped, TWIST),
+            ('acceleration', AccelStamped, ACCELERATION),
+            ('wrench', WrenchStamped, WRENCH),
+        )
+    },
     'warning': EchoTopic(
         WARNING, DiagnosticStatus, WARNING_QOS, warned_of, warned_lines, rare=True
     ),
     'scale': EchoTopic(
-        SCALE,
-        Float64,
-        OUTPUT_QOS,
-        scale_of,
-        lambda reading, width: scale_lines(reading),
-        answers=COMMANDS_ANSWERED,
+        SCALE, Float64, OUTPUT_QOS, scale_of, scale_lines, answers=COMMANDS_ANSWERED
     ),
     'scale_reason': EchoTopic(
         SCALE_REASON,

@@ -10,18 +10,19 @@ from ...kernel import Floats
 from ...printing import broken_name, plain
 from ...robot.measures import Level
 from ..messages.readings import (
-    AccelerationReading,
     JacobianReading,
     PoseReading,
     ScaleReading,
-    TwistReading,
+    VectorPair,
+    VectorReading,
     WarningReading,
-    WrenchReading,
 )
 
 # Width of a number and a gap, and how wide a column may grow for its joint's name.
 CELL, WIDEST_CELL = 9, 14
 ROW_LABEL = 4
+# What stands before the numbers of a vector.
+LABEL = 19
 STYLES = {
     Level.OK.name: 'bold green',
     Level.WARN.name: 'bold yellow',
@@ -80,8 +81,8 @@ def _header(name: str, width: int) -> list[str]:
     return [line if len(line) <= width else f'{line[: width - 1]}~' for line in lines]
 
 
-def pose_lines(pose: PoseReading) -> list[str]:
-    """Return a pose: position, roll pitch yaw in degrees, quaternion."""
+def pose_lines(pose: PoseReading, width: int) -> list[str]:
+    """Return position, roll pitch yaw in degrees and quaternion, of any `width`."""
     degrees = [math.degrees(angle) for angle in pose.roll_pitch_yaw]
     return [
         f'position x y z     {numbers(pose.position)}  m, in {plain(pose.frame)}',
@@ -90,33 +91,17 @@ def pose_lines(pose: PoseReading) -> list[str]:
     ]
 
 
-def velocity_lines(velocity: TwistReading) -> list[str]:
-    """Return a twist: linear and angular part."""
-    return [
-        f'linear vx vy vz    {numbers(velocity.linear)}  m/s, axes of {plain(velocity.frame)}',
-        f'angular wx wy wz   {numbers(velocity.angular)}  rad/s',
+def vector_lines(pair: VectorPair, reading: VectorReading, width: int) -> list[str]:
+    """Return two vectors, a line each; no `width` breaks them."""
+    lines = [
+        f'{f"{name} {axes}".ljust(LABEL)}{numbers(reading.vectors[name])}  {unit}'
+        for name, (axes, unit) in pair.vectors.items()
     ]
+    return [f'{lines[0]}, axes of {plain(reading.frame)}', *lines[1:]]
 
 
-def acceleration_lines(acceleration: AccelerationReading) -> list[str]:
-    """Return an acceleration: linear and angular part."""
-    axes = plain(acceleration.frame)
-    return [
-        f'linear ax ay az    {numbers(acceleration.linear)}  m/s^2, axes of {axes}',
-        f'angular x y z      {numbers(acceleration.angular)}  rad/s^2',
-    ]
-
-
-def wrench_lines(wrench: WrenchReading) -> list[str]:
-    """Return a wrench: force and torque."""
-    return [
-        f'force x y z        {numbers(wrench.force)}  N, axes of {plain(wrench.frame)}',
-        f'torque x y z       {numbers(wrench.torque)}  N m',
-    ]
-
-
-def scale_lines(reading: ScaleReading) -> list[str]:
-    """Return a scale and its bar."""
+def scale_lines(reading: ScaleReading, width: int = 0) -> list[str]:
+    """Return a scale and its bar, of any `width`."""
     filled = round(SCALE_BAR * min(max(reading.scale, 0.0), 1.0))
     return [f'scale {reading.scale:.3f}  {"█" * filled}{"░" * (SCALE_BAR - filled)}']
 

@@ -17,7 +17,7 @@ from ...errors import LayoutError
 from ...kernel import Floats
 from ...rigid_motion import rotation_of_quaternion
 from ...robot.measures import Level
-from ..messages.readings import jacobian_of, scale_of, velocity_of, warned_of
+from ..messages.readings import TWIST, jacobian_of, scale_of, warned_of
 from ..messages.topics import SCALE, SCALE_REASON, WARNING, WARNING_QOS
 from ..process.latest_message import LatestMessage
 
@@ -88,8 +88,7 @@ class ViewOutputs:
             if J is not None and J.shape == seen.jacobian.shape:
                 values['jacobian'] = _to_base(J, pose) if axes[0] == 'tool' else J
         if _fresh(self.twist):
-            heard = velocity_of(self.twist.message)
-            twist = np.concatenate([heard.linear, heard.angular])
+            twist = np.concatenate([*TWIST.of(self.twist.message).vectors.values()])
             values['twist'] = _to_base(twist[:, None], pose)[:, 0] if axes[1] == 'tool' else twist
         if _fresh(self.distance):
             distance = float(self.distance.message.data)
