@@ -175,13 +175,8 @@ class Quantities:
             word: f'{word!r} is a word in YAML 1.2, neither a number nor a truth value'
             for word in WORDS_OF_YAML_1_1
         }
-        angles = frozenset(
-            name for name, joint_type in self.joint_types.items() if joint_type != 'prismatic'
-        )
         wanted = None if kind is None else int(kind == 'angle')
-        return Scope(
-            self.units.angle, self.constants, variables, {**words, **refused}, angles, wanted
-        )
+        return Scope(self.units.angle, self.constants, variables, {**words, **refused}, wanted)
 
     def _plain(self, text: str | None, scope: Scope, path: Path) -> str | None:
         known = {*self.constants, *self.joint_types, *self.unreadable}
