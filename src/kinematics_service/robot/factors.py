@@ -132,8 +132,7 @@ class _TapeBuilder:
     def __init__(self, description: RobotDescription) -> None:
         self.steps: list[tuple[int, int, int]] = []
         self.numbers: list[float] = []
-        angle = math.pi / 180.0 if description.angle_unit == 'deg' else 1.0
-        length = 1e-3 if description.length_unit == 'mm' else 1.0
+        angle, length = description.radians, description.metres
         self._angle = angle
         self._constants = {constant.name: constant.value for constant in description.constants}
         # A variable counts in the file's unit: its number on the tape is file units per SI unit.

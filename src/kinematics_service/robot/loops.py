@@ -78,7 +78,7 @@ def opened(description: RobotDescription) -> RobotDescription:
     return replace(
         description,
         joints=description.joints + passive,
-        singularity=SingularityDescription(None, None, 'distance', None, None, ()),
+        singularity=SingularityDescription(),
         known_poses=(),
         loops=(),
     )

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
@@ -115,6 +115,24 @@ class Quantities:
             self.report.fault(path, f'must be above 0, not {text}')
             return None
         return value
+
+    def positions(
+        self, texts: Sequence[str | None] | None, types: Sequence[JointType | None], path: Path
+    ) -> tuple[float, ...]:
+        """
+        Return joint positions, rad or m, of the joints whose types are known.
+
+        None of them, with the fault reported, where there are not as many as joints.
+        """
+        if texts is not None and types and len(texts) != len(types):
+            self.report.fault(path, f'{len(texts)} values for {len(types)} joints')
+            return ()
+        found = [
+            self.fixed(text, KIND_OF[joint_type], (*path, index), usual=False)
+            for index, (text, joint_type) in enumerate(zip(texts or (), types))
+            if joint_type
+        ]
+        return tuple(value for value in found if value is not None)
 
     def fixed_expression(
         self, text: str | None, kind: Kind, path: Path, advice: str = ''
