@@ -143,8 +143,7 @@ def _decoded(content: bytes, file: str) -> str:
     except UnicodeDecodeError as error:
         if len(content) > MAX_BYTES:
             refuse(file, f'larger than {MAX_BYTES // 1024} KiB: not a robot file')
-        line = content.count(b'\n', 0, error.start) + 1
-        raise RobotFileError((Fault(file, line, '', 'is not UTF-8 text'),)) from None
+        refuse(file, 'is not UTF-8 text', content.count(b'\n', 0, error.start) + 1)
 
 
 def parse_robot(text: str, file: str) -> RobotDescription:
@@ -232,9 +231,9 @@ def _check_kind(file: str) -> None:
         refuse(file, f'is {kind}: give the robot file itself')
 
 
-def refuse(file: str, message: str) -> NoReturn:
-    """Raise the error of a file as a whole."""
-    raise RobotFileError((Fault(file, 0, '', message),))
+def refuse(file: str, message: str, line: int = 0, where: str = '') -> NoReturn:
+    """Raise the error of one fault, or of a file as a whole."""
+    raise RobotFileError((Fault(file, line, where, message),))
 
 
 def read_units(data: Any, report: FaultReport) -> Units:

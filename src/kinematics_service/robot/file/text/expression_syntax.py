@@ -10,7 +10,7 @@ import keyword
 import re
 import threading
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from ....errors import ExpressionError
 from ....typography import DEGREE, plain_names
@@ -126,6 +126,19 @@ def postorder(tree: ast.expr) -> Iterator[ast.expr]:
         else:
             stack.append((node, True))
             stack.extend((operand, False) for operand in reversed(operands_of(node)))
+
+
+Worth = TypeVar('Worth')
+
+
+def folded(tree: ast.expr, worth: Callable[[ast.expr, list[Worth]], Worth]) -> Worth:
+    """Return what a tree is worth, each node by the worth of its operands, without recursion."""
+    values: list[Worth] = []
+    for node in postorder(tree):
+        first = len(values) - len(operands_of(node))
+        operands, values = values[first:], values[:first]
+        values.append(worth(node, operands))
+    return values[0]
 
 
 def _short(text: str) -> str:

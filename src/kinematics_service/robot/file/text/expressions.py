@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 from ....errors import ExpressionError
 from .entries import did_you_mean, meant_by
-from .expression_syntax import ARGUMENTS_OF, names_in, operands_of, postorder, syntax_tree
+from .expression_syntax import ARGUMENTS_OF, folded, names_in, syntax_tree
 
 # What books call the variable of a joint, and the number of one; pi2 is meant as pi/2.
 JOINT = re.compile('(?:theta|th|t|phi|q|d|s|joint|j)_?([0-9]+)', re.IGNORECASE)
@@ -149,26 +149,23 @@ def check_function(text: str, scope: Scope) -> None:
 
 
 def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
-    # A machine with a stack instead of recursion: no nesting can exhaust it.
-    values: list[Affine | None] = []
     tree = syntax_tree(text, scope.why_not)
     if scope.angle_unit == 'deg' and 'pi' in names_in(text):
         raise ExpressionError(_advice_on_pi(text, scope))
-    for node in postorder(tree):
-        first = len(values) - len(operands_of(node))
-        taken, values = values[first:], values[:first]
+
+    def worth(node: ast.expr, taken: list[Affine | None]) -> Affine | None:
         operands = [value for value in taken if value is not None]
         if len(operands) < len(taken):
             _check_divisor(node, taken)
-            values.append(None)
-            continue
+            return None
         try:
-            values.append(_finite(_combined(node, operands, scope), scope))
+            return _finite(_combined(node, operands, scope), scope)
         except _NotLinearError:
             if must_be_linear:
                 raise
-            values.append(None)
-    return values[0]
+            return None
+
+    return folded(tree, worth)
 
 
 def _advice_on_pi(text: str, scope: Scope) -> str:
