@@ -54,6 +54,7 @@ SAID_OF_A_STEP = ('qdot', 'damping', 'least_singular_value', 'shortened', 'slowe
 NOT_PART_OF_IT = {
     *('is_compiled', 'notice', 'prefer_source_where_needed', 'is_stale', 'sine_and_cosine'),
     *('decompose', 'determinant_of', 'eigenvectors', 'shortest_angle', 'groups_from'),
+    'linearise',
 }
 
 

@@ -7,14 +7,15 @@ import math
 import general_arms
 import numpy as np
 import pytest
-from arms import robot_of
+from arms import robot_of, without_known_poses
 
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.kinematics.inverse.plan import plan_for
 from kinematics_service.kinematics.inverse.screws import screws_of
 from kinematics_service.kinematics.inverse.six_joints import six_joints_of
-from kinematics_service.rigid_motion import inverse
+from kinematics_service.kinematics.inverse.target import ik_target_of
+from kinematics_service.rigid_motion import inverse, rotation_vector
 from kinematics_service.robot.task import ROW_NAMES
 
 H = general_arms.H
@@ -387,3 +388,43 @@ def test_directions_that_three_sliding_joints_cannot_reach_are_unreachable():
         assert result.complete == 'proved'
         if result.status == 'unreachable':
             assert result.nearest.residual > 1e-6
+
+
+@pytest.mark.parametrize('axis', ['', 'y'])
+def test_the_errors_of_a_target_and_their_jacobian_are_those_of_the_poses(axis):
+    robot, random = robot_of('ur5e'), np.random.default_rng(3)
+    q, near = random.uniform(-2, 2, 6), random.uniform(-0.1, 0.1, 6)
+    target = ik_target_of(robot, ks.forward_kinematics(robot, q + near), axis=axis or None)
+    plan = plan_for(robot, target.rows, axis)
+
+    def at(q):
+        error, columns = np.empty(6), np.empty((6, 6))
+        kernel.linearise(target.residual, plan.scales, q, error, columns)
+        return error, columns.T
+
+    T, R, length = ks.forward_kinematics(robot, q), robot.task.rotation, robot.task.length
+    turn = rotation_vector(target.pose[:3, :3] @ T[:3, :3].T)
+    if axis:
+        a, b = T[:3, 1], target.pose[:3, 1]
+        turn = np.cross(a, b) / np.linalg.norm(np.cross(a, b)) * math.acos(a @ b)
+    error, J = at(q)
+    there = np.concatenate([R.T @ (target.pose[:3, 3] - T[:3, 3]), length * R.T @ turn])
+    np.testing.assert_allclose(error, there, rtol=0, atol=1e-12)
+    # Next to the target, where the errors are the differences of what is reached.
+    error, J = at(q + near)
+    steps = 1e-6 * plan.scales * np.eye(6)
+    differences = [(at(q + near - s)[0] - at(q + near + s)[0]) / 2e-6 for s in steps]
+    np.testing.assert_allclose(J, np.transpose(differences), rtol=0, atol=1e-9)
+
+
+def test_where_a_loop_does_not_close_the_errors_of_a_target_are_infinite():
+    text = without_known_poses('five_bar').replace('distal: 0.4', 'distal: 0.3')
+    text = text.replace('[0, 2*pi/3]', '[0, pi]').replace('[pi/3, pi]', '[0, pi]')
+    robot = ks.robot_from_text(text.replace('psi1: -1.27, psi2: 1.27', 'psi1: -1.51, psi2: 1.51'))
+    q = np.array([math.pi, 0.1])
+    with pytest.raises(ks.LoopError):
+        ks.forward_kinematics(robot, q)
+    target = ik_target_of(robot, [0.1, 0.2, 0.0], rows=('x', 'y'))
+    error = np.zeros(6)
+    kernel.linearise(target.residual, np.ones(2), q, error, np.zeros((2, 6)))
+    assert np.all(np.isinf(error))

@@ -323,7 +323,7 @@ def test_a_plan_of_one_point_stays_there():
         (([0.0, 1.0], [[0, 1], [0, 2]], [[1e280, 0], [0, 0]]), 'too far or too fast'),
         (([0.0], [[0, 1]], None, None, -1.0), 'distance must be above 0 and at most 1 rad'),
         (([0.0], [[0, 1]], None, None, 1.2), r'at most 1 rad \(57 deg\), not 1.2 rad \(69 deg\)'),
-        (([0.0], [[0, 1]], None, None, None, 0.0), 'speed_limit must be above 0, not 0'),
+        (([0.0], [[0, 1]], None, None, None, 0.0), 'speed_limit must be a positive number, not 0'),
         (([0.0], [[0, 1]], None, None, None, None, ['elbow']), "planar_2r has no point 'elbow'"),
         (([0.0], [[0, 1]], None, None, None, None, ['9']), r"no point '9': give tool, the number"),
     ],

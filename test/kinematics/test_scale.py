@@ -215,8 +215,8 @@ def test_units_of_a_file_are_those_of_its_speeds():
 @pytest.mark.parametrize(
     ('choice', 'said'),
     [
-        ({'horizon': 0.0}, 'horizon must be above 0 and finite, not 0.0'),
-        ({'horizon': math.nan}, 'horizon must be above 0'),
+        ({'horizon': 0.0}, 'horizon must be a positive number, not 0.0'),
+        ({'horizon': math.nan}, 'horizon must be a positive number'),
         ({'reduced': True}, 'puma560 has no reduced speed: give speed_limits with reduced'),
     ],
 )

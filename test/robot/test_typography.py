@@ -156,8 +156,8 @@ def test_degrees_inside_a_sine_make_a_length():
 @pytest.mark.parametrize(
     ('place', 'text', 'told'),
     [
-        ('a', '0,4', "a: '0,4' is no number: write 0.4"),
-        ('theta', 'q1 + 1,57', "theta: '1,57' is no number: write 1.57"),
+        ('a', '"0,4"', "a: '0,4' is no number: write 0.4"),
+        ('theta', '"q1 + 1,57"', "theta: '1,57' is no number: write 1.57"),
         ('theta', 'q1*', "theta: ends after '*': write q1"),
         ('theta', 'q1 + -', "theta: ends after '-': write q1"),
         ('theta', 'theta1', "theta: unknown name 'theta1', did you mean 'q1'? (known:"),
@@ -189,6 +189,10 @@ def test_a_row_without_names_is_told_with_them():
     assert str(caught.value.faults[0]).endswith(
         'not a list: write {a: 1, alpha: 0, d: 0, theta: q2}, if they stand in this order'
     )
+
+
+def test_decimal_commas_in_braces_are_asked_about():
+    assert faults(a='0,4') == ["links[0]['4']: a decimal is written with a point: 0.4"]
 
 
 def test_decimal_commas_in_a_list_are_asked_about():

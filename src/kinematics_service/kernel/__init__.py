@@ -32,6 +32,7 @@ from .inverse.posture import postures as postures
 from .inverse.refinement import Refinement as Refinement
 from .inverse.refinement import refine as refine
 from .inverse.residuals import Residual as Residual
+from .inverse.residuals import linearise as linearise
 from .inverse.residuals import parts_of_error as parts_of_error
 from .inverse.searching import first_solution as first_solution
 from .inverse.servo_step import Servo as Servo

@@ -1,10 +1,13 @@
-"""What a caller gives beside joint positions: finite numbers that go together with them."""
+"""What a caller gives beside joint positions: numbers that go together with them, and rows."""
+
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import ArgumentError
 from ..kernel import Floats
+from ..robot.task import ROW_NAMES
 
 
 def finite_rows(
@@ -46,3 +49,19 @@ def not_together(
         [expected],
         other,
     )
+
+
+def check_positive(refusal: type[ArgumentError], name: str, value: float) -> None:
+    """Raise an ArgumentError of the type of `refusal` unless a number is finite and above 0."""
+    if not 0.0 < value < np.inf:
+        raise refusal(f'{name} must be a positive number, not {value}', name, ['above 0'], value)
+
+
+def rows_in_order(
+    refusal: type[ArgumentError], rows: Sequence[str], known: tuple[str, ...] = ROW_NAMES
+) -> tuple[str, ...]:
+    """Return rows by the order of the known ones, or raise an ArgumentError of the type given."""
+    if not rows or set(rows) - set(known):
+        sentence = f'rows must be some of {" ".join(known)}, not {" ".join(rows)!r}'
+        raise refusal(sentence, 'rows', known, rows)
+    return tuple(name for name in known if name in rows)

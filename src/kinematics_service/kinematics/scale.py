@@ -21,6 +21,7 @@ from ..robot.chain import FrozenArrays
 from ..robot.file.parts.description import SpeedLimit
 from ..robot.measures import MEASURES
 from ..robot.robot import AnyRobot, Robot, as_robot
+from .arguments import check_positive
 from .forward import twist
 from .servo_rule import ServoRule, servo_shares
 from .singularity import Singularity, singularity
@@ -171,8 +172,7 @@ def scale(
     1.0
     """
     robot = as_robot(robot)
-    if not (np.isfinite(horizon) and horizon > 0.0):
-        raise ServoSettingsError(f'horizon must be above 0 and finite, not {horizon}', 'horizon')
+    check_positive(ServoSettingsError, 'horizon', horizon)
     limits = robot.description.speed_limits
     if reduced and not any(np.isfinite(limit.reduced) for limit in limits):
         raise ServoSettingsError(

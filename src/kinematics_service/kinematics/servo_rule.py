@@ -7,7 +7,6 @@ rows, in m and rad. Of an arm with n < 6 joints the last of the n singular value
 proposed in moveit2#3750: Servo itself reads a sixth one, which does not exist, and halts.
 """
 
-import math
 from dataclasses import dataclass, fields
 from typing import NamedTuple
 
@@ -18,6 +17,7 @@ from ..errors import ServoSettingsError
 from ..kernel import Floats
 from ..robot.robot import Robot
 from .acceleration import jacobian_rate
+from .arguments import check_positive
 from .tool_state import ToolState, evaluate
 
 
@@ -49,11 +49,7 @@ class ServoRule:
     def __post_init__(self) -> None:
         """Refuse invalid settings."""
         for name in (field.name for field in fields(self)):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ServoSettingsError(
-                    f'{name} must be a positive number, not {value}', name, ['above 0'], value
-                )
+            check_positive(ServoSettingsError, name, getattr(self, name))
         lower, hard_stop = self.lower_singularity_threshold, self.hard_stop_singularity_threshold
         if lower >= hard_stop:
             raise ServoSettingsError(

@@ -9,7 +9,8 @@ from ..errors import PointError
 from ..kernel import Floats
 from ..robot.points import TOOL
 from ..robot.robot import Robot
-from ..robot.task import ROW_NAMES, Task, find_task
+from ..robot.task import Task, find_task
+from .arguments import rows_in_order
 
 
 def task_of(robot: Robot, rows: Sequence[str] | None, of: str | int = TOOL) -> Task:
@@ -25,15 +26,8 @@ def task_of(robot: Robot, rows: Sequence[str] | None, of: str | int = TOOL) -> T
     """
     if rows is None and type(of) is str and of == TOOL:
         return robot.task
-    names = robot.task.rows if rows is None else tuple(rows)
-    if not names or set(names) - set(ROW_NAMES):
-        raise PointError(
-            f'rows must be some of {" ".join(ROW_NAMES)}, not {" ".join(names)!r}',
-            'rows',
-            ROW_NAMES,
-            names,
-        )
-    return _found(robot, tuple(name for name in ROW_NAMES if name in names), of)
+    names = robot.task.rows if rows is None else rows_in_order(PointError, tuple(rows))
+    return _found(robot, names, of)
 
 
 @functools.lru_cache(maxsize=128)

@@ -19,13 +19,13 @@ from .file.parts.motions import pose_motion
 from .file.parts.points import POINT_NAME
 from .file.parts.quantities import Quantities
 from .file.parts.schema import CellArmEntry, CellEntry
-from .file.reader import CELL, ROBOT_NAME, read_robot_file, read_units, text_of
+from .file.reader import CELL, check_name, read_robot_file, read_units, refuse, text_of
 from .file.text.entries import checked, checked_mapping
 from .file.text.fault_report import FaultReport, quoted
 from .file.text.robot_document import read_document
 from .file.translation import translator_of
 from .points import ending_at, moved_base
-from .relative_motion import refuse, relative_motion
+from .relative_motion import relative_motion
 
 ARMS = ('arms',)
 FLOOR = 'cell'
@@ -181,10 +181,7 @@ def read_cell(path: Path) -> Cell:
     document = read_document(text, file)
     report = FaultReport(document)
     entry = checked(CellEntry, document.data, (), report)
-    if entry.cell is not None and not ROBOT_NAME.fullmatch(entry.cell):
-        report.fault(
-            ('cell',), f'{quoted(entry.cell)} is not a name of letters, digits and underscores'
-        )
+    check_name(entry.cell, 'cell', report)
     frame = entry.frame or FLOOR
     quantities = Quantities(report, read_units(entry.units, report), {}, {})
     given = checked_mapping(entry.arms, ARMS, report, 'names to {robot, joint_prefix, xyz, rpy}')

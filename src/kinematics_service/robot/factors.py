@@ -19,7 +19,7 @@ from ..kernel import Chain, Floats, Integers
 from .chain import FrozenArrays
 from .file.parts.description import RobotDescription
 from .file.parts.loop_groups import group_name, loop_groups, passive_of
-from .file.text.expression_syntax import operands_of, postorder, syntax_tree
+from .file.text.expression_syntax import folded, syntax_tree
 from .measure_places import measure_places
 from .task import Task
 
@@ -132,8 +132,7 @@ class _TapeBuilder:
     def __init__(self, description: RobotDescription) -> None:
         self.steps: list[tuple[int, int, int]] = []
         self.numbers: list[float] = []
-        angle = math.pi / 180.0 if description.angle_unit == 'deg' else 1.0
-        length = 1e-3 if description.length_unit == 'mm' else 1.0
+        angle, length = description.radians, description.metres
         self._angle = angle
         self._constants = {constant.name: constant.value for constant in description.constants}
         # A variable counts in the file's unit: its number on the tape is file units per SI unit.
@@ -144,13 +143,7 @@ class _TapeBuilder:
 
     def add(self, text: str) -> int:
         """Add an expression that the reader has accepted; return the step of its value."""
-        values: list[int] = []
-        for node in postorder(syntax_tree(text, lambda name: None)):
-            count = len(operands_of(node))
-            operands = values[len(values) - count :]
-            values = values[: len(values) - count]
-            values.append(self._step(node, operands))
-        return values[0]
+        return folded(syntax_tree(text, lambda _: None), self._step)
 
     def _step(self, node: ast.expr, operands: Sequence[int]) -> int:
         first = operands[0] if operands else 0

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import kernel
-from ..errors import Fault, KinematicsError, RobotFileError
+from ..errors import KinematicsError
 from ..kernel import Chain, Closure, Floats, Loop, LoopGroup
 from ..rigid_motion import inverse
 from .chain import fold, poses_and_jacobians
@@ -25,6 +25,7 @@ from .file.parts.description import (
     SingularityDescription,
 )
 from .file.parts.loop_groups import loop_groups, passive_of
+from .file.reader import refuse
 
 ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 # Components that are not among the rows of a rotation vanish to this, rad.
@@ -78,7 +79,7 @@ def opened(description: RobotDescription) -> RobotDescription:
     return replace(
         description,
         joints=description.joints + passive,
-        singularity=SingularityDescription(None, None, 'distance', None, None, ()),
+        singularity=SingularityDescription(),
         known_poses=(),
         loops=(),
     )
@@ -259,9 +260,7 @@ def _refuse(
                 f'no passive joint of the {"loop" if alone else "loops closed together"} moves '
                 f'{" or ".join(idle)}: name the rows of the plane in which it moves'
             )
-            raise RobotFileError(
-                (Fault(description.file, loop.line, f'loops[{k}].rows', message),)
-            )
+            refuse(description.file, message, loop.line, f'loops[{k}].rows')
     names = ' and '.join(repr(loop.name) for loop in group)
     if told[1] <= 1e-9:
         message = (
@@ -277,8 +276,7 @@ def _refuse(
             f' here: {its} ends are apart by {"; ".join(apart)} (m, rad), and '
             "Newton's method finds no closed position nearby"
         )
-    where = f'loops[{first}].assembled'
-    raise RobotFileError((Fault(description.file, group[0].line, where, message),))
+    refuse(description.file, message, group[0].line, f'loops[{first}].assembled')
 
 
 def _gap_in_words(loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats) -> str:
@@ -318,7 +316,7 @@ def _check_rest(
             f'assembled position, and only {" ".join(named)} is among the rows: '
             'name rx, ry and rz, or none'
         )
-        raise RobotFileError((Fault(description.file, loop.line, f'loops[{k}].rows', message),))
+        refuse(description.file, message, loop.line, f'loops[{k}].rows')
 
 
 def other_branches(description: RobotDescription, g: int) -> tuple[tuple[float, ...], ...]:

@@ -156,17 +156,16 @@ def with_tool(
     tool = description.tool
     matrix, texts = tool.motion.matrix.copy(), tool.motion.texts
     written = len(texts) == 6  # as xyz and rpy
-    length = 1e-3 if description.length_unit == 'mm' else 1.0
-    angle = math.pi / 180.0 if description.angle_unit == 'deg' else 1.0
     if xyz is not None:
         matrix[:3, 3] = xyz
     if rpy is not None:
         matrix[:3, :3] = rotation_of_roll_pitch_yaw(rpy)
     place, turn = texts[:3], texts[3:]
     if xyz is not None or not written:
-        place = _texts(matrix[:3, 3], length)
+        place = _texts(matrix[:3, 3], description.metres)
     if rpy is not None or not written:
-        turn = _texts(exact_rpy(matrix[:3, :3]) if rpy is None else rpy, angle)
+        angles = exact_rpy(matrix[:3, :3]) if rpy is None else rpy
+        turn = _texts(angles, description.radians)
     motion = RigidMotion(matrix, (*place, *turn))
     return replace(description, tool=Placement(tool.frame, motion), known_poses=())
 
@@ -174,9 +173,8 @@ def with_tool(
 def moved_base(description: RobotDescription, motion: Floats, frame: str) -> RobotDescription:
     """Return the same arm with its base frame at a pose (4, 4), m, in a frame of another name."""
     matrix = motion @ description.base.motion.matrix
-    length = 1e-3 if description.length_unit == 'mm' else 1.0
-    angle = math.pi / 180.0 if description.angle_unit == 'deg' else 1.0
-    texts = (*_texts(matrix[:3, 3], length), *_texts(exact_rpy(matrix[:3, :3]), angle))
+    place, turn = _texts(matrix[:3, 3], description.metres), exact_rpy(matrix[:3, :3])
+    texts = (*place, *_texts(turn, description.radians))
     if np.array_equal(motion, np.eye(4)):
         texts = description.base.motion.texts
     return replace(description, base=Placement(frame, RigidMotion(matrix, texts)))
@@ -191,8 +189,7 @@ def _moved(motion: RigidMotion, place: Floats, unit: float) -> RigidMotion:
     # are given as xyz and rpy.
     matrix = motion.matrix.copy()
     matrix[:3, 3] += matrix[:3, :3] @ place
-    origin = [repr(float(value / unit)) for value in matrix[:3, 3]]
-    return RigidMotion(matrix, (*origin, *motion.texts[3:]))
+    return RigidMotion(matrix, (*_texts(matrix[:3, 3], unit), *motion.texts[3:]))
 
 
 def ending_at(
@@ -211,8 +208,8 @@ def ending_at(
     """
     point = described_point(description, of)
     if at is not None:
-        unit = 1e-3 if description.length_unit == 'mm' else 1.0
-        point = replace(point, motion=_moved(point.motion, place_in_frame(at), unit))
+        moved = _moved(point.motion, place_in_frame(at), description.metres)
+        point = replace(point, motion=moved)
     elif point.name == TOOL:
         return description
     links = description.links[: point.row]
@@ -239,7 +236,7 @@ def ending_at(
             for limit in description.speed_limits
             if limit.of in limited
         ),
-        singularity=SingularityDescription(None, None, 'distance', None, None, ()),
+        singularity=SingularityDescription(),
         uncertainty=_up_to(description, links, of_tool),
         known_poses=(),
         loops=description.loops if moving & passive_names(description) else (),

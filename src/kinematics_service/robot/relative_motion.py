@@ -7,11 +7,10 @@ other: the joints of the first arm come in reverse and turn the other way.
 
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import replace
-from typing import NamedTuple, NoReturn
+from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import Fault, RobotFileError
 from ..kernel import Floats
 from ..rigid_motion import inverse, screw_z
 from .conventions import Row, row_of, table_rows
@@ -29,6 +28,7 @@ from .file.parts.description import (
     SingularityDescription,
 )
 from .file.parts.joints import MAX_JOINTS
+from .file.reader import refuse
 from .file.text.expressions import Affine, Expression
 from .loops import moving_variables, passive_names
 
@@ -92,11 +92,6 @@ def _chain(
 
 def _renamed(affine: Affine, variables: Mapping[str, str]) -> Affine:
     return Affine(0.0, tuple((variables[name], factor) for name, factor in affine.coefficients))
-
-
-def refuse(file: str, message: str) -> NoReturn:
-    """Raise a sentence about a cell or an arm of it as the fault of its file."""
-    raise RobotFileError((Fault(file, 0, '', message),))
 
 
 def relative_motion(
@@ -182,7 +177,7 @@ def relative_motion(
         base=Placement(first.tool.frame, _as_matrix(chain.motions[0])),
         tool=Placement(second.tool.frame, _as_matrix(chain.motions[-1])),
         points=(),
-        singularity=SingularityDescription(None, None, 'distance', None, None, ()),
+        singularity=SingularityDescription(),
         uncertainty=None,
         known_poses=(),
         speed_limits=(),

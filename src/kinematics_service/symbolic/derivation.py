@@ -300,18 +300,8 @@ def _closed_set(exact: Exact, loops: tuple[LoopEquations, ...], tell: Progress) 
     robot = exact.sampler.robot
     tell('determinant')
     expression = closed_determinant(robot, exact.J, exact.frames, loops, exact.writer)
-    determinant = Determinant(
-        square=robot.task.square,
-        expression=expression,
-        constant=None,
-        remainder=None,
-        view='',
-        rows=robot.task.rows,
-        columns=robot.variables,
-        minors=1,
-        identically_zero=False,
-        split=False,
-    )
+    rows, square = robot.task.rows, robot.task.square
+    determinant = Determinant(square, rows, expression, columns=robot.variables, minors=1)
     dependent = robot.task.dependent_joints
     return SingularSet(determinant, (), (), robot.task.generic_rank, dependent, False)
 
@@ -341,9 +331,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
     names = [v.name for v in arithmetic.names.variables]
     dependent = tuple(_dependent(sampler, names)) if rank < min(n, len(sampler.rows)) else ()
     if minors is None:
-        determinant = Determinant(
-            False, None, None, None, '', sampler.robot.task.rows, (), 0, False, False
-        )
+        determinant = Determinant(False, sampler.robot.task.rows)
         return SingularSet(determinant, (), (), rank, dependent, False)
     tell('factors')
     product, rests = product_of(minors, arithmetic)

@@ -13,11 +13,11 @@ from ..kernel import Floats
 from ..robot.file.text.expression_syntax import names_in
 from ..typography import plain_names
 from .algebra.expression import exact
+from .algebra.numeric import bisected
 from .derivation import Derivation
 
 TIME = sympy.Symbol('t', real=True)
 SAMPLES = 4001
-BISECTIONS = 80
 # Steps, each of which narrows the bottom of a valley to a sixteenth.
 NARROWED = 9
 # What is 0 of a function, as a share of its largest value: round-off.
@@ -106,6 +106,9 @@ class Path:
 
 def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
     # When a function begins and ends to be 0, and whether it only touches it.
+    def at(time: float) -> float:
+        return float(value(np.array([time]))[0])
+
     f = value(times)
     size = float(np.max(np.abs(f))) or 1.0
     # The bottoms of the valleys of |f| become samples of their own.
@@ -121,7 +124,7 @@ def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
     found = [
         (time, time, False)
         for k in np.flatnonzero(f[:-1] * f[1:] < 0)
-        for time in [_bisected(value, float(times[k]), float(times[k + 1]))]
+        for time in [bisected(at, float(times[k]), float(times[k + 1]))]
     ]
     zero = np.concatenate([[False], f == 0.0, [False]])
     begins, ends = (np.flatnonzero(zero[:-1] < zero[1:]), np.flatnonzero(zero[:-1] > zero[1:]) - 1)
@@ -141,20 +144,6 @@ def _bottom(value: Values, low: float, high: float) -> float:
         if f[k] * f[0] <= 0:
             return float(times[k])
         low, high = float(times[max(k - 1, 0)]), float(times[min(k + 1, 32)])
-    return (low + high) / 2
-
-
-def _bisected(value: Values, low: float, high: float) -> float:
-    at_low = float(value(np.array([low]))[0])
-    for _ in range(BISECTIONS):
-        middle = (low + high) / 2
-        at_middle = float(value(np.array([middle]))[0])
-        if at_low * at_middle <= 0:
-            high = middle
-        else:
-            low, at_low = middle, at_middle
-        if high - low < 1e-15 * max(1.0, abs(high)):
-            break
     return (low + high) / 2
 
 

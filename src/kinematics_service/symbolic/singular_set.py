@@ -135,15 +135,15 @@ class Determinant:
     """
 
     square: bool
-    expression: Any
-    constant: Any
-    remainder: Any
-    view: str
     rows: tuple[str, ...]
-    columns: tuple[str, ...]
-    minors: int
-    identically_zero: bool
-    split: bool
+    expression: Any = None
+    constant: Any = None
+    remainder: Any = None
+    view: str = ''
+    columns: tuple[str, ...] = ()
+    minors: int = 0
+    identically_zero: bool = False
+    split: bool = False
 
 
 @dataclass(frozen=True)

@@ -202,3 +202,22 @@ def parts_of_error(residual: Residual, q: Floats) -> tuple[float, float]:
     angular = math.sqrt(error[3] * error[3] + error[4] * error[4] + error[5] * error[5])
     linear = math.sqrt(error[0] * error[0] + error[1] * error[1] + error[2] * error[2])
     return linear, angular / length if length > 0.0 else 0.0
+
+
+def linearise(
+    residual: Residual, scales: Floats, q: Floats, error: Floats, columns: Floats
+) -> None:
+    """
+    Fill the weighted error (6,) of q (n,) and the columns (n, 6) of its Jacobian, scaled.
+
+    Where a loop does not close the errors are infinite.
+    """
+    arrays.given(residual)
+    n = residual.n
+    written, slopes = arrays.results(error, 6), arrays.results(columns, 6 * n)
+    square = residual.square(arrays.numbers(q, n), places.JACOBIAN)
+    residual.write_columns(arrays.numbers(scales, n))
+    for k in range(6):
+        written[k] = residual.error[k] if square < places.INFINITY else places.INFINITY
+    for k in range(6 * n):
+        slopes[k] = residual.columns[k]

@@ -60,7 +60,7 @@ def _result_of_found(
     if not len(found.q):
         return result_of(problem, found, (), method, best, respect_limits, roots)
     isolated, singular, families = isolated_or_not(robot, target, plan, found)
-    isolated = with_multiplicities(robot, target, plan, isolated, singular)
+    isolated = with_multiplicities(problem, isolated, singular)
     return result_of(problem, isolated, families, method, best, respect_limits, roots)
 
 

@@ -8,19 +8,16 @@ m of them. Refinement of q itself ends as far from it as the m-th root of round-
 through g does not.
 """
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from ... import kernel
 from ...kernel import Floats
-from ...rigid_motion import rotation_vector
-from ...robot.robot import Robot
-from ...robot.task import ROW_NAMES
-from ..forward import forward_kinematics, jacobian
-from .plan import InversePlan
+from .problem import IkProblem
 from .search import DistinctSolutions, apart, errors_at
-from .target import TOOL_AXES, IkTarget
 
 # g is sampled so far on both sides (rad), at so many places, by a polynomial of a lower degree.
 SPAN, SAMPLES, DEGREE = 0.02, 13, 9
@@ -55,11 +52,7 @@ class Multiple(NamedTuple):
 
 
 def with_multiplicities(
-    robot: Robot,
-    target: IkTarget,
-    plan: InversePlan,
-    found: DistinctSolutions,
-    singular: npt.NDArray[np.bool_],
+    problem: IkProblem, found: DistinctSolutions, singular: npt.NDArray[np.bool_]
 ) -> DistinctSolutions:
     """
     Return isolated solutions, those that are one made one, with the multiplicity of each.
@@ -68,33 +61,24 @@ def with_multiplicities(
     """
     if not np.any(singular):
         return found
-    simple = found.q[~singular], found.errors[~singular]
-    q, errors = list(simple[0]), list(simple[1])
-    multiplicities = [1] * len(q)
-    kept: list[Multiple] = []
+    plan, kept = problem.plan, list[Multiple]()
     for one, error in zip(found.q[singular], found.errors[singular]):
-        for multiple in _multiples(robot, target, plan, one, float(error)):
+        for multiple in _multiples(problem, one, float(error)):
             ways = (apart(plan, other.q, multiple.q) / plan.scales for other in kept)
             if all(np.max(np.abs(way)) >= SAME for way in ways):
                 kept.append(multiple)
-    q += [one.q for one in kept]
-    errors += [one.error for one in kept]
-    multiplicities += [one.multiplicity for one in kept]
-    return DistinctSolutions(
-        np.array(q).reshape(-1, robot.dof), np.array(errors), tuple(multiplicities)
-    )
+    simple = map(Multiple, found.q[~singular], found.errors[~singular], itertools.repeat(1))
+    q, errors, multiplicities = zip(*simple, *kept)
+    return DistinctSolutions(np.array(q), np.array(errors), multiplicities)
 
 
-def _multiples(
-    robot: Robot, target: IkTarget, plan: InversePlan, q: Floats, error: float
-) -> list[Multiple]:
+def _multiples(problem: IkProblem, q: Floats, error: float) -> list[Multiple]:
     # What a singular solution really is: one of a multiplicity, or several next to each other.
-    unknown = [Multiple(q, error, 0)]
-    n = robot.dof
-    J = _weighted_jacobian(robot, target, plan, q)
-    if n > len(J):
+    robot, target, plan, *_ = problem
+    unknown, n = [Multiple(q, error, 0)], robot.dof
+    if n > target.equations:
         return unknown
-    left, sizes, right = np.linalg.svd(J)
+    left, sizes, right = np.linalg.svd(_linearised(problem, q)[1])
     if n > 1 and sizes[n - 2] < 1e-3 * sizes[0]:
         return unknown
     along, across = right[n - 1], right[: n - 1]
@@ -102,17 +86,17 @@ def _multiples(
     at = SPAN * np.cos(np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES)
     ways = []
     for s in at:
-        way = _way(robot, target, plan, q, s, (along, across, kept))
+        way = _way(problem, q, s, (along, across, kept))
         if way is None:
             return unknown
         ways.append(way)
-    rests = np.array([_weighted_error(robot, target, q + w * plan.scales) @ lost for w in ways])
+    rests = np.array([_linearised(problem, q + w * plan.scales)[0] @ lost for w in ways])
     direction = np.linalg.svd(rests)[2][0]
     g = np.polynomial.Polynomial.fit(at, rests @ direction, DEGREE, domain=[-SPAN, SPAN])
     nothing = ROUND_OFF * max(robot.task.length, robot.task.reach)
     found = []
     for order, s in _roots(np.array(g.coef), nothing):
-        way = _way(robot, target, plan, q, SPAN * s, (along, across, kept))
+        way = _way(problem, q, SPAN * s, (along, across, kept))
         if way is None:
             return unknown
         place = q + way * plan.scales
@@ -158,21 +142,16 @@ def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
 
 
 def _way(
-    robot: Robot,
-    target: IkTarget,
-    plan: InversePlan,
-    q: Floats,
-    s: float,
-    parts: tuple[Floats, Floats, Floats],
+    problem: IkProblem, q: Floats, s: float, parts: tuple[Floats, Floats, Floats]
 ) -> Floats | None:
     # The scaled way from q with s along the lost motion that solves the equations not lost.
     along, across, kept = parts
     y = np.zeros(len(across))
     for _ in range(STEPS):
-        here = q + (s * along + y @ across) * plan.scales
-        rest = kept.T @ _weighted_error(robot, target, here)
-        J = kept.T @ _weighted_jacobian(robot, target, plan, here) @ across.T
-        step = np.asarray(np.linalg.lstsq(J, rest, rcond=None)[0])
+        error, J = _linearised(problem, q + (s * along + y @ across) * problem.plan.scales)
+        if not np.isfinite(error).all():  # a loop does not close there
+            return None
+        step = np.asarray(np.linalg.lstsq(kept.T @ J @ across.T, kept.T @ error, rcond=None)[0])
         y = np.asarray(y + step)
         if np.max(np.abs(step), initial=0.0) < 1e-13:
             return np.asarray(s * along + y @ across)
@@ -181,36 +160,8 @@ def _way(
     return np.asarray(s * along + y @ across)
 
 
-def _rows(target: IkTarget) -> list[int]:
-    rows = [ROW_NAMES.index(name) for name in target.rows]
-    return rows + [3, 4, 5] if target.axis else rows
-
-
-def _weighted_error(robot: Robot, target: IkTarget, q: Floats) -> Floats:
-    T = forward_kinematics(robot, q)
-    R = robot.task.rotation
-    linear = R.T @ (target.pose[:3, 3] - T[:3, 3])
-    if target.axis:
-        k = TOOL_AXES.index(target.axis)
-        angular = R.T @ _turn_between(T[:3, k], target.pose[:3, k])
-    else:
-        angular = R.T @ rotation_vector(target.pose[:3, :3] @ T[:3, :3].T)
-    return np.concatenate([linear, robot.task.length * angular])[_rows(target)]
-
-
-def _turn_between(a: Floats, b: Floats) -> Floats:
-    # The shortest turn (3,) that takes a unit vector to another less than half a turn away.
-    normal = np.cross(a, b)
-    sine = float(np.linalg.norm(normal))
-    return np.asarray(normal * (np.arctan2(sine, a @ b) / sine if sine > 0.0 else 1.0))
-
-
-def _weighted_jacobian(robot: Robot, target: IkTarget, plan: InversePlan, q: Floats) -> Floats:
-    J = jacobian(robot, q)
-    R = robot.task.rotation
-    turns = J[3:]
-    if target.axis:
-        along = forward_kinematics(robot, q)[:3, TOOL_AXES.index(target.axis)]
-        turns = turns - np.outer(along, along @ turns)
-    rows = np.vstack([R.T @ J[:3], robot.task.length * R.T @ turns])
-    return np.asarray(rows[_rows(target)] * plan.scales)
+def _linearised(problem: IkProblem, q: Floats) -> tuple[Floats, Floats]:
+    # The weighted error (6,) at q, and its Jacobian (6, n); rows that do not count are 0.
+    error, columns = np.empty(6), np.empty((len(q), 6))
+    kernel.linearise(problem.target.residual, problem.plan.scales, q, error, columns)
+    return error, columns.T

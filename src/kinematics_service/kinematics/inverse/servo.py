@@ -22,7 +22,7 @@ from ...errors import ServoSettingsError, TwistError
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
 from ...robot.robot import AnyRobot, Robot, as_robot
-from ...robot.task import ROW_NAMES
+from ..arguments import check_positive, rows_in_order
 from ..task_jacobian import task_of
 from ..tool_state import ToolState, evaluate
 
@@ -68,18 +68,9 @@ class ServoSettings:
     def __post_init__(self) -> None:
         """Refuse invalid settings."""
         for name in ('damping', 'damped_below', 'horizon', 'default_rate', 'default_speed'):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ServoSettingsError(
-                    f'{name} must be a positive number, not {value}', name, ['above 0'], value
-                )
-        if self.rows is not None and (not self.rows or set(self.rows) - set(ROW_NAMES)):
-            raise ServoSettingsError(
-                f'rows must be some of {" ".join(ROW_NAMES)}, not {" ".join(self.rows)!r}',
-                'rows',
-                ROW_NAMES,
-                self.rows,
-            )
+            check_positive(ServoSettingsError, name, getattr(self, name))
+        if self.rows is not None:
+            rows_in_order(ServoSettingsError, self.rows)
 
 
 @dataclass(frozen=True, eq=False)

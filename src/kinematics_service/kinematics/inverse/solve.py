@@ -223,7 +223,7 @@ def _degenerate(
     known, _ = distinct(checked, plan, _joined(simple, beside))
     isolated, singular, families = isolated_or_not(robot, checked, plan, known)
     if not families:
-        found = with_multiplicities(robot, checked, plan, isolated, singular)
+        found = with_multiplicities(problem, isolated, singular)
         # A multiplicity of 0 is unknown; a singular one of 1 may be among the certified ones.
         multiples = found.multiplicities[np.count_nonzero(~singular) :]
         if all(m > 1 for m in multiples) and certified + sum(multiples) == arm.bound:

@@ -13,6 +13,7 @@ from ...errors import TargetError
 from ...kernel import Floats
 from ...robot.robot import Robot
 from ...robot.task import ROW_NAMES
+from ..arguments import rows_in_order
 
 IDENTITY = np.eye(4)
 
@@ -138,20 +139,12 @@ def ik_target_of(
         )
     # A direction takes the place of the three rows of a rotation.
     known = ROW_NAMES if given.shape == (4, 4) and axis is None else ROW_NAMES[:3]
-    ordered = known if rows is None else _in_order(rows, known)
+    ordered = known if rows is None else rows_in_order(TargetError, rows, known)
     pose = _rigid(given)
     residual = residual_of(robot, pose, ordered, axis or '')
     bound = math.hypot(1.0, robot.task.length) * tolerance
     _, exact = _sizes(robot)
     return IkTarget(ordered, axis or '', pose, residual, tolerance, bound, exact, exact)
-
-
-def _in_order(rows: Sequence[str], known: tuple[str, ...]) -> tuple[str, ...]:
-    if not rows or set(rows) - set(known):
-        raise TargetError(
-            f'rows must be some of {" ".join(known)}, not {" ".join(rows)!r}', 'rows', known, rows
-        )
-    return tuple(name for name in ROW_NAMES if name in rows)
 
 
 def _rigid(given: Floats) -> Floats:

@@ -11,6 +11,7 @@ from ...errors import JointVectorError, PlanError
 from ...kernel import Floats
 from ...robot.measures import MEASURES
 from ...robot.robot import AnyRobot, Robot, as_robot
+from ..arguments import check_positive
 from .closed_plan import ClosedPlan
 from .extremes import largest
 from .point_speed import TOOL, speed_over_plan
@@ -94,7 +95,9 @@ def check_plan(
     ]
     assert given[0] is not None
     asked = threshold_of_distance(robot) if distance is None else _threshold(distance)
-    limit = None if speed_limit is None else _positive(speed_limit, 'speed_limit')
+    limit = speed_limit
+    if limit is not None:
+        check_positive(PlanError, 'speed_limit', limit)
     motion = polynomial_motion(at, given[0], given[1], given[2])
     points = dict.fromkeys([TOOL, *map(str, speed_of)])
     with np.errstate(over='ignore', invalid='ignore'):  # what is too large is refused
@@ -159,12 +162,6 @@ def _threshold(distance: float) -> float:
     if refusal := MEASURES[DISTANCE].refusal(distance):
         raise PlanError(f'distance {refusal}', 'distance', ['above 0, at most 1 rad'], distance)
     return float(distance)
-
-
-def _positive(value: float, name: str) -> float:
-    if not 0.0 < value < np.inf:
-        raise PlanError(f'{name} must be above 0, not {value:g}', name, ['above 0'], value)
-    return float(value)
 
 
 def _joint(robot: Robot, motion: PolynomialMotion, j: int) -> PlanJoint:

@@ -94,7 +94,7 @@ def robot_file_text(path: str | os.PathLike[str], base: str = '', tip: str = '')
         return translate(content, file, base, tip).text
     text = _decoded(content, file)
     if CELL.search(text):
-        _refuse(file, 'is a cell: give the robot file of one of its arms')
+        refuse(file, 'is a cell: give the robot file of one of its arms')
     return text
 
 
@@ -129,12 +129,12 @@ def _content(file: str, most: int) -> bytes:
     except RobotFileError:
         raise  # which is a ValueError, too
     except FileNotFoundError:
-        _refuse(file, 'no such file')
+        refuse(file, 'no such file')
     except IsADirectoryError:
-        _refuse(file, 'is a directory: give the robot file itself')
+        refuse(file, 'is a directory: give the robot file itself')
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        _refuse(file, f'cannot be read: {reason}')
+        refuse(file, f'cannot be read: {reason}')
 
 
 def _decoded(content: bytes, file: str) -> str:
@@ -142,9 +142,8 @@ def _decoded(content: bytes, file: str) -> str:
         return content.decode('utf-8-sig')
     except UnicodeDecodeError as error:
         if len(content) > MAX_BYTES:
-            _refuse(file, f'larger than {MAX_BYTES // 1024} KiB: not a robot file')
-        line = content.count(b'\n', 0, error.start) + 1
-        raise RobotFileError((Fault(file, line, '', 'is not UTF-8 text'),)) from None
+            refuse(file, f'larger than {MAX_BYTES // 1024} KiB: not a robot file')
+        refuse(file, 'is not UTF-8 text', content.count(b'\n', 0, error.start) + 1)
 
 
 def parse_robot(text: str, file: str) -> RobotDescription:
@@ -167,7 +166,7 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     report = FaultReport(document)
     data = _mapping(document.data, report)
     entry = checked(RobotEntry, data, (), report)
-    _check_name(entry, report)
+    check_name(entry.robot, 'robot', report)
     units = read_units(entry.units, report)
     names = _names(entry, data, units, report)
     quantities, joint_types = names.quantities, names.joint_types
@@ -183,7 +182,7 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     base, tool = _ends(entry, quantities)
     points = read_points(entry.points, rows, (base, tool), quantities)
     loops = read_loops(
-        entry.loops, names.passive, links, points, convention, joints, joint_types, quantities
+        entry.loops, names.passive, links, points, convention, joint_types, quantities
     )
     singularity = read_singularity(entry.singularity, names.driven)
     uncertainty = read_uncertainty(
@@ -198,7 +197,7 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     report.raise_faults()
     if not (entry.robot and convention and links and base and tool and singularity):
         # Every part that is missing has a fault; were one forgotten, this is the safe end.
-        _refuse(file, 'is incomplete')
+        refuse(file, 'is incomplete')
     constants = names.constants.constants
     _remark(entry, constants, links, quantities)
     return RobotDescription(
@@ -229,11 +228,12 @@ def _check_kind(file: str) -> None:
     mode = os.stat(file).st_mode
     kind = next((name for is_kind, name in KINDS if is_kind(mode)), None)
     if kind:
-        _refuse(file, f'is {kind}: give the robot file itself')
+        refuse(file, f'is {kind}: give the robot file itself')
 
 
-def _refuse(file: str, message: str) -> NoReturn:
-    raise RobotFileError((Fault(file, 0, '', message),))
+def refuse(file: str, message: str, line: int = 0, where: str = '') -> NoReturn:
+    """Raise the error of one fault, or of a file as a whole."""
+    raise RobotFileError((Fault(file, line, where, message),))
 
 
 def read_units(data: Any, report: FaultReport) -> Units:
@@ -252,10 +252,10 @@ def _mapping(data: Any, report: FaultReport) -> dict[str, Any]:
     return dict(data)
 
 
-def _check_name(entry: RobotEntry, report: FaultReport) -> None:
-    if entry.robot is not None and not ROBOT_NAME.fullmatch(entry.robot):
-        message = f'{quoted(entry.robot)} is not a name of letters, digits and underscores'
-        report.fault(('robot',), message)
+def check_name(name: str | None, key: str, report: FaultReport) -> None:
+    """Report a name that no robot, or cell, may have."""
+    if name is not None and not ROBOT_NAME.fullmatch(name):
+        report.fault((key,), f'{quoted(name)} is not a name of letters, digits and underscores')
 
 
 class _FileNames(NamedTuple):

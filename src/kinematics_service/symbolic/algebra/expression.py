@@ -6,7 +6,7 @@ from typing import Any
 
 import sympy
 
-from ...robot.file.text.expression_syntax import operands_of, postorder, syntax_tree
+from ...robot.file.text.expression_syntax import folded, syntax_tree
 
 HALF_TURN = sympy.Integer(180)
 
@@ -24,12 +24,8 @@ def exact(text: str, meanings: Mapping[str, Any], angle_unit: str = 'rad') -> An
     angle_unit
         'rad' or 'deg': of the trigonometric functions, as in the file.
     """
-    values: list[Any] = []
-    for node in postorder(syntax_tree(text, lambda _: None)):
-        first = len(values) - len(operands_of(node))
-        taken, values = values[first:], values[:first]
-        values.append(_combined(node, taken, meanings, angle_unit))
-    return values[0]
+    tree = syntax_tree(text, lambda _: None)
+    return folded(tree, lambda node, operands: _combined(node, operands, meanings, angle_unit))
 
 
 def _combined(

@@ -11,9 +11,9 @@ integers are factored over.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from random import Random
 from typing import Any
 
-import sympy
 from sympy.core.random import seed as seed_random
 from sympy.polys.domains import ZZ, ZZ_I
 from sympy.polys.rings import ring as polynomial_ring
@@ -24,7 +24,7 @@ from .laurent import Laurent, from_terms
 from .quotient import quotient_constant
 
 # Random lines a polynomial is cut with; one on which it does not factor shows that it does not.
-LINES = 8
+LINES, MOST_ON_LINE = 8, 23
 SEED = 1955
 # Above this many terms the full factoring, whose time grows steeply, is not tried.
 MOST_TERMS = 6000
@@ -309,37 +309,21 @@ def _irreducible_on_a_line(element: Any, domain: Any) -> bool:
     # A factor stays a factor when every generator is set to a_k t + b_k, its degree too unless the
     # leading part vanishes there: if the cut does not factor at full degree, neither does the
     # polynomial. (Content without t cannot hide: the cut has integer content only.)
-    t = sympy.Symbol('t')
+    R, t = polynomial_ring('t', domain)
+    degrees, random = _degrees(element), Random(SEED)
     degree = max(sum(e) for e in element)
-    random = _Sequence(SEED)
     for _ in range(LINES):
         lines = [
-            sympy.Poly(random.next() * t + random.next(), t, domain=domain)
-            for _ in element.ring.gens
+            random.randint(1, MOST_ON_LINE) * t + random.randint(1, MOST_ON_LINE) for _ in degrees
         ]
-        powers = [[sympy.Poly(1, t, domain=domain)] for _ in lines]
-        cut = sympy.Poly(0, t, domain=domain)
+        powers = [[line**e for e in range(most + 1)] for line, most in zip(lines, degrees)]
+        cut = R.zero
         for exponents, c in element.terms():
-            term = sympy.Poly(domain.to_sympy(domain.convert(c)), t, domain=domain)
-            for k, e in enumerate(exponents):
-                while len(powers[k]) <= e:
-                    powers[k].append(powers[k][-1] * lines[k])
-                if e:
-                    term = term * powers[k][e]
-            cut += term
+            factors = (powers[k][e] for k, e in enumerate(exponents) if e)
+            cut += math.prod(factors, start=R.ground_new(domain.convert(c)))
         if cut.degree() == degree and cut.primitive()[1].is_irreducible:
             return True
     return False
-
-
-class _Sequence:
-    # Small positive numbers, the same each time (Lehmer's generator, modulus 2^31 - 1).
-    def __init__(self, seed: int) -> None:
-        self._state = seed
-
-    def next(self) -> int:
-        self._state = self._state * 48271 % (2**31 - 1)
-        return self._state % 23 + 1
 
 
 def _turned_back(piece: Any, turns: Sequence[int]) -> Terms:

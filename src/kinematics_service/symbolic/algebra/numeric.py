@@ -1,6 +1,6 @@
 """Polynomials in numbers, and poses on their zeros."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,6 +13,7 @@ from .laurent import Laurent, from_terms
 
 STEPS = 60
 CONVERGED = 1e-12
+BISECTIONS = 80
 
 
 def values_of(arithmetic: Arithmetic) -> Any:
@@ -153,20 +154,43 @@ def poses_on(functions: Sequence[Numbers], starts: Floats, scale: Floats) -> Flo
     if not functions:
         return q
     for _ in range(STEPS):
-        f, G = _stacked(functions, q, scale)
-        # Two zeros that touch leave no full-rank gradient: damping keeps the step finite.
-        square = G @ np.swapaxes(G, -1, -2) + 1e-14 * np.eye(len(functions))
-        step = np.swapaxes(G, -1, -2) @ np.linalg.solve(square, f[..., None])
-        length = np.linalg.norm(step[..., 0], axis=-1, keepdims=True)
-        q = q - scale * step[..., 0] * np.minimum(1.0, 0.5 / np.maximum(length, 1e-300))
-    f, _ = _stacked(functions, q, scale)
+        f, G = values_and_gradients(functions, q)
+        step = smallest_step(f, G * scale, 1e-14)
+        length = np.linalg.norm(step, axis=-1, keepdims=True)
+        q = q + scale * step * np.minimum(1.0, 0.5 / np.maximum(length, 1e-300))
+    f, _ = values_and_gradients(functions, q)
     return np.asarray(q[np.max(np.abs(f), axis=-1) < CONVERGED])
 
 
-def _stacked(functions: Sequence[Numbers], q: Floats, scale: Floats) -> tuple[Floats, Floats]:
+def values_and_gradients(functions: Sequence[Numbers], q: Floats) -> tuple[Floats, Floats]:
+    """Return what functions are at poses (N, n), shape (N, m), and their gradients (N, m, n)."""
     f = np.stack([function(q) for function in functions], axis=-1)
-    G = np.stack([function.gradient(q) * scale for function in functions], axis=-2)
-    return f, G
+    return f, np.stack([function.gradient(q) for function in functions], axis=-2)
+
+
+def smallest_step(f: Floats, G: Floats, damping: Any) -> Floats:
+    """
+    Return Newton's smallest step (N, n) from values (N, m) to zero, of gradients (N, m, n).
+
+    Two zeros that touch leave no full-rank gradient: damping keeps the step finite.
+    """
+    transposed = np.swapaxes(G, -1, -2)
+    square = G @ transposed + damping * np.eye(G.shape[-2])
+    return np.asarray(-(transposed @ np.linalg.solve(square, f[..., None]))[..., 0])
+
+
+def bisected(value: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a function changes its sign between two places, to round-off."""
+    below = value(low)
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        if below * value(middle) <= 0:
+            high = middle
+        else:
+            low = middle
+        if high - low < 1e-15 * max(1.0, abs(high)):
+            break
+    return (low + high) / 2
 
 
 def typical_size(function: Numbers, q: Floats) -> float:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kernel import Floats
-from .numeric import Numbers
+from .numeric import Numbers, smallest_step, values_and_gradients
 
 # A zero is within this of the pose that shows it, rad or the unit of length.
 NEAR = 1e-9
@@ -94,23 +94,10 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
     return found if beyond.exists is False else Zero(None, None)
 
 
-def _values(functions: Sequence[Numbers], q: Floats) -> tuple[Floats, Floats]:
-    f = np.stack([function(q) for function in functions], axis=-1)
-    return f, np.stack([function.gradient(q) for function in functions], axis=-2)
-
-
 def _bends(functions: Sequence[Numbers], largest: Floats) -> Floats:
     # Bounds of the second derivatives where |q| <= largest, shape (..., m, n, n).
-    return np.stack(
-        [
-            np.stack(
-                [np.stack([s.magnitude(largest) for s in row], axis=-1) for row in f.seconds],
-                axis=-2,
-            )
-            for f in functions
-        ],
-        axis=-3,
-    )
+    bounds = [[[s.magnitude(largest) for s in row] for row in f.seconds] for f in functions]
+    return np.moveaxis(np.array(bounds), (0, 1, 2), (-3, -2, -1))
 
 
 def _round_off(functions: Sequence[Numbers], largest: Floats) -> Floats:
@@ -120,7 +107,7 @@ def _round_off(functions: Sequence[Numbers], largest: Floats) -> Floats:
 def _shown(functions: Sequence[Numbers], q: Floats, box: Box) -> Floats | None:
     # Newton's smallest steps inside the box: a joint that is pushed against a bound stays there.
     for count in range(STEPS + 1):
-        f, G = _values(functions, q)
+        f, G = values_and_gradients(functions, q)
         if count % LOOK == 0:
             for k in np.argsort(np.max(np.abs(f), axis=-1))[:TRIED]:
                 if _has_zero_beside(functions, q[k], f[k], G[k]):
@@ -135,10 +122,8 @@ def _shown(functions: Sequence[Numbers], q: Floats, box: Box) -> Floats | None:
 
 
 def _step(f: Floats, G: Floats) -> Floats:
-    # Damped, so that gradients that depend on each other leave it finite.
     size = np.einsum('kij,kij->k', G, G)[:, None, None]
-    square = G @ np.swapaxes(G, -1, -2) + (1e-13 * size + 1e-200) * np.eye(G.shape[-2])
-    return -(np.swapaxes(G, -1, -2) @ np.linalg.solve(square, f[..., None]))[..., 0]
+    return smallest_step(f, G, 1e-13 * size + 1e-200)
 
 
 def _has_zero_beside(functions: Sequence[Numbers], q: Floats, f: Floats, G: Floats) -> bool:
@@ -187,7 +172,7 @@ def _undecided(
 ) -> tuple[Floats, Floats, Floats, Floats]:
     # The boxes in which every polynomial may vanish, how far the worst is from it at the middle,
     # and the joint along which it changes most.
-    f, G = _values(functions, centers)
+    f, G = values_and_gradients(functions, centers)
     largest = np.abs(centers) + radii
     bends = _bends(functions, largest)
     straight = np.abs(G) * radii[:, None, :]

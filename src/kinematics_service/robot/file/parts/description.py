@@ -304,12 +304,12 @@ class SingularityDescription:
         In the order of the file.
     """
 
-    task: tuple[str, ...] | None
-    length: float | None
-    measure: str
-    warn: float | None
-    stop: float | None
-    factors: tuple[Factor, ...]
+    task: tuple[str, ...] | None = None
+    length: float | None = None
+    measure: str = 'distance'
+    warn: float | None = None
+    stop: float | None = None
+    factors: tuple[Factor, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -457,3 +457,13 @@ class RobotDescription:
     loops: tuple[LoopDescription, ...] = ()
     parts: tuple[str, ...] = field(default=(), compare=False)
     speed_limits: tuple[SpeedLimit, ...] = ()
+
+    @property
+    def radians(self) -> float:
+        """Return the file's unit of angles, rad."""
+        return math.pi / 180.0 if self.angle_unit == 'deg' else 1.0
+
+    @property
+    def metres(self) -> float:
+        """Return the file's unit of lengths, m."""
+        return 1e-3 if self.length_unit == 'mm' else 1.0

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..text.entries import checked, checked_list
-from ..text.fault_report import number
+from ..text.fault_report import FaultReport, number
 from ..text.yaml_document import Path
 from .description import JointDescription, JointType, KnownPose, Rounding
 from .motions import pose_motion
@@ -63,11 +63,9 @@ def _known_pose(
     report, units = quantities.report, quantities.units
     before = report.fault_count
     entry = checked(KnownPoseEntry, data, path, report)
-    texts = entry.q or []
-    if entry.q is not None and types and len(texts) != len(types):
-        message = f'{len(texts)} values for {len(types)} joints'
-        report.fault((*path, 'q'), message)
-    q = _joint_vector(texts, (*path, 'q'), types, joints, quantities)
+    q = quantities.positions(entry.q, types, (*path, 'q'))
+    if len(q) == len(joints):
+        _remark_of_limits(q, joints, (*path, 'q'), report)
     motion = pose_motion(entry.xyz, entry.rpy, path, quantities)
     tolerance_path = (*path, 'tolerance')
     tolerance = ToleranceEntry({})
@@ -85,7 +83,7 @@ def _known_pose(
         return KnownPose(q, motion, xyz, rpy)
     kinds = [KIND_OF[joint_type or 'revolute'] for joint_type in types]
     halves = {
-        kind: _half_digit([text for text, one in zip(texts, kinds) if one == kind], kind, units)
+        kind: _half_digit([t for t, one in zip(entry.q or (), kinds) if one == kind], kind, units)
         for kind in KIND_OF.values()
     }
     rounding = Rounding(
@@ -106,26 +104,11 @@ def _half_digit(texts: Sequence[str | None], kind: Kind, units: Units) -> float:
     return half if most and half <= COARSEST else 0.0
 
 
-def _joint_vector(
-    texts: Sequence[str | None],
-    path: Path,
-    types: Sequence[JointType | None],
-    joints: Sequence[JointDescription],
-    quantities: Quantities,
-) -> tuple[float, ...]:
-    if len(texts) != len(types):
-        return ()
-    q = [
-        quantities.fixed(text, KIND_OF[joint_type], (*path, index), usual=False)
-        for index, (text, joint_type) in enumerate(zip(texts, types, strict=True))
-        if joint_type
-    ]
-    known = tuple(value for value in q if value is not None)
-    if len(known) != len(joints):
-        return ()
-    for index, (value, joint) in enumerate(zip(known, joints, strict=True)):
+def _remark_of_limits(
+    q: Sequence[float], joints: Sequence[JointDescription], path: Path, report: FaultReport
+) -> None:
+    for index, (value, joint) in enumerate(zip(q, joints)):
         if not joint.lower - ROUND_OFF <= value <= joint.upper + ROUND_OFF:
             limits = f'[{number(joint.lower)}, {number(joint.upper)}]'
             sentence = f'{number(value)} lies outside the limits {limits} of {joint.name!r}'
-            quantities.report.remark((*path, index), sentence)
-    return known
+            report.remark((*path, index), sentence)

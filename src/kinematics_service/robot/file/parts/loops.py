@@ -1,9 +1,10 @@
 """The closed loops of a robot file: second chains that part from the table and meet it again."""
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from ..text.entries import checked, checked_list, checked_word, did_you_mean, meant_by
+from ..text.entries import checked, checked_list, checked_word
 from ..text.expression_syntax import why_no_name
 from ..text.fault_report import FaultReport, quoted
 from ..text.plain_expression import known_names_in
@@ -11,7 +12,6 @@ from ..text.yaml_document import Path, ScalarNode, texts_in
 from .convention_table import Convention
 from .description import (
     IDENTITY,
-    JointDescription,
     JointType,
     Link,
     LoopDescription,
@@ -21,9 +21,10 @@ from .description import (
 from .links import likely_convention, read_links, variables_of
 from .loop_groups import loop_groups, names_in_loop, passive_of
 from .motions import pose_motion
+from .points import check_row
 from .quantities import KIND_OF, Quantities
 from .schema import LoopEndEntry, LoopEntry, PassiveEntry, assembled_entry
-from .singularity import ROWS
+from .singularity import read_rows
 
 PATH: Path = ('loops',)
 MAX_LOOPS = 12
@@ -107,7 +108,6 @@ def read_loops(
     table: Sequence[Link] | None,
     points: Sequence[PointDescription],
     convention: Convention | None,
-    joints: Sequence[JointDescription],
     joint_types: Sequence[JointType | None],
     quantities: Quantities,
 ) -> tuple[LoopDescription, ...]:
@@ -120,7 +120,7 @@ def read_loops(
         The list as the file has it; None where there is none.
     passive
         As `read_passive` returns them.
-    table, points, convention, joints
+    table, points, convention
         What is known of the arm; None where it has faults.
     joint_types
         Of the entries in the list of joints.
@@ -131,7 +131,8 @@ def read_loops(
         return ()
     report = quantities.report
     before = report.fault_count
-    reader = _LoopReader(passive, table, points, convention, joints, joint_types, quantities)
+    names = {joint.name: joint for joint in passive}
+    reader = _LoopReader(names, table, points, convention, joint_types, quantities)
     loops = [reader.read(item, (*PATH, k)) for k, item in enumerate(data[:MAX_LOOPS])]
     found = tuple(loop for loop in loops if loop is not None)
     if table is None or len(found) < len(data) or report.fault_count > before:
@@ -237,23 +238,20 @@ def _check_group(
         )
 
 
+@dataclass(frozen=True)
 class _LoopReader:
     """Reads loops one by one."""
 
-    def __init__(
-        self,
-        passive: Sequence[PassiveJoint],
-        table: Sequence[Link] | None,
-        points: Sequence[PointDescription],
-        convention: Convention | None,
-        joints: Sequence[JointDescription],
-        joint_types: Sequence[JointType | None],
-        quantities: Quantities,
-    ) -> None:
-        self.passive = {joint.name: joint for joint in passive}
-        self.table, self.points, self.convention = table, points, convention
-        self.joints, self.joint_types = joints, joint_types
-        self.quantities, self.report = quantities, quantities.report
+    passive: Mapping[str, PassiveJoint]
+    table: Sequence[Link] | None
+    points: Sequence[PointDescription]
+    convention: Convention | None
+    joint_types: Sequence[JointType | None]
+    quantities: Quantities
+
+    @property
+    def report(self) -> FaultReport:
+        return self.quantities.report
 
     def read(self, data: Any, path: Path) -> LoopDescription | None:
         """Return a loop, or None with its faults reported."""
@@ -261,7 +259,9 @@ class _LoopReader:
         entry = checked(LoopEntry, data, path, self.report)
         names = _names_of(entry.passive)
         passive = tuple(self.passive[name] for name in names if name in self.passive)
-        rows = self._rows(entry.rows, (*path, 'rows'))
+        rows: tuple[str, ...] = ()
+        if entry.rows is not None:
+            rows = read_rows(entry.rows, 'row', (*path, 'rows'), self.report)
         if entry.name is not None and ',' in entry.name:
             self.report.fault((*path, 'name'), f'{quoted(entry.name)} holds a comma')
         if entry.passive is not None and not names:
@@ -288,18 +288,6 @@ class _LoopReader:
             entry.name, passive, start, meets, there, links, rows, q, assembled, line
         )
 
-    def _rows(self, words: Sequence[str | None] | None, path: Path) -> tuple[str, ...]:
-        accepted = f'(accepted: {", ".join(ROWS)})'
-        if words == []:
-            self.report.fault(path, f'is empty {accepted}')
-        for i, word in enumerate(words or ()):
-            if word is not None and word not in ROWS:
-                hint = did_you_mean(meant_by(word, ROWS))
-                self.report.fault((*path, i), f'unknown row {quoted(word)}{hint} {accepted}')
-            elif word in (words or ())[:i]:
-                self.report.fault((*path, i), f'{word!r} stands twice')
-        return tuple(row for row in ROWS if row in (words or ()))
-
     def _ends(
         self, entry: LoopEntry, path: Path
     ) -> tuple[PointDescription | None, PointDescription | None]:
@@ -325,12 +313,8 @@ class _LoopReader:
         if entry.row is None and self.report.fault_count == before:
             self.report.fault(path, 'needs a row of the table, or a point')
         motion = pose_motion(entry.xyz, entry.rpy, path, self.quantities)
-        if entry.row is not None and self.table is not None and entry.row > len(self.table):
-            self.report.fault(
-                (*path, 'row'),
-                f'there is no row {entry.row}: 0 is the frame before the table, '
-                f'{len(self.table)} the frame after its last row',
-            )
+        rows = None if self.table is None else len(self.table)
+        check_row(entry.row, rows, path, self.report)
         if entry.row is None or motion is None or self.report.fault_count > before:
             return None
         return PointDescription(f'row {entry.row}', entry.row, motion)
@@ -348,17 +332,7 @@ class _LoopReader:
         if data is None:
             return (), ()
         entry: Any = checked(assembled_entry(tuple(names)), data, path, self.report)
-        texts = entry.q or []
-        if entry.q is not None and len(texts) != len(self.joint_types):
-            self.report.fault(
-                (*path, 'q'), f'{len(texts)} values for {len(self.joint_types)} joints'
-            )
-            return (), ()
-        q = [
-            self.quantities.fixed(text, KIND_OF[kind], (*path, 'q', i), usual=False)
-            for i, (text, kind) in enumerate(zip(texts, self.joint_types))
-            if kind
-        ]
+        q = self.quantities.positions(entry.q, self.joint_types, (*path, 'q'))
         values = [
             self.quantities.fixed(
                 getattr(entry, name), KIND_OF[self.passive[name].type], (*path, name), usual=False
@@ -366,10 +340,7 @@ class _LoopReader:
             for name in names
             if name in self.passive
         ]
-        return (
-            tuple(value for value in q if value is not None),
-            tuple(value for value in values if value is not None),
-        )
+        return q, tuple(value for value in values if value is not None)
 
 
 def _names_of(items: Any) -> list[str]:

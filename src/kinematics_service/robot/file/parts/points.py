@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..text.entries import checked, checked_mapping
-from ..text.fault_report import quoted
+from ..text.fault_report import FaultReport, quoted
 from ..text.yaml_document import Path
 from .description import Placement, PointDescription
 from .motions import pose_motion
@@ -62,6 +62,16 @@ def _why_no_name(name: str, frames: dict[str, str]) -> str:
     return ''
 
 
+def check_row(row: int | None, rows: int | None, path: Path, report: FaultReport) -> None:
+    """Report the row of a frame that a table of so many rows has not."""
+    if row is not None and rows is not None and row > rows:
+        report.fault(
+            (*path, 'row'),
+            f'there is no row {row}: 0 is the frame before the table, {rows} the frame after its '
+            'last row',
+        )
+
+
 def _point(
     name: str, data: Any, rows: int | None, frames: dict[str, str], quantities: Quantities
 ) -> PointDescription | None:
@@ -70,12 +80,7 @@ def _point(
     if reason := _why_no_name(name, frames):
         report.fault(path, reason)
     entry = checked(PointEntry, data, path, report)
-    if entry.row is not None and rows is not None and entry.row > rows:
-        report.fault(
-            (*path, 'row'),
-            f'there is no row {entry.row}: 0 is the frame before the table, {rows} the frame '
-            'after its last row',
-        )
+    check_row(entry.row, rows, path, report)
     motion = pose_motion(entry.xyz, entry.rpy, path, quantities)
     if motion is None or entry.row is None or report.fault_count > before:
         return None

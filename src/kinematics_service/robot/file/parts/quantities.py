@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
@@ -116,6 +116,24 @@ class Quantities:
             return None
         return value
 
+    def positions(
+        self, texts: Sequence[str | None] | None, types: Sequence[JointType | None], path: Path
+    ) -> tuple[float, ...]:
+        """
+        Return joint positions, rad or m, of the joints whose types are known.
+
+        None of them, with the fault reported, where there are not as many as joints.
+        """
+        if texts is not None and types and len(texts) != len(types):
+            self.report.fault(path, f'{len(texts)} values for {len(types)} joints')
+            return ()
+        found = [
+            self.fixed(text, KIND_OF[joint_type], (*path, index), usual=False)
+            for index, (text, joint_type) in enumerate(zip(texts or (), types))
+            if joint_type
+        ]
+        return tuple(value for value in found if value is not None)
+
     def fixed_expression(
         self, text: str | None, kind: Kind, path: Path, advice: str = ''
     ) -> Expression | None:
@@ -175,13 +193,8 @@ class Quantities:
             word: f'{word!r} is a word in YAML 1.2, neither a number nor a truth value'
             for word in WORDS_OF_YAML_1_1
         }
-        angles = frozenset(
-            name for name, joint_type in self.joint_types.items() if joint_type != 'prismatic'
-        )
         wanted = None if kind is None else int(kind == 'angle')
-        return Scope(
-            self.units.angle, self.constants, variables, {**words, **refused}, angles, wanted
-        )
+        return Scope(self.units.angle, self.constants, variables, {**words, **refused}, wanted)
 
     def _plain(self, text: str | None, scope: Scope, path: Path) -> str | None:
         known = {*self.constants, *self.joint_types, *self.unreadable}

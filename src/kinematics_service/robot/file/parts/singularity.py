@@ -5,7 +5,7 @@ from typing import Any
 
 from ..text.entries import checked, checked_list, did_you_mean, meant_by
 from ..text.expression_syntax import names_in
-from ..text.fault_report import number, quoted
+from ..text.fault_report import FaultReport, number, quoted
 from ..text.yaml_document import Path
 from .description import Factor, SingularityDescription
 from .measure_table import MEASURES, Measure
@@ -27,7 +27,9 @@ def read_singularity(data: Any, quantities: Quantities) -> SingularityDescriptio
     before = report.fault_count
     entry = checked(SingularityEntry, data, PATH, report)
     intact = report.fault_count == before
-    task = None if entry.task is None else _task(entry.task, quantities)
+    task = None
+    if entry.task is not None:
+        task = read_rows(entry.task, 'direction', (*PATH, 'task'), report)
     length = quantities.above_zero(entry.length, 'length', (*PATH, 'length'), usual=True)
     factors = () if entry.factors is None else _factors(entry.factors, quantities)
     if not intact:
@@ -39,20 +41,20 @@ def read_singularity(data: Any, quantities: Quantities) -> SingularityDescriptio
     return SingularityDescription(task, length, measure.name, *thresholds, factors)
 
 
-def _task(words: Sequence[str | None], quantities: Quantities) -> tuple[str, ...]:
-    report, path = quantities.report, (*PATH, 'task')
+def read_rows(
+    words: Sequence[str | None], noun: str, path: Path, report: FaultReport
+) -> tuple[str, ...]:
+    """Return rows of a Jacobian in their order, each once; `noun` is what a message calls one."""
     accepted = f'(accepted: {", ".join(ROWS)})'
     if not words:
         report.fault(path, f'is empty {accepted}')
-    seen: set[str | None] = set()
     for index, word in enumerate(words):
         if word is not None and word not in ROWS:
             hint = did_you_mean(meant_by(word, ROWS))
-            report.fault((*path, index), f'unknown direction {quoted(word)}{hint} {accepted}')
-        elif word in seen:
+            report.fault((*path, index), f'unknown {noun} {quoted(word)}{hint} {accepted}')
+        elif word in words[:index]:
             report.fault((*path, index), f'{word!r} stands twice')
-        seen.add(word)
-    return tuple(row for row in ROWS if row in seen)
+    return tuple(row for row in ROWS if row in words)
 
 
 def _thresholds(

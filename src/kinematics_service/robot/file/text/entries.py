@@ -262,6 +262,9 @@ def checked(kind: type[EntryType], data: Any, path: Path, report: FaultReport) -
         if _before_colon(key, keys):
             report.fault((*path, key), f"write '{key.replace(':', ': ', 1)}', with a space")
             continue
+        if key.isdecimal():
+            report.fault((*path, key), 'a decimal is written with a point: 0.4')
+            continue
         report.fault((*path, key), f'unknown key{did_you_mean(word)}{choice(keys)}')
         if word and word not in data and not any(_refusals(checks[word], data[key], ())):
             meant[word] = data[key]

@@ -10,7 +10,7 @@ import keyword
 import re
 import threading
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from ....errors import ExpressionError
 from ....typography import DEGREE, plain_names
@@ -81,26 +81,19 @@ def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
     ------
     ExpressionError
         With the reason, in the words of the text.
-
-    Notes
-    -----
-    The positions of the nodes are those of the text.
     """
     tokens = _tokens(text, why_not)
     _check_names(tokens, why_not)
     _check_order(tokens, text)
     # Numbers pass as Python prints them, so that 017 is 17 and no integer is ever too long.
-    words = [repr(float(t.text)) if t.kind == 'number' else t.text for t in tokens]
+    words = (repr(float(t.text)) if t.kind == 'number' else t.text for t in tokens)
     source = ' '.join(words)
     try:
         with _ONE_AT_A_TIME:
             tree = ast.parse(source, mode='eval').body
     except (SyntaxError, RecursionError, MemoryError):
         raise ExpressionError(f'cannot be read as an expression: {_short(text)}') from None
-    starts, ends = _places(tokens, words)
     for node in postorder(tree):
-        node.col_offset = starts[node.col_offset]
-        node.end_col_offset = ends[node.end_col_offset or 0]
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
             wanted = ARGUMENTS_OF[node.func.id]
             if len(node.args) != wanted:
@@ -109,17 +102,6 @@ def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
                     f'{node.func.id}() takes {wanted} argument{plural}, not {len(node.args)}'
                 )
     return tree
-
-
-def _places(tokens: list[Token], words: list[str]) -> tuple[dict[int, int], dict[int, int]]:
-    # From where words begin and end in the parsed source to where they do in the text.
-    starts, ends = {}, {}
-    at = 0
-    for token, word in zip(tokens, words, strict=True):
-        starts[at] = token.start
-        ends[at + len(word)] = token.end
-        at += len(word) + 1
-    return starts, ends
 
 
 def operands_of(node: ast.expr) -> tuple[ast.expr, ...]:
@@ -144,6 +126,19 @@ def postorder(tree: ast.expr) -> Iterator[ast.expr]:
         else:
             stack.append((node, True))
             stack.extend((operand, False) for operand in reversed(operands_of(node)))
+
+
+Worth = TypeVar('Worth')
+
+
+def folded(tree: ast.expr, worth: Callable[[ast.expr, list[Worth]], Worth]) -> Worth:
+    """Return what a tree is worth, each node by the worth of its operands, without recursion."""
+    values: list[Worth] = []
+    for node in postorder(tree):
+        first = len(values) - len(operands_of(node))
+        operands, values = values[first:], values[:first]
+        values.append(worth(node, operands))
+    return values[0]
 
 
 def _short(text: str) -> str:

@@ -9,12 +9,11 @@ import ast
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ....errors import ExpressionError
 from .entries import did_you_mean, meant_by
-from .expression_syntax import ARGUMENTS_OF, names_in, operands_of, postorder, syntax_tree
-from .pi_in_degrees import advice_on_pi
+from .expression_syntax import ARGUMENTS_OF, folded, names_in, syntax_tree
 
 # What books call the variable of a joint, and the number of one; pi2 is meant as pi/2.
 JOINT = re.compile('(?:theta|th|t|phi|q|d|s|joint|j)_?([0-9]+)', re.IGNORECASE)
@@ -22,6 +21,7 @@ END = re.compile('[0-9]+$')
 PART_OF_PI = re.compile('pi([1-9])')
 
 MOST_LISTED = 20  # names in a message
+MOST_ADVISED = 80  # characters of a text that is written anew
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,6 @@ class Scope:
         Joint variables that may stand here, in the order of the joints.
     refused
         Names the file does know, and why they may not stand here.
-    angles
-        Those of the variables that are angles.
     wanted
         1 where an angle is expected, 0 for a length or a ratio, None where either may stand.
     """
@@ -77,7 +75,6 @@ class Scope:
     constants: Mapping[str, float] = field(default_factory=dict)
     variables: tuple[str, ...] = ()
     refused: Mapping[str, str] = field(default_factory=dict)
-    angles: frozenset[str] = frozenset()
     wanted: int | None = None
 
     @property
@@ -152,26 +149,46 @@ def check_function(text: str, scope: Scope) -> None:
 
 
 def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
-    # A machine with a stack instead of recursion: no nesting can exhaust it.
-    values: list[Affine | None] = []
     tree = syntax_tree(text, scope.why_not)
     if scope.angle_unit == 'deg' and 'pi' in names_in(text):
-        raise ExpressionError(advice_on_pi(text, tree, scope.angles, scope.wanted))
-    for node in postorder(tree):
-        first = len(values) - len(operands_of(node))
-        taken, values = values[first:], values[:first]
+        raise ExpressionError(_advice_on_pi(text, scope))
+
+    def worth(node: ast.expr, taken: list[Affine | None]) -> Affine | None:
         operands = [value for value in taken if value is not None]
         if len(operands) < len(taken):
             _check_divisor(node, taken)
-            values.append(None)
-            continue
+            return None
         try:
-            values.append(_finite(_combined(node, operands, scope), scope))
+            return _finite(_combined(node, operands, scope), scope)
         except _NotLinearError:
             if must_be_linear:
                 raise
-            values.append(None)
-    return values[0]
+            return None
+
+    return folded(tree, worth)
+
+
+def _advice_on_pi(text: str, scope: Scope) -> str:
+    # What to write in a file of degrees. An angle of pi is 180 there, but `pi` may be meant as the
+    # number 3.14: what is linear in pi and the joints alone is an angle.
+    undecided = (
+        "'pi' is not accepted in a file with 'angle: deg': an angle of pi is 180 here, the number "
+        f'is {math.pi!r}'
+    )
+    try:
+        named = replace(scope, angle_unit='rad', variables=(*scope.variables, 'pi'))
+        value = parse_affine(text, named)
+    except ExpressionError:
+        return undecided
+    factors = dict(value.coefficients)
+    whole, others = 180.0 * factors.pop('pi', 0.0), bool(factors)
+    if scope.wanted == 0 or value.constant or not whole or len(text) > MOST_ADVISED:
+        return undecided
+    shown, number, instead = 'pi', '180', re.sub(r'\bpi\b', '180', text).strip()
+    if not others and math.isclose(float(f'{whole:.6g}'), whole, rel_tol=1e-14):
+        shown, number, instead = text.strip(), f'{whole:.6g}', f'{whole:.6g}'
+    where = 'here' if others or scope.wanted else 'here, if it is an angle'
+    return f"{shown} is {number} {where}: write {instead} (the file has 'angle: deg')"
 
 
 def _check_divisor(node: ast.expr, operands: list[Affine | None]) -> None:

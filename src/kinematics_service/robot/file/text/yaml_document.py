@@ -6,12 +6,11 @@ from typing import Any, NamedTuple, TypeAlias
 
 
 class ScalarNode(NamedTuple):
-    """A text; `rejoined` when YAML had split it at a comma inside parentheses."""
+    """A text."""
 
     text: str
     line: int
     quoted: bool
-    rejoined: bool = False
 
 
 class ListNode(NamedTuple):
@@ -62,7 +61,7 @@ class Document:
         return line
 
     def faults(self) -> Iterator[tuple[Path, int, str]]:
-        """Yield path, line and message of equal keys and of expressions split at a comma."""
+        """Yield path, line and message of equal keys."""
         yield from _faults(self.root, ())
 
 
@@ -73,10 +72,6 @@ def texts_in(data: Any) -> Iterator[str]:
     elif isinstance(data, (list, dict)):
         for value in data.values() if isinstance(data, dict) else data:
             yield from texts_in(value)
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= 60 else f'{text[:57]}...'
 
 
 def _plain(node: Node) -> Any:
@@ -91,11 +86,7 @@ def _plain(node: Node) -> Any:
 
 
 def _faults(node: Node, path: Path) -> Iterator[tuple[Path, int, str]]:
-    if isinstance(node, ScalarNode) and node.rejoined:
-        advice = f'quote expressions that contain commas, "{_short(node.text)}"'
-        message = f'YAML splits this text at its comma: {advice}'
-        yield path, node.line, message
-    elif isinstance(node, ListNode):
+    if isinstance(node, ListNode):
         for index, item in enumerate(node.items):
             yield from _faults(item, (*path, index))
     elif isinstance(node, MappingNode):

@@ -4,7 +4,6 @@ Sections of a robot file replaced, everything else of its text kept.
 The YAML is parsed only for where its sections stand. The caller reads the result again.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 
 import yaml
@@ -24,7 +23,7 @@ from ..parts.description import (
 )
 from ..parts.tolerances import GEAR, kind_of
 from ..text.yaml_reader import LOADER
-from .writer import BOM, last_line, scalar
+from .writer import BOM, entry_of, last_line, scalar, written_entries
 
 
 def with_sections(
@@ -98,14 +97,9 @@ def _entries(text: str, section: str, without: Sequence[str]) -> list[str]:
     plain = text.removeprefix(BOM)
     root = yaml.compose(plain, Loader=LOADER)
     assert isinstance(root, MappingNode)
-    value = next((value for key, value in root.value if key.value == section), None)
-    if not isinstance(value, MappingNode):
-        return []
-    return [
-        f'  {plain[key.start_mark.index : item.end_mark.index].rstrip()}'
-        for key, item in value.value
-        if key.value not in without
-    ]
+    found = entry_of(root, section)
+    written = {} if found is None else written_entries(plain, found[1], without)
+    return [f'  {entry}' for entry in written.values()]
 
 
 def links_section(links: Sequence[Link]) -> list[str]:
@@ -134,10 +128,7 @@ def points_section(points: Sequence[PointDescription]) -> list[str]:
 def tolerances_section(description: RobotDescription) -> list[str]:
     """Return the line of what the numbers of a table may be off by; none if nothing is said."""
     given = description.tolerances
-    scales = {
-        'angle': 180.0 / math.pi if description.angle_unit == 'deg' else 1.0,
-        'length': 1e3 if description.length_unit == 'mm' else 1.0,
-    }
+    scales = {'angle': 1.0 / description.radians, 'length': 1.0 / description.metres}
     parts = [
         f'{key}: {_number(value * scales.get(key, 1.0))}'
         for key, value in (('length', given.length), ('angle', given.angle), (GEAR, given.gear))

@@ -6,7 +6,7 @@ lines are put in there, and the result is read again and judged before it takes 
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -45,30 +45,28 @@ def with_factors(text: str, factors: Mapping[str, str]) -> str:
     lines = text.splitlines(keepends=True)
     if lines and not lines[-1].endswith('\n'):
         lines[-1] += '\n'
-    section = _entry(root, 'singularity')
+    section = entry_of(root, 'singularity')
     if section is None:
-        known_poses = _entry(root, 'known_poses')
-        at = len(lines) if known_poses is None else known_poses[0].start_mark.line
-        return ''.join([*lines[:at], 'singularity:\n', *_factor_lines(factors, '  '), *lines[at:]])
-    key, value = section
-    if not isinstance(value, MappingNode) or value.flow_style:
-        inner = _flow_text(text, value)
-        at = key.start_mark.line
-        end = value.end_mark.line + 1
+        known_poses = entry_of(root, 'known_poses')
+        start = end = len(lines) if known_poses is None else known_poses[0].start_mark.line
+        new = ['singularity:\n', *_factor_lines(factors, '  ', {})]
+    elif not isinstance(section[1], MappingNode) or section[1].flow_style:
+        key, value = section
+        start, end = key.start_mark.line, value.end_mark.line + 1
         tail = text[value.end_mark.index :].split('\n', 1)[0]
-        head = [f'singularity:{tail.rstrip()}\n', *(f'  {entry}\n' for entry in inner)]
-        return ''.join([*lines[:at], *head, *_factor_lines(factors, '  '), *lines[end:]])
-    indent = ' ' * value.start_mark.column
-    old = _entry(value, 'factors')
-    if old is None:
-        at = last_line(value) + 1
-        return ''.join([*lines[:at], *_factor_lines(factors, indent), *lines[at:]])
-    start, end = old[0].start_mark.line, last_line(old[1]) + 1
-    kept = _comments(lines[start:end])
-    return ''.join([*lines[:start], *_factor_lines(factors, indent, kept), *lines[end:]])
+        kept = _in_one_line(written_entries(text, value, ('factors',)))
+        new = [f'singularity:{tail.rstrip()}\n', *kept, *_factor_lines(factors, '  ', {})]
+    else:
+        value = section[1]
+        start = end = last_line(value) + 1
+        if old := entry_of(value, 'factors'):
+            start, end = old[0].start_mark.line, last_line(old[1]) + 1
+        new = _factor_lines(factors, ' ' * value.start_mark.column, _comments(lines[start:end]))
+    return ''.join([*lines[:start], *new, *lines[end:]])
 
 
-def _entry(mapping: MappingNode, name: str) -> tuple[Node, Node] | None:
+def entry_of(mapping: MappingNode, name: str) -> tuple[Node, Node] | None:
+    """Return key and value of an entry; None where there is none."""
     return next((pair for pair in mapping.value if pair[0].value == name), None)
 
 
@@ -82,20 +80,23 @@ def last_line(node: Any) -> int:
     return int(node.end_mark.line)
 
 
-def _flow_text(text: str, value: Node) -> list[str]:
-    if not isinstance(value, MappingNode):
-        return []
-    entries = []
-    for key, item in value.value:
-        if key.value != 'factors':
-            written = text[key.start_mark.index : item.end_mark.index]
-            if '\n' in written:
-                raise RobotFileWriteError(
-                    f'singularity.{key.value}: spread over several lines in braces; '
-                    'write the section as indented lines first'
-                )
-            entries.append(written)
-    return entries
+def written_entries(text: str, value: Node, without: Sequence[str]) -> dict[str, str]:
+    """Return the entries of a mapping as they are written, by key; none of anything else."""
+    return {
+        key.value: text[key.start_mark.index : item.end_mark.index].rstrip()
+        for key, item in (value.value if isinstance(value, MappingNode) else ())
+        if key.value not in without
+    }
+
+
+def _in_one_line(entries: Mapping[str, str]) -> Iterator[str]:
+    for key, written in entries.items():
+        if '\n' in written:
+            raise RobotFileWriteError(
+                f'singularity.{key}: spread over several lines in braces; '
+                'write the section as indented lines first'
+            )
+        yield f'  {written}\n'
 
 
 def _comments(lines: list[str]) -> dict[str, str]:
@@ -110,9 +111,8 @@ def _comments(lines: list[str]) -> dict[str, str]:
 
 
 def _factor_lines(
-    factors: Mapping[str, str], indent: str, comments: Mapping[str, str] | None = None
+    factors: Mapping[str, str], indent: str, comments: Mapping[str, str]
 ) -> list[str]:
-    comments = comments or {}
     lines = [f'{indent}factors:{comments.get("", "")}\n']
     for name, expression in factors.items():
         entry = f'{{name: {scalar(name)}, expression: {scalar(expression)}}}'

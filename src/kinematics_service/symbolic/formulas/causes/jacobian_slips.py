@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import combinations, permutations
 
 import numpy as np
 
@@ -155,12 +156,11 @@ def column_order(check: QuantityCheck) -> Iterator[Variant]:
     """Yield the Jacobian with two columns exchanged, and with the columns reversed."""
     n = check.right.shape[2]
     names = check.names.table.variables
-    for i in range(n):
-        for j in range(i + 1, n):
-            order = list(range(n))
-            order[i], order[j] = j, i
-            sentence = f'the columns of {names[i]} and {names[j]} are exchanged'
-            yield Variant(sentence, check.right[:, :, order], (i, j))
+    for i, j in combinations(range(n), 2):
+        order = list(range(n))
+        order[i], order[j] = j, i
+        sentence = f'the columns of {names[i]} and {names[j]} are exchanged'
+        yield Variant(sentence, check.right[:, :, order], (i, j))
     yield Variant('the columns stand in reverse order', check.right[:, :, ::-1])
 
 
@@ -183,14 +183,12 @@ def column_sums(check: QuantityCheck) -> Iterator[Variant]:
         J[:, :, k] += column
         sentence = f'the column of {name} lacks what row {i + 1} of the table adds'
         yield Variant(sentence, arranged_like(check, J), _column(check, k))
-    for k in range(n):
-        for j in range(n):
-            if j != k:
-                for sign, text in ((1.0, '+'), (-1.0, '-')):
-                    J = world.jacobian.copy()
-                    J[:, :, k] += sign * world.jacobian[:, :, j]
-                    sentence = f'J_{k + 1} {text} J_{j + 1} stands where J_{k + 1} belongs'
-                    yield Variant(sentence, arranged_like(check, J), _column(check, k))
+    for k, j in permutations(range(n), 2):
+        for sign, text in ((1.0, '+'), (-1.0, '-')):
+            J = world.jacobian.copy()
+            J[:, :, k] += sign * world.jacobian[:, :, j]
+            sentence = f'J_{k + 1} {text} J_{j + 1} stands where J_{k + 1} belongs'
+            yield Variant(sentence, arranged_like(check, J), _column(check, k))
 
 
 def _sum_text(check: QuantityCheck, k: int, rows: list[int], flipped: int = -1) -> str:

@@ -6,7 +6,7 @@ Each is the table with something exchanged; its value is computed like the right
 
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, permutations
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,8 @@ def _at(check: QuantityCheck, table: Table, sentence: str) -> Variant:
     return Variant(sentence, check.right_of(world))
 
 
-def _subs(table: Table, changes: dict[object, object]) -> Table:
+def _by_joints(check: QuantityCheck, changes: dict[Any, Any], sentence: str) -> Variant:
+    # The table with other expressions in place of its joint variables.
     def changed(value: Any) -> Any:
         return value.subs(changes, simultaneous=True)
 
@@ -37,9 +38,9 @@ def _subs(table: Table, changes: dict[object, object]) -> Table:
             row.with_quantities({name: changed(row[name]) for name in MOVING}),
             argument=changed(row.argument),
         )
-        for row in table.rows
+        for row in check.names.table.rows
     )
-    return replace(table, rows=rows)
+    return _at(check, replace(check.names.table, rows=rows), sentence)
 
 
 def other_convention(check: QuantityCheck) -> Iterator[Variant]:
@@ -72,13 +73,10 @@ def _whose(convention: Convention) -> str:
 
 def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
     """Yield joints counted from another zero."""
-    table = check.names.table
-    for k, variable in enumerate(table.variables):
-        if table.slides[k]:
-            continue
+    for variable in _turning(check):
         for turn, text in TURNS:
             sentence = f'{variable} is counted from another zero: {variable} {text} stands for it'
-            yield _at(check, _subs(table, {variable: variable + turn}), sentence)
+            yield _by_joints(check, {variable: variable + turn}, sentence)
 
 
 def in_degrees(check: QuantityCheck) -> Iterator[Variant]:
@@ -118,31 +116,23 @@ def _with_values(check: QuantityCheck, changes: dict[Any, Floats], sentence: str
 
 def joint_direction(check: QuantityCheck) -> Iterator[Variant]:
     """Yield joints turned the other way."""
-    table = check.names.table
-    for variable in table.variables:
-        changed = _subs(table, {variable: -variable})
-        yield _at(check, changed, f'{variable} is counted in the other direction')
+    for variable in check.names.table.variables:
+        sentence = f'{variable} is counted in the other direction'
+        yield _by_joints(check, {variable: -variable}, sentence)
 
 
 def joint_exchange(check: QuantityCheck) -> Iterator[Variant]:
     """Yield pairs of joints that were exchanged."""
-    table = check.names.table
-    for i, one in enumerate(table.variables):
-        for other in table.variables[i + 1 :]:
-            changed = _subs(table, {one: other, other: one})
-            yield _at(check, changed, f'{one} and {other} are exchanged')
+    for one, other in combinations(check.names.table.variables, 2):
+        sentence = f'{one} and {other} are exchanged'
+        yield _by_joints(check, {one: other, other: one}, sentence)
 
 
 def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
     """Yield angles counted from the link before instead of from a fixed line, or the reverse."""
-    table = check.names.table
-    for i, one in enumerate(table.variables):
-        for j, other in enumerate(table.variables):
-            if i != j and not (table.slides[i] or table.slides[j]):
-                for value, text in ((one + other, f'{one} + {other}'), (one - other, '')):
-                    text = text or f'{one} - {other}'
-                    changed = _subs(table, {one: value})
-                    yield _at(check, changed, f'{text} stands where {one} belongs')
+    for one, other in permutations(_turning(check), 2):
+        for value, text in ((one + other, f'{one} + {other}'), (one - other, f'{one} - {other}')):
+            yield _by_joints(check, {one: value}, f'{text} stands where {one} belongs')
 
 
 def one_row(check: QuantityCheck) -> Iterator[Variant]:
@@ -241,17 +231,16 @@ def missing_length(check: QuantityCheck) -> Iterator[Variant]:
 
 def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
     """Yield arms with two lengths exchanged, or one in the place of another."""
-    table, values = check.names.table, check.poses.values
-    for i, one in enumerate(table.constants):
-        for other in table.constants[i + 1 :]:
-            versions = (
-                ({one: other, other: one}, f'{one} and {other} are exchanged'),
-                ({one: other}, f'{other} stands where {one} belongs'),
-                ({other: one}, f'{one} stands where {other} belongs'),
-            )
-            for places, sentence in versions:
-                changes = {to: values[source] for to, source in places.items()}
-                yield _with_values(check, changes, sentence)
+    values = check.poses.values
+    for one, other in combinations(check.names.table.constants, 2):
+        versions = (
+            ({one: other, other: one}, f'{one} and {other} are exchanged'),
+            ({one: other}, f'{other} stands where {one} belongs'),
+            ({other: one}, f'{one} stands where {other} belongs'),
+        )
+        for places, sentence in versions:
+            changes = {to: values[source] for to, source in places.items()}
+            yield _with_values(check, changes, sentence)
 
 
 def other_joint_value(check: QuantityCheck) -> Iterator[Variant]:

@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
 from ....kinematics.forward import jacobian
 from ....robot.robot import Robot
+from ...algebra.numeric import bisected
 from ...sampled_poses import task_rows
 from ..arm.numbers import Evaluation, Floats
 from .names import FormulaNames
@@ -48,6 +50,11 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
 
 def _task_jacobian(robot: Robot, q: Floats) -> Floats:
     return task_rows(robot, jacobian(robot, q), robot.description.base.motion.matrix[:3, :3])
+
+
+def _determinant(robot: Robot, q: Floats, joint: int, value: float) -> float:
+    q[joint] = value
+    return float(np.linalg.det(_task_jacobian(robot, q)))
 
 
 def _smallness(robot: Robot, q: Floats) -> Floats:
@@ -116,23 +123,10 @@ def _missing(robot: Robot, names: FormulaNames, claims: Sequence[Statement]) -> 
         low, high = (-2.0, 2.0) if robot.prismatic[joint] else (-np.pi, np.pi)
         line[:, joint] = np.linspace(low, high, GRID)
         determinant = np.linalg.det(_task_jacobian(robot, line))
-        changes = np.flatnonzero(determinant[:-1] * determinant[1:] < 0.0)
-        for at in changes:
-            q = _bisected(robot, line[at], line[at + 1], joint)
+        at = partial(_determinant, robot, start.copy(), joint)
+        for k in np.flatnonzero(determinant[:-1] * determinant[1:] < 0.0):
+            q: Floats = start.copy()
+            q[joint] = bisected(at, float(line[k, joint]), float(line[k + 1, joint]))
             if _smallness(robot, q[None])[0] < SINGULAR and not _is_claimed(names, claims, q):
                 return q
     return None
-
-
-def _bisected(robot: Robot, low: Floats, high: Floats, joint: int) -> Floats:
-    low, high = low.copy(), high.copy()
-    below = np.linalg.det(_task_jacobian(robot, low))
-    for _ in range(60):
-        middle = low.copy()
-        middle[joint] = 0.5 * (low[joint] + high[joint])
-        value = np.linalg.det(_task_jacobian(robot, middle))
-        if value * below > 0.0:
-            low = middle
-        else:
-            high = middle
-    return low
