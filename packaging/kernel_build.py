@@ -41,7 +41,7 @@ PLAINLY = (
 AT_FIRST_LEVEL = ['-O1', '-fstrict-aliasing', '-finline-small-functions']
 # A loop over a few joints takes a tenth longer where several of its steps are computed at once,
 # but here those over LANES poses need it.
-AT_ONCE = (*AVX2, 'measures/factors')
+AT_ONCE = (*AVX2, 'measures/factors', 'nearest/atlas')
 STEP_BY_STEP = ['-fno-tree-vectorize', '-ftree-slp-vectorize']
 # Where it is set, to anything, every access beyond an array, on the heap or the stack, ends the
 # process with its place: see CONTRIBUTING.md.

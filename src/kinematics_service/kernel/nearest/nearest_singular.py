@@ -41,6 +41,8 @@ ON_ITS_WAY, LATE, MORE_STEPS = 0.5, 0.4, 12
 # of what it was so many steps before. Runs that come so near to the last such place, as a share of
 # the way, end there too.
 ROUND, STEPS_ROUND, TRAPPED = 0.8, 4, 0.03
+# A run that comes beside a pose that was found, by this share of the way, ends.
+BESIDE = 0.1
 # What the first order says, or such a run did not reach, is another one where it is nearer than
 # this share of what was found.
 NEARER = 0.6
@@ -76,8 +78,6 @@ KEPT, LITTLE_NEARER = 0.03, 0.005
 KNOWN = 0.3
 # What was found agrees with the first order up to this share.
 AGREES = 0.3
-# After a step shorter than this (rad) directions are corrected, and not decomposed anew.
-CLOSE = 0.1
 # What was found in another way serves while the joints move by this share of its distance.
 HELD = 0.05
 
@@ -570,7 +570,6 @@ class NearestSearch:
         n = self.n
         best = places.INFINITY
         standing, self.standing = self.standing and known, False
-        close = standing
         self.left_before = places.INFINITY
         for step in range(steps + MORE_STEPS):
             if step > 0 or not standing:
@@ -578,7 +577,7 @@ class NearestSearch:
                     self.complete = False
                     break
                 self.evaluations += 1
-                self.equations.move_to(self.origin, self.d, close)
+                self.equations.move_to(self.origin, self.d)
                 self.equations.linearise()
                 standing = False
             left = self.equations.write_step_onto(self.onto)
@@ -596,6 +595,8 @@ class NearestSearch:
                     break
             elif self._promise(left, away, nearest) > self.wide * self.distance:
                 break  # it is on its way to one that is farther than what was found
+            elif step > 0 and best == places.INFINITY and not known and self._is_beside_known(away):
+                break
             if best < places.INFINITY:
                 if step >= steps - 1:
                     break
@@ -606,7 +607,6 @@ class NearestSearch:
                 slide = self.along[j] - self.d[j] - self.onto[j]
                 self.onto[j] += share * slide
             length = singular_equations.length_of(self.onto, n)
-            close = length < CLOSE and step < steps - LAST_STEPS
             share = longest / length if length > longest else 1.0
             for j in range(n):
                 self.d[j] += share * self.onto[j]
@@ -614,6 +614,15 @@ class NearestSearch:
             self.stands_for = -1
             self._remember(best)
         self._keep(best, standing)
+
+    def _is_beside_known(self, away: float) -> bool:
+        # Whether a run has come to a pose that was found, which it would find again.
+        for j in range(self.n):
+            self.reached[j] = self.d[j]
+        beside = False
+        for k in range(self.known):
+            beside = beside or self._is_known(k, BESIDE / SAME * away)
+        return beside
 
     def _mark_trap(self, away: float) -> None:
         # Where a run goes round; what it has not reached is kept in mind.

@@ -2,7 +2,7 @@
 
 import math
 
-from ..forward import chain_pass, linear_equations
+from ..forward import chain_pass
 from ..forward.chain import Chain
 from ..layout import arrays, places
 from ..layout.arrays import Flat, FlatIntegers
@@ -12,8 +12,6 @@ from . import jacobian_changes
 
 # A direction in which the equations change by less than this share of the most is none.
 FLAT = 1e-5
-# Directions whose correction is longer than this times what they were belong to another place.
-LONGEST = 2.0
 
 
 class SingularEquations:
@@ -24,10 +22,10 @@ class SingularEquations:
     direction a and all others B that are lost with it or are idle anyway, one where J_t is square,
     more where a redundant arm has a null space: c + A d = 0 to first order, c = (s_k, 0, ...).
 
-    Directions a, B of a pose nearby serve as well (Griewank and Reddien, 1984). J_t bordered by
-    them is regular, at singular poses too, and its inverse has y and X for which y' J_t = c' B'
-    and J_t X = a c': c = 0 where J_t is singular, and changes by y' dJ_t X. That costs much less
-    than a decomposition.
+    Where no direction is lost everywhere, a and B are not those of singular values: elimination of
+    all turns but one, by the largest pivots, leaves y and X for which y' J_t and J_t X are zero in
+    all but the turn and the lines that are left. There c = 0 where J_t is singular, and changes by
+    y' dJ_t X exactly (Griewank and Reddien, 1984). That costs much less than a decomposition.
 
     `lines` are the directions that there are max(m, n) of, `turns` those that there are min(m, n)
     of: of the joints and of the tool for a redundant arm, otherwise of the tool and of the joints.
@@ -57,16 +55,11 @@ class SingularEquations:
         self.turns, self.length = min(m, n), max(m, n)
         self.width: int = self.turns + self.length
         self.count: int = self.length - self.rank + 1
-        self.size: int = self.length + 1
         self.smallest, self.largest = 0.0, 0.0
         room = 3 * n + chain.frames_at + self.length * self.width + self.turns
         room += 6 + 6 * chain.entries
-        room += (
-            self.count * (2 * n + self.count + 3)
-            + self.size * (self.size + self.count + 2)
-            + self.turns
-        )
-        room += 3 * m + self.turns * self.size
+        room += self.count * (2 * n + self.count + 3) + 3 * m
+        room += 2 * self.turns * self.length + self.turns + self.length
         self.room: Flat = arrays.scratch(room)
         self.q: Flat = self.room
         self.still: Flat = arrays.after(self.q, n)
@@ -83,33 +76,25 @@ class SingularEquations:
         self.c: Flat = arrays.after(self.wanted, self.count)
         self.axes: Flat = arrays.after(self.c, self.count)
         self.M: Flat = arrays.after(self.axes, 3 * m)
-        self.B: Flat = arrays.after(self.M, self.turns * self.size)
-        self.y: Flat = arrays.after(self.B, self.size * self.size)
-        self.X: Flat = arrays.after(self.y, self.size)
-        orders = arrays.after(self.X, self.count * self.size)
+        self.B: Flat = arrays.after(self.M, self.turns * self.length)
+        orders = arrays.after(self.B, self.turns * self.length)
         self.order: FlatIntegers = arrays.as_whole(orders)
-        self.rows: FlatIntegers = arrays.as_whole(arrays.after(orders, self.size))
+        self.rows: FlatIntegers = arrays.as_whole(arrays.after(orders, self.length))
         for j in range(n):
             self.still[j] = 0.0
-        for k in range(self.turns * self.size):
-            self.M[k] = 0.0
         self._write_axes()
 
     def __dealloc__(self) -> None:
         """Give the room back."""
         arrays.give_back(self.room)
 
-    def move_to(self, origin: Flat, d: Flat, close: bool) -> None:
-        """
-        Evaluate the pose a motion d away from `origin`, and decompose its J_t.
-
-        `close`: or correct the directions of the last pose, where they serve.
-        """
+    def move_to(self, origin: Flat, d: Flat) -> None:
+        """Evaluate the pose a motion d away from `origin`, and find the directions of its J_t."""
         for j in range(self.n):
             self.q[j] = origin[j] + self.task.column_scale[j] * d[j]
         chain_pass.evaluate_row(self.chain, self.q, self.still, places.JACOBIAN, self.row)
         self._write_scaled()
-        if not (self.rank == self.turns and (close or self._guess()) and self._correct()):
+        if not (self.rank == self.turns and self._find_directions()):
             singularity.write_directions(self.n, self.task, self.row, self.W, self.sigma)
             self.complete()
 
@@ -123,14 +108,14 @@ class SingularEquations:
 
     def _write_scaled(self) -> None:
         # J_t, its turns as rows of M, and how large it is.
-        n, size, M, scale = self.n, self.size, self.M, self.task.column_scale
+        n, length, M, scale = self.n, self.length, self.M, self.task.column_scale
         squares = 0.0
         for i in range(self.task.count):
             axis = arrays.after(self.axes, 3 * i)
             half = 3 * n if self.task.axis[i] > 2 else 0
             x = arrays.after(self.row, places.JACOBIAN_AT + half)
-            into = arrays.after(M, i * size if self.wide else i)
-            step = 1 if self.wide else size
+            into = arrays.after(M, i * length if self.wide else i)
+            step = 1 if self.wide else length
             for j in range(n):
                 along = axis[0] * x[j] + axis[1] * x[n + j] + axis[2] * x[2 * n + j]
                 along *= scale[j]
@@ -138,150 +123,96 @@ class SingularEquations:
                 into[step * j] = along
         self.largest = math.sqrt(squares / self.turns)
 
-    def _guess(self) -> bool:
-        # Directions by elimination, right where J_t is singular: of its turns the last one is what
-        # the others make of it, and of its lines as many more as there are. False without a pivot.
-        first = self.rank - 1
+    def _find_directions(self) -> bool:
+        # By elimination: the turn that those eliminated leave nothing of but in the lines that are
+        # left, and for each of these the line that moves no eliminated turn. False without a pivot.
         if not self._eliminate():
             return False
-        self._guess_lost(arrays.after(self.W, first * self.width + self.length))
+        norm = self._write_lost(arrays.after(self.W, (self.rank - 1) * self.width + self.length))
+        last, squares = self.rows[self.rank - 1] * self.length, 0.0
         for i in range(self.count):
-            x = arrays.after(self.X, i * self.size)
-            self._guess_idle(i, x)
-            if not self._is_another(i):
+            self.c[i] = self.B[last + self.order[self.rank - 1 + i]] / norm
+            squares += self.c[i] * self.c[i]
+            if not self._write_idle(i):
                 return False
-            line = arrays.after(self.W, (first + i) * self.width)
-            for k in range(self.length):
-                line[k] = x[k]
+        self.smallest = math.sqrt(squares)
         return True
 
     def _eliminate(self) -> bool:
         # All turns but one, each by the largest pivot that is left; B holds the factors, rows
         # and order say where each stands. False without a pivot.
-        turns, size, M, order, rows = self.turns, self.size, self.B, self.order, self.rows
-        for k in range(turns * size):
+        turns, length, M, order, rows = self.turns, self.length, self.B, self.order, self.rows
+        for k in range(turns * length):
             M[k] = self.M[k]
-        for i in range(self.length):
+        for i in range(length):
             order[i] = i
         pivot, row, column = 0.0, 0, 0
         for r in range(turns):
             rows[r] = r
-            for i in range(self.length):
-                if abs(M[r * size + i]) > pivot:
-                    pivot, row, column = abs(M[r * size + i]), r, i
+            for i in range(length):
+                if abs(M[r * length + i]) > pivot:
+                    pivot, row, column = abs(M[r * length + i]), r, i
         for step in range(self.rank - 1):
             if not pivot > 0.0:
                 return False
             rows[step], rows[row] = rows[row], rows[step]
             order[step], order[column] = order[column], order[step]
-            chosen = arrays.after(M, rows[step] * size)
+            chosen = arrays.after(M, rows[step] * length)
             inverse = 1.0 / chosen[order[step]]
-            self.sigma[step] = pivot
             pivot, row, column = 0.0, step + 1, step + 1
             for r in range(step + 1, turns):
-                one = arrays.after(M, rows[r] * size)
+                one = arrays.after(M, rows[r] * length)
                 factor = one[order[step]] * inverse
                 one[order[step]] = factor
-                for i in range(step + 1, self.length):
+                for i in range(step + 1, length):
                     left = one[order[i]] - factor * chosen[order[i]]
                     one[order[i]] = left
                     if abs(left) > pivot:
                         pivot, row, column = abs(left), r, i
         return True
 
-    def _guess_lost(self, lost: Flat) -> None:
-        # The turn that the eliminated ones leave nothing of.
-        turns, size, M, order, rows = self.turns, self.size, self.B, self.order, self.rows
+    def _write_lost(self, lost: Flat) -> float:
+        # The turn that the eliminated ones leave nothing of, of length 1; returns what it was.
+        turns, length, M, order, rows = self.turns, self.length, self.B, self.order, self.rows
         first = self.rank - 1
         for r in range(first, -1, -1):
             share = 1.0 if r == first else 0.0
             for s in range(r + 1, turns):
-                share -= M[rows[s] * size + order[r]] * lost[rows[s]]
+                share -= M[rows[s] * length + order[r]] * lost[rows[s]]
             lost[rows[r]] = share
         norm = length_of(lost, turns)
         for r in range(turns):
             lost[r] /= norm
+        return norm
 
-    def _guess_idle(self, i: int, x: Flat) -> None:
-        # The line that moves the eliminated turns in none, with the i-th of the others at 1.
-        size, M, order, rows = self.size, self.B, self.order, self.rows
+    def _write_idle(self, i: int) -> bool:
+        # The line that moves the eliminated turns in none, with the i-th of the others at 1; then
+        # orthogonal to those before it, of length 1, and c with it. False where it is not finite.
+        length, M, order, rows = self.length, self.B, self.order, self.rows
         first = self.rank - 1
-        for k in range(self.length - 1, -1, -1):
+        x = arrays.after(self.W, (first + i) * self.width)
+        for k in range(length - 1, -1, -1):
             if k > first - 1:
                 x[order[k]] = 1.0 if k == first + i else 0.0
                 continue
             value = 0.0
-            for m in range(k + 1, self.length):
-                value -= M[rows[k] * size + order[m]] * x[order[m]]
-            x[order[k]] = value / M[rows[k] * size + order[k]]
-        x[self.length] = 0.0
-        norm = length_of(x, self.length)
-        for k in range(self.length):
-            x[k] /= norm
-
-    def _correct(self) -> bool:
-        # The directions that were lost and idle at the last pose become what the bordered J_t of
-        # this one makes of them; false where they are too far from that.
-        turns, size, count, length = self.turns, self.size, self.count, self.length
-        first, B = self.rank - 1, self.B
-        lost = arrays.after(self.W, first * self.width + length)
-        for k in range(turns * size):
-            B[k] = self.M[k]
-        # The border is as large as J_t, so that pivots are the same whatever the size of the arm.
-        border = self.largest
-        for r in range(turns):
-            B[r * size + length] = border * lost[r]
-            self.y[r] = 0.0
-        for i in range(count):
-            line = arrays.after(self.W, (first + i) * self.width)
-            row = arrays.after(B, (turns + i) * size)
-            for k in range(length):
-                row[k] = border * line[k]
-            row[length] = 0.0
-            self.y[turns + i] = 0.0
-        self.y[length] = border
-        if not linear_equations.factorise(B, size, self.order):
-            return False
-        linear_equations.solve_transposed(B, size, self.order, self.y)
-        norm = length_of(self.y, turns)
-        if not norm <= LONGEST:
-            return False
-        self.smallest = border * length_of(arrays.after(self.y, turns), count) / norm
-        for i in range(count):
-            x = arrays.after(self.X, i * size)
-            for k in range(size):
-                x[k] = border if k == turns + i else 0.0
-            linear_equations.solve(B, size, self.order, x)
-            if not self._is_another(i):
-                return False
-        for r in range(turns):
-            lost[r] = self.y[r] / norm
-        for i in range(count):
-            x = arrays.after(self.X, i * size)
-            line = arrays.after(self.W, (first + i) * self.width)
-            for k in range(length):
-                line[k] = x[k]
-            self.c[i] = -border * x[length] / norm
-        return True
-
-    def _is_another(self, i: int) -> bool:
-        # Makes a line of X orthogonal to those before it, and of length 1, with the number behind
-        # it; false where it is longer than `LONGEST`.
-        x = arrays.after(self.X, i * self.size)
-        if not length_of(x, self.length) <= LONGEST:
-            return False
+            for m in range(k + 1, length):
+                value -= M[rows[k] * length + order[m]] * x[order[m]]
+            x[order[k]] = value / M[rows[k] * length + order[k]]
         for p in range(i):
-            before = arrays.after(self.X, p * self.size)
+            before = arrays.after(self.W, (first + p) * self.width)
             along = 0.0
-            for k in range(self.length):
+            for k in range(length):
                 along += x[k] * before[k]
-            for k in range(self.size):
+            for k in range(length):
                 x[k] -= along * before[k]
-        norm = length_of(x, self.length)
+            self.c[i] -= along * self.c[p]
+        norm = length_of(x, length)
         if not norm > 0.0:
             return False
-        for k in range(self.size):
+        for k in range(length):
             x[k] /= norm
+        self.c[i] /= norm
         return True
 
     def take(self, row: Flat, W: Flat, sigma: Flat) -> None:
