@@ -25,7 +25,7 @@ from .camera import ON_TOOL, Camera, given_by_camera, wrong_size
 from .checking import Measured, checked_offsets, measured
 from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
 from .corrections import corrected_robot
-from .explanations import RefusalCauses, TriedCalibration, explained, mistakes_of, score_of_poses
+from .explanations import RefusalCauses, TriedCalibration, explained, mistakes_of, scores_of_poses
 from .fitting import (
     UNTOLD,
     FitProblem,
@@ -46,7 +46,7 @@ from .optional_terms import (
     fitted_terms,
 )
 from .placing import Free
-from .same_point import SamePointParameters, score_of_touches, touches_of
+from .same_point import SamePointParameters, scores_of_touches, touches_of
 
 # Blocks of time for the cross-validation.
 BLOCKS = 5
@@ -377,7 +377,7 @@ def calibrate(
         return _with_explanations(
             found,
             list(joint_hypotheses_of(robot, touched.q)),
-            score_of_touches(robot, touched),
+            scores_of_touches(robot, touched),
             lambda change: again(
                 robot, change.joints(touched.q), same_point=same_point, check=False
             ),
@@ -428,13 +428,13 @@ def calibrate(
 
     used = ~np.isin(np.arange(found.count), found.outliers)
     changes = mistakes_of(robot, given, read)
-    return _with_explanations(found, changes, score_of_poses(robot, given, used), undone)
+    return _with_explanations(found, changes, scores_of_poses(robot, given, used), undone)
 
 
 def _with_explanations(
     found: Calibration,
     changes: Sequence[Hypothesis],
-    score: Callable[[Hypothesis], float],
+    scores_of: Callable[[Sequence[Hypothesis]], Floats],
     undone: Callable[[Hypothesis], Calibration],
 ) -> Calibration:
     def outcome_of(change: Hypothesis) -> TriedCalibration:
@@ -449,7 +449,7 @@ def _with_explanations(
     return replace(
         found,
         explained=explained(
-            changes, score, outcome_of, found.with_outliers.after, found.positions
+            changes, scores_of, outcome_of, found.with_outliers.after, found.positions
         ),
     )
 

@@ -29,6 +29,8 @@ NO_CALIBRATION = 0.02
 FAR_OFF, DECISIVE = 5.0, 3.0
 # A rival leaves nearly as little: within this factor.
 AS_WELL = 2.0
+# Rows of hypotheses that are compared at once, some 20 MB.
+ROWS_AT_ONCE = 20_000
 DEGREES = 'the joint positions are in degrees, not radians'
 # What a calibration finds by itself.
 CAMERA = '. Poses of a board take --camera on-tool, or fixed, as the camera is'
@@ -228,9 +230,7 @@ def _checked(
                 robot,
                 q,
                 middle,
-                lambda joints: (
-                    offsets_of(forward_kinematics(robot, joints), poses, True, free).remainder
-                ),
+                lambda joints: _left_of(robot, joints, poses, free),
             )
         raise CalibrationError(_too_far_off(robot, middle, free) + explained)
     return diagnosis
@@ -247,12 +247,14 @@ def explained_by_joints(
     middle
         The median of what remains, m.
     left
-        Returns what remains (N,), m, by other joint positions.
+        Returns what remains (H, N), m, by other joint positions (H, N, n).
     """
-    tried = []
-    for change in joint_hypotheses_of(robot, q):
-        assert change.q is not None  # they are of the joint positions
-        tried.append((float(np.median(left(change.q))), change.sentence))
+    changes, tried = list(joint_hypotheses_of(robot, q)), []
+    at_once = max(1, ROWS_AT_ONCE // len(q))
+    for k in range(0, len(changes), at_once):
+        some = changes[k : k + at_once]
+        remains = np.median(left(np.stack([one.joints(q) for one in some])), axis=1).tolist()
+        tried += [(size, one.sentence) for size, one in zip(remains, some)]
     best = min(tried)[0]
     if best * DECISIVE > middle or best > NO_CALIBRATION:
         return ''
@@ -261,6 +263,12 @@ def explained_by_joints(
         f'{sentence}: with that undone {length_in_words(size)} remain' for size, sentence in near
     )
     return f'. What explains it: {words}' if len(near) == 1 else f'. Tried, not decided: {words}'
+
+
+def _left_of(robot: Robot, q: Floats, poses: Floats, free: Free) -> Floats:
+    # What remains of positions (H, N), m, by joint positions (H, N, n).
+    A = forward_kinematics(robot, q)
+    return offsets_of(A, np.broadcast_to(poses, A.shape), True, free).remainder
 
 
 def _too_far_off(robot: Robot, middle: float, free: Free) -> str:
@@ -332,7 +340,7 @@ def value_in_words(group: str, angle: bool, value: float) -> str:
 
 
 def apart(one: Floats, other: Floats) -> tuple[Floats, Floats]:
-    """Return the distances (N,), m, and the angles (N,), rad, between poses (N, 4, 4)."""
-    R = one[:, :3, :3] @ np.swapaxes(other[:, :3, :3], 1, 2)
-    distances = np.linalg.norm(one[:, :3, 3] - other[:, :3, 3], axis=1)
-    return distances, np.asarray(np.linalg.norm(rotation_vector(R), axis=1))
+    """Return the distances (...,), m, and the angles (...,), rad, between poses (..., 4, 4)."""
+    R = one[..., :3, :3] @ np.swapaxes(other[..., :3, :3], -1, -2)
+    distances = np.linalg.norm(one[..., :3, 3] - other[..., :3, 3], axis=-1)
+    return distances, np.asarray(np.linalg.norm(rotation_vector(R), axis=-1))

@@ -62,7 +62,7 @@ class RefusalCauses(NamedTuple):
 
 def explained(
     changes: Sequence[Hypothesis],
-    score: Callable[[Hypothesis], float],
+    scores_of: Callable[[Sequence[Hypothesis]], Floats],
     outcome_of: Callable[[Hypothesis], TriedCalibration],
     left: Errors,
     positions: bool,
@@ -74,8 +74,8 @@ def explained(
     ----------
     changes
         Mistakes that are possible, undone.
-    score
-        Returns how badly the rows fit with one undone, before anything of the table is fitted.
+    scores_of
+        Returns how badly the rows fit with each undone, before anything of the table is fitted.
     outcome_of
         Returns what a calibration leaves with one undone.
     left
@@ -83,9 +83,10 @@ def explained(
     positions
         Whether there are no orientations.
     """
-    scores = np.array([score(change) for change in changes])
+    begin, *others = scores_of([Hypothesis('', ''), *changes]).tolist()
+    scores = np.array(others)
     likeliest = np.argsort(scores, kind='stable')[:TRIED]
-    begin, found = score(Hypothesis('', '')), []
+    found = []
     for k in likeliest[scores[likeliest] < begin].tolist():
         try:
             found.append((changes[k].sentence, outcome_of(changes[k])))
@@ -122,9 +123,11 @@ def mistakes_of(robot: Robot, given: Measured, read: str) -> list[Hypothesis]:
     return [*joints_and_poses, *order_hypotheses_of(given.poses, A, read)]
 
 
-def score_of_poses(robot: Robot, given: Measured, used: Flags) -> Callable[[Hypothesis], float]:
+def scores_of_poses(
+    robot: Robot, given: Measured, used: Flags
+) -> Callable[[Sequence[Hypothesis]], Floats]:
     """
-    Return how badly poses fit with a mistake undone.
+    Return how badly poses fit with each mistake undone, for all of them at once.
 
     Base and tool are those of rows that were used, of the set of which most were left out. Rows
     beyond what any calibration leaves count alike, however far they are.
@@ -139,25 +142,23 @@ def score_of_poses(robot: Robot, given: Measured, used: Flags) -> Callable[[Hypo
     )
     near = used[rows]
 
-    def score(change: Hypothesis) -> float:
-        q = change.joints(given.q)[rows]
-        B = change.seen(given.poses)[rows]
-        A = forward_kinematics(robot, q)
+    def scores(changes: Sequence[Hypothesis]) -> Floats:
+        A = forward_kinematics(robot, np.stack([one.joints(given.q)[rows] for one in changes]))
+        B = np.stack([one.seen(given.poses)[rows] for one in changes])
         if given.positions:
-            found = offsets_of(A[near], B[near], True, Free())
-            M = found.base @ A @ found.tool
+            X, Y, _ = offsets_of(A[:, near], B[:, near], True, Free())
         else:
-            fit = fit_offsets(A[near][None], B[near][None]).one(0)
-            M = fit.X @ A @ fit.Y
-        lengths, angles = apart(B, M)
-        squares = (change.unit * lengths / MOST.position) ** 2
+            X, Y = fit_offsets(A[:, near], B[:, near])[:2]
+        lengths, angles = apart(B, X[:, None] @ A @ Y[:, None])
+        units = np.array([one.unit for one in changes])
+        squares = (units[:, None] * lengths / MOST.position) ** 2
         if not given.positions:
             squares += (angles / MOST.angle) ** 2
         return truncated(squares)
 
-    return score
+    return scores
 
 
-def truncated(squares: Floats) -> float:
-    """Return the mean of squares (N,), each counting 1 at most."""
-    return float(np.mean(np.minimum(squares, 1.0)))
+def truncated(squares: Floats) -> Floats:
+    """Return the means of squares (..., N), each counting 1 at most."""
+    return np.asarray(np.mean(np.minimum(squares, 1.0), axis=-1))

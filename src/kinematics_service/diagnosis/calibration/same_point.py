@@ -7,7 +7,7 @@ factor, arm, tip and points would touch as well: lengths are known by their rati
 the distance between two points is known.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -400,7 +400,7 @@ def _check_touches(robot: Robot, touches: Touches, start: _Start) -> None:
     middle = float(np.median(start.distances))
     if middle < ALIKE:
         return
-    left = _started(robot, from_degrees(robot, touches.q), touches.point, free=True).distances
+    (left,) = _left_of(robot, touches, [from_degrees(robot, touches.q)])
     # Angles so small bring the tip to nearly one point, whatever was touched.
     if np.max(np.abs(touches.q[:, ~robot.prismatic]), initial=0.0) > FAR_TURNED:
         refuse_mistake(DEGREES, float(np.median(left)), middle)
@@ -413,7 +413,7 @@ def _check_touches(robot: Robot, touches: Touches, start: _Start) -> None:
                 robot,
                 touches.q,
                 middle,
-                lambda joints: _started(robot, joints, touches.point, free=True).distances,
+                lambda joints: _left_of(robot, touches, joints),
             )
         )
 
@@ -433,14 +433,20 @@ def _check_distances(
             )
 
 
-def score_of_touches(robot: Robot, touches: Touches) -> Callable[[Hypothesis], float]:
-    """Return how badly touches fit with a mistake of the joint positions undone."""
+def scores_of_touches(robot: Robot, touches: Touches) -> Callable[[Sequence[Hypothesis]], Floats]:
+    """Return how badly touches fit with each mistake of the joint positions undone."""
 
-    def score(change: Hypothesis) -> float:
-        start = _started(robot, change.joints(touches.q), touches.point, True)
-        return truncated((start.distances / MOST.position) ** 2)
+    def scores(changes: Sequence[Hypothesis]) -> Floats:
+        left = _left_of(robot, touches, [one.joints(touches.q) for one in changes])
+        return truncated((left / MOST.position) ** 2)
 
-    return score
+    return scores
+
+
+def _left_of(robot: Robot, touches: Touches, joints: Iterable[Floats]) -> Floats:
+    # What remains of touches (H, N), m, by other joint positions, each (N, n).
+    starts = [_started(robot, q, touches.point, free=True) for q in joints]
+    return np.array([start.distances for start in starts])
 
 
 def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Floats, Flags]:

@@ -8,9 +8,11 @@ all poses at once.
 
 import math
 from collections.abc import Sequence
+from functools import reduce
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from ...kernel import Floats, Integers
 
@@ -73,13 +75,15 @@ class PoseChange(NamedTuple):
     jacobian: Floats
 
 
-class _Still(NamedTuple):
-    # A constant product, and the axes of its corrections in the frame where it begins.
-    motion: Floats
+class _Stills(NamedTuple):
+    # The constant products (elements + 1, 4, 4); of each correction the product it is in, its
+    # column, and its axis and origin in the frame where that product begins.
+    motions: Floats
+    places: Integers
+    columns: Integers
+    turns: npt.NDArray[np.bool_]
     axes: Floats
     origins: Floats
-    turns: list[bool]
-    indices: list[int]
 
 
 def small_motion(turns: bool, axis: int, value: float) -> Floats:
@@ -103,28 +107,45 @@ def motion_of(six: Floats) -> Floats:
     return T
 
 
-def _still(parts: Sequence[Part], values: Floats) -> _Still:
-    M = np.eye(4)
-    axes, origins, turns, indices = [], [], [], []
-    for part in parts:
-        if isinstance(part, CorrectingMotion):
-            axes.append(M[:3, part.axis])
-            origins.append(M[:3, 3])
-            turns.append(part.turns)
-            indices.append(part.column)
-            part = small_motion(part.turns, part.axis, float(values[part.column]))
-        M = M @ part
-    return _Still(M, np.reshape(axes, (-1, 3)).T, np.reshape(origins, (-1, 3)).T, turns, indices)
+def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
+    # All products side by side, their first parts first.
+    parts = np.zeros((max(map(len, chain.still)), len(chain.still), 4, 4))
+    parts[:, :, range(4), range(4)] = 1.0
+    found = []
+    for k, product in enumerate(chain.still):
+        for depth, part in enumerate(product):
+            if isinstance(part, CorrectingMotion):
+                found.append((depth, k, part.turns, part.axis, part.column))
+            else:
+                parts[depth, k] = part
+    depths, places, turning, along, columns = np.reshape(found, (-1, 5)).T.astype(np.int64)
+    turns, by = turning > 0, values[columns]
+    d, k, i = depths[~turns], places[~turns], along[~turns]
+    parts[d, k, i, 3] = by[~turns]
+    d, k, i, j = depths[turns], places[turns], (along[turns] + 1) % 3, (along[turns] + 2) % 3
+    parts[d, k, i, i] = parts[d, k, j, j] = np.cos(by[turns])
+    parts[d, k, j, i] = np.sin(by[turns])
+    parts[d, k, i, j] = -parts[d, k, j, i]
+    motions = np.broadcast_to(np.eye(4), parts.shape[1:])
+    before = np.empty_like(parts)
+    for depth, one in enumerate(parts):
+        before[depth] = motions
+        motions = motions @ one
+    axes, origins = before[depths, places, :3, along], before[depths, places, :3, 3]
+    return _Stills(motions, places, columns, turns, axes, origins)
 
 
-def _screws(screw: JointScrew, q: Floats) -> Floats:
-    theta, d = screw.theta_0 + q @ screw.by_theta, screw.d_0 + q @ screw.by_d
-    T = np.zeros((len(q), 4, 4))
-    T[:, 0, 0] = T[:, 1, 1] = np.cos(theta)
-    T[:, 1, 0] = np.sin(theta)
-    T[:, 0, 1] = -T[:, 1, 0]
-    T[:, 2, 3] = d
-    T[:, 2, 2] = T[:, 3, 3] = 1.0
+def _screws(screws: Sequence[JointScrew], q: Floats) -> Floats:
+    # All of them, (elements, N, 4, 4).
+    by_theta, by_d = (np.array([one[k] for one in screws]) for k in (2, 3))
+    zeros = np.array([one[:2] for one in screws])
+    theta, d = zeros[:, :1] + by_theta @ q.T, zeros[:, 1:] + by_d @ q.T
+    T = np.zeros((*theta.shape, 4, 4))
+    T[..., 0, 0] = T[..., 1, 1] = np.cos(theta)
+    T[..., 1, 0] = np.sin(theta)
+    T[..., 0, 1] = -T[..., 1, 0]
+    T[..., 2, 3] = d
+    T[..., 2, 2] = T[..., 3, 3] = 1.0
     return T
 
 
@@ -140,11 +161,9 @@ def _driven(chain: CorrectedChain, values: Floats, q: Floats) -> Floats:
 
 def poses_of(chain: CorrectedChain, values: Floats, q: Floats) -> Floats:
     """Return the poses (N, 4, 4) with corrections (P,), rad and m, at joint positions (N, n)."""
-    q = _driven(chain, values, q)
-    frame = np.broadcast_to(_still(chain.still[0], values).motion, (len(q), 4, 4))
-    for parts, screw in zip(chain.still[1:], chain.screws):
-        frame = frame @ _screws(screw, q) @ _still(parts, values).motion
-    return frame
+    motions = _stills(chain, values).motions
+    moved = _screws(chain.screws, _driven(chain, values, q)) @ motions[1:, None]
+    return reduce(np.matmul, moved, np.broadcast_to(motions[0], (len(q), 4, 4)))
 
 
 def pose_change(chain: CorrectedChain, values: Floats, q: Floats) -> PoseChange:
@@ -158,22 +177,23 @@ def pose_change(chain: CorrectedChain, values: Floats, q: Floats) -> PoseChange:
     q : shape (N, n), rad or m
         Joint positions.
     """
-    count, many, driven = len(values), len(q), _driven(chain, values, q)
+    count, many, still = len(values), len(q), _stills(chain, values)
+    screws = _screws(chain.screws, _driven(chain, values, q))
     joints: list[Floats] = []
     axes, origins = np.zeros((many, 3, count)), np.zeros((many, 3, count))
-    turns = np.zeros(count, dtype=bool)
     frame = np.broadcast_to(np.eye(4), (many, 4, 4))
-    for k, parts in enumerate(chain.still):
+    ends = np.searchsorted(still.places, np.arange(len(still.motions) + 1)).tolist()
+    for k, motion in enumerate(still.motions):
         if k:
             joints.append(frame)
-            frame = frame @ _screws(chain.screws[k - 1], driven)
-        still = _still(parts, values)
-        if still.indices:
-            R, at = frame[:, :3, :3], still.indices
-            axes[:, :, at] = R @ still.axes
-            origins[:, :, at] = R @ still.origins + frame[:, :3, 3:4]
-            turns[at] = still.turns
-        frame = frame @ still.motion
+            frame = frame @ screws[k - 1]
+        own = slice(*ends[k : k + 2])
+        R, at = frame[:, :3, :3], still.columns[own]
+        axes[:, :, at] = R @ still.axes[own].T
+        origins[:, :, at] = R @ still.origins[own].T + frame[:, :3, 3:4]
+        frame = frame @ motion
+    turns = np.zeros(count, dtype=bool)
+    turns[still.columns] = still.turns
     lever = frame[:, :3, 3:4] - origins
     jacobian = np.empty((many, 6, count))
     for i in range(3):
@@ -213,20 +233,15 @@ class ErrorScrews(NamedTuple):
 
 def error_screws(chain: CorrectedChain, values: Floats) -> ErrorScrews:
     """Return the screws of corrections (P,), rad and m, at these values."""
-    count = len(values)
+    count, still = len(values), _stills(chain, values)
     after, screws = np.zeros(count, dtype=np.int64), np.zeros((count, 6))
+    after[still.columns], turns = still.places, still.turns[:, None]
+    screws[still.columns, :3] = np.where(turns, np.cross(still.origins, still.axes), still.axes)
+    screws[still.columns, 3:] = np.where(turns, still.axes, 0.0)
     zero = np.zeros((1, len(chain.screws[0].by_theta)))
     starts = [np.eye(4)]
-    for k, parts in enumerate(chain.still):
-        still = _still(parts, values)
-        for axis, origin, turns, index in zip(
-            still.axes.T, still.origins.T, still.turns, still.indices
-        ):
-            after[index] = k
-            screws[index, :3] = np.cross(origin, axis) if turns else axis
-            screws[index, 3:] = axis if turns else 0.0
-        if k < len(chain.screws):
-            starts.append(starts[-1] @ still.motion @ _screws(chain.screws[k], zero)[0])
+    for motion, screw in zip(still.motions, _screws(chain.screws, zero)):
+        starts.append(starts[-1] @ motion @ screw[0])
     return ErrorScrews(after, screws, np.array(starts))
 
 
