@@ -67,7 +67,7 @@ class VectorPair(NamedTuple):
     def of(self, message: Any) -> VectorReading:
         """Return the vectors of a stamped message."""
         pair = getattr(message, self.field)
-        vectors = {name: _xyz(getattr(pair, name)) for name in self.vectors}
+        vectors = {name: numbers_of(getattr(pair, name)) for name in self.vectors}
         return VectorReading(_stamp(message), message.header.frame_id, vectors)
 
 
@@ -122,18 +122,32 @@ def _stamp(message: Any) -> Stamp:
     return Stamp(int(message.header.stamp.sec), int(message.header.stamp.nanosec))
 
 
-def _xyz(vector: Any) -> Floats:
-    return np.array([vector.x, vector.y, vector.z])
+def numbers_of(vector: Any) -> Floats:
+    """Return the numbers of a vector or a point, x y z, or of a quaternion, x y z w."""
+    return np.array([getattr(vector, name) for name in vector.get_fields_and_field_types()])
+
+
+def matrix_of(pose: Any) -> Floats:
+    """Return the matrix (4, 4) of a pose."""
+    T = np.eye(4)
+    T[:3, :3] = rotation_of_quaternion(numbers_of(pose.orientation))
+    T[:3, 3] = numbers_of(pose.position)
+    return T
+
+
+def in_base_axes(six_rows: Floats, tool: Floats) -> Floats:
+    """Return a twist (6,), or the six rows of a Jacobian, given in the axes of the tool."""
+    R = tool[:3, :3]
+    return np.concatenate([R @ six_rows[:3], R @ six_rows[3:]])
 
 
 def pose_of(message: Any) -> PoseReading:
     """Return the pose of a PoseStamped."""
-    orientation = message.pose.orientation
-    quaternion = np.array([orientation.x, orientation.y, orientation.z, orientation.w])
+    quaternion = numbers_of(message.pose.orientation)
     return PoseReading(
         _stamp(message),
         message.header.frame_id,
-        _xyz(message.pose.position),
+        numbers_of(message.pose.position),
         quaternion,
         roll_pitch_yaw(rotation_of_quaternion(quaternion)),
     )

@@ -2,7 +2,6 @@
 
 import math
 from array import array
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -18,11 +17,11 @@ from ...kinematics.inverse.plan import plan_for
 from ...kinematics.inverse.result import IkFamily, IkResult, IkSolution
 from ...kinematics.inverse.search import errors_at
 from ...kinematics.inverse.target import ik_target_of
-from ...rigid_motion import rotation_of_quaternion
 from ...robot.robot import Robot
 from ..parameters.settings import NodeSettings
 from .messages import time_message
 from .output_messages import matrix_message
+from .readings import TWIST, in_base_axes, matrix_of, numbers_of
 
 # A quaternion printed with three digits is still a rotation; (0, 0, 0, 0) is not.
 UNIT = 1e-3
@@ -86,10 +85,8 @@ def pose_of(message: PoseStamped) -> Floats:
     RefusedTargetError
         A number is not finite, or the quaternion is not of unit length.
     """
-    position, orientation = message.pose.position, message.pose.orientation
-    translation = (position.x, position.y, position.z)
-    quaternion = (orientation.x, orientation.y, orientation.z, orientation.w)
-    _check_finite('position', translation)
+    quaternion = numbers_of(message.pose.orientation)
+    _check_finite('position', numbers_of(message.pose.position))
     _check_finite('orientation', quaternion)
     norm = math.hypot(*quaternion)
     if abs(norm - 1.0) > UNIT:
@@ -97,10 +94,7 @@ def pose_of(message: PoseStamped) -> Floats:
             f'the orientation {_listed(quaternion)} (x y z w) is not a unit quaternion: '
             f'its length is {norm:.4g}'
         )
-    T = np.eye(4)
-    T[:3, :3] = rotation_of_quaternion(quaternion)
-    T[:3, 3] = translation
-    return T
+    return matrix_of(message.pose)
 
 
 def twist_of(message: TwistStamped) -> Floats:
@@ -112,11 +106,10 @@ def twist_of(message: TwistStamped) -> Floats:
     RefusedTargetError
         A number is not finite.
     """
-    linear, angular = message.twist.linear, message.twist.angular
-    parts = (linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z)
-    for name, part in zip(('linear', 'angular'), parts):
+    parts = TWIST.of(message).vectors
+    for name, part in parts.items():
         _check_finite(f'{name} velocity', part)
-    return np.array(parts).ravel()
+    return np.concatenate([*parts.values()])
 
 
 def pose_in_base(T: Floats, frame: str, tool: Floats, settings: NodeSettings) -> Floats:
@@ -140,10 +133,7 @@ def twist_in_base(twist: Floats, frame: str, tool: Floats, settings: NodeSetting
     RefusedTargetError
         The frame is neither.
     """
-    if _is_base(frame, settings):
-        return twist
-    R = tool[:3, :3]
-    return np.concatenate([R @ twist[:3], R @ twist[3:]])
+    return twist if _is_base(frame, settings) else in_base_axes(twist, tool)
 
 
 def _is_base(frame: str, settings: NodeSettings) -> bool:
@@ -156,12 +146,12 @@ def _is_base(frame: str, settings: NodeSettings) -> bool:
     )
 
 
-def _check_finite(what: str, values: Sequence[float]) -> None:
+def _check_finite(what: str, values: Floats) -> None:
     if not all(map(math.isfinite, values)):
         raise RefusedTargetError(f'the {what} is not finite: {_listed(values)}')
 
 
-def _listed(values: Sequence[float]) -> str:
+def _listed(values: Floats) -> str:
     return ' '.join(f'{value:g}' for value in values)
 
 

@@ -21,6 +21,7 @@ from ..messages.message_check import read_message
 from ..messages.messages import sample_of, stamp_of
 from ..messages.target_messages import pose_of
 from ..node.steady_time import steady_timer
+from ..process.latest_message import LatestMessage
 from ..process.no_messages import why_no_messages
 from ..process.session import WRONG_USAGE, helper_node, is_name, run_session
 from ..process.spin import Spinner
@@ -110,23 +111,15 @@ class _Session:
         self._found: LiveFit | None = None
         self._complete = False
         self._refused = ''
-        self._states = self._poses = 0
         self._begin, self._explained = time.monotonic(), False
-        subscriptions = (
-            (JointState, topics.states, self._on_state),
-            (PoseStamped, topics.poses, self._on_pose),
-        )
-        self._topics = [
-            str(node.create_subscription(kind, topic, take, HEARD, raw=True).topic_name)
-            for kind, topic, take in subscriptions
-        ]
+        self._states = LatestMessage(node, topics.states, JointState, HEARD, self._on_state)
+        self._poses = LatestMessage(node, topics.poses, PoseStamped, HEARD, self._on_pose)
         steady_timer(node, LOOK, self._look)
-        say(f'collecting joint states of {self._topics[0]} and poses of {self._topics[1]}')
+        say(f'collecting joint states of {self._states.topic} and poses of {self._poses.topic}')
 
     _thread: threading.Thread | None
 
     def _on_state(self, data: bytes) -> None:
-        self._states += 1
         try:
             message = read_message(data, JointState)
         except WireError:
@@ -136,14 +129,13 @@ class _Session:
             self.collector.note_state(known.stamp, known.q)
 
     def _on_pose(self, data: bytes) -> None:
-        self._poses += 1
         try:
             message = read_message(data, PoseStamped)
             self.collector.note_pose(stamp_of(message), pose_of(message))
         except (RefusedTargetError, WireError) as error:
             if not self._refused:
                 self._refused = str(error)
-                self._say(f'a pose of {self._topics[1]} is refused: {error}')
+                self._say(f'a pose of {self._poses.topic} is refused: {error}')
 
     def _look(self) -> None:
         self._tell()
@@ -159,10 +151,10 @@ class _Session:
             self._explain()
 
     def _explain(self) -> None:
-        for heard, topic in zip((self._states, self._poses), self._topics):
-            if not heard:
-                self._say(why_no_messages(self._node, topic))
-        if self._states and self._poses:
+        silent = [heard.topic for heard in (self._states, self._poses) if not heard.count]
+        for topic in silent:
+            self._say(why_no_messages(self._node, topic))
+        if not silent:
             refused = ', '.join(f'{n} {reason}' for reason, n in self._estimator.counts.items())
             self._say(
                 f'no pose has joint states around its stamp: {self.collector.unmatched} poses; '

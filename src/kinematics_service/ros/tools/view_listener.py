@@ -44,13 +44,18 @@ class ViewListener:
         The context of the node; `close` leaves it open.
     source
         Full name of the kinematics node.
+
+    Attributes
+    ----------
+    facts
+        The node's last description of itself; None before the first.
     """
 
     def __init__(self, context: Context, source: str) -> None:
         self.source = '/' + source.strip('/')
         self._node = helper_node(f'kinematics_view_{os.getpid()}', context)
         self._spinner = Spinner(context, [self._node])
-        self._facts: NodeFacts | None = None
+        self.facts: NodeFacts | None = None
         self._known: frozenset[bytes] = frozenset()
         self._asked = -ASK_AGAIN
         self._estimator: Estimator | None = None
@@ -95,13 +100,8 @@ class ViewListener:
         self._asked, self._description = time.monotonic(), None
         facts = ask_node(self._node, self._spinner, self.source, timeout)
         if facts is not None:
-            self._facts, self._known = facts, self._publishers()
-        return self._facts
-
-    @property
-    def facts(self) -> NodeFacts | None:
-        """Return the node's last description of itself; None before the first."""
-        return self._facts
+            self.facts, self._known = facts, self._publishers()
+        return self.facts
 
     def changed(self) -> bool:
         """Return whether the node has come, come back, or changed its description; ask it then."""
@@ -109,7 +109,7 @@ class ViewListener:
         if told is not None and told.done():
             self._description = None
             text = '' if told.exception() else told.result().message
-            before = self._facts
+            before = self.facts
             if text and (
                 before is None or text != before.text or self._publishers() - self._known
             ):
@@ -134,7 +134,7 @@ class ViewListener:
 
     def show(self, robot: Robot) -> None:
         """Subscribe to the joint states of this arm from now on."""
-        facts, self._answer = self._facts, None
+        facts, self._answer = self.facts, None
         self._mismatch = self._edited = ''
         namespace = self.source.rpartition('/')[0]
         topic, prefix = f'{namespace}/{JOINT_STATES}', ''
@@ -167,7 +167,7 @@ class ViewListener:
 
     @property
     def _node_live(self) -> bool:
-        return self._facts is not None and not self._mismatch and self.outputs.live
+        return self.facts is not None and not self._mismatch and self.outputs.live
 
     @property
     def status(self) -> str:
@@ -180,7 +180,7 @@ class ViewListener:
         if self._node_live:
             live = f'live from {self.source}, {self.outputs.pose.rate():.0f} Hz'
             return f'{live}; {self._edited}' if self._edited else live
-        silent = 'sends nothing' if self._facts is not None else 'does not run'
+        silent = 'sends nothing' if self.facts is not None else 'does not run'
         return f'live from {topic}; the node {self.source} {silent}'
 
     def observation(self) -> Observation | None:
@@ -190,8 +190,8 @@ class ViewListener:
         assert self._answer is not None
         state = self._answer.state
         seen = observation_of(state, singularity_of(state))
-        if self._facts is not None and self._node_live:
-            return self.outputs.shown(seen, self._facts.axes)
+        if self.facts is not None and self._node_live:
+            return self.outputs.shown(seen, self.facts.axes)
         return seen
 
     def publish(self, q: Floats) -> str:

@@ -15,9 +15,8 @@ from std_msgs.msg import Float64, Float64MultiArray
 from ...display.view.observation import CommandScale, Observation
 from ...errors import LayoutError
 from ...kernel import Floats
-from ...rigid_motion import rotation_of_quaternion
 from ...robot.measures import Level
-from ..messages.readings import TWIST, jacobian_of, scale_of, warned_of
+from ..messages.readings import TWIST, in_base_axes, jacobian_of, matrix_of, scale_of, warned_of
 from ..messages.topics import SCALE, SCALE_REASON, WARNING, WARNING_QOS
 from ..process.latest_message import LatestMessage
 
@@ -77,19 +76,18 @@ class ViewOutputs:
             Axes of the node's Jacobian and of its twist, `base` or `tool` each.
         """
         values: dict[str, Any] = {}
-        pose = _matrix(self.pose.message.pose)
-        values['pose'] = pose
+        pose = values['pose'] = matrix_of(self.pose.message.pose)
         if _fresh(self.frames):
-            frames = np.array([_matrix(one) for one in self.frames.message.poses])
+            frames = np.array([matrix_of(one) for one in self.frames.message.poses])
             if frames.shape == seen.frames.shape:
                 values['frames'] = frames
         if _fresh(self.jacobian):
             J = _six_rows(self.jacobian.message)
             if J is not None and J.shape == seen.jacobian.shape:
-                values['jacobian'] = _to_base(J, pose) if axes[0] == 'tool' else J
+                values['jacobian'] = in_base_axes(J, pose) if axes[0] == 'tool' else J
         if _fresh(self.twist):
             twist = np.concatenate([*TWIST.of(self.twist.message).vectors.values()])
-            values['twist'] = _to_base(twist[:, None], pose)[:, 0] if axes[1] == 'tool' else twist
+            values['twist'] = in_base_axes(twist, pose) if axes[1] == 'tool' else twist
         if _fresh(self.distance):
             distance = float(self.distance.message.data)
             values['singularity'] = replace(seen.singularity, distance=distance)
@@ -109,14 +107,6 @@ def _fresh(heard: LatestMessage) -> bool:
     return heard.count > 0 and heard.age < FRESH
 
 
-def _matrix(pose: Any) -> Floats:
-    p, o = pose.position, pose.orientation
-    T = np.eye(4)
-    T[:3, :3] = rotation_of_quaternion((o.x, o.y, o.z, o.w))
-    T[:3, 3] = p.x, p.y, p.z
-    return T
-
-
 def _six_rows(message: Any) -> Floats | None:
     # Linear rows first, whatever the order is.
     try:
@@ -128,8 +118,3 @@ def _six_rows(message: Any) -> Floats | None:
     if set(order) != set(wanted):
         return None
     return matrix.jacobian[[order[name] for name in wanted]]
-
-
-def _to_base(six_rows: Floats, pose: Floats) -> Floats:
-    R = pose[:3, :3]
-    return np.concatenate([R @ six_rows[:3], R @ six_rows[3:]])
