@@ -25,17 +25,18 @@ Z_INTO = {
 
 def screw_z(theta: float, d: float) -> Floats:
     """Return Rz(theta) Tz(d), theta in rad, d in m."""
-    c, s = math.cos(theta), math.sin(theta)
-    return np.array(
-        [[c, -s, 0.0, 0.0], [s, c, 0.0, 0.0], [0.0, 0.0, 1.0, d], [0.0, 0.0, 0.0, 1.0]]
-    )
+    return screw('z', theta, d)
 
 
 def screw(axis: str, angle: float, length: float) -> Floats:
     """Return the rotation about, and translation along, axis x, y or z, in rad and m."""
-    # The numbers of the screw about z in other places.
-    order = {'x': (2, 0, 1, 3), 'y': (1, 2, 0, 3), 'z': (0, 1, 2, 3)}[axis]
-    return screw_z(angle, length)[np.ix_(order, order)]
+    k, T = 'xyz'.index(axis), np.eye(4)
+    i, j = (k + 1) % 3, (k + 2) % 3
+    T[i, i] = T[j, j] = math.cos(angle)
+    T[j, i] = math.sin(angle)
+    T[i, j] = -T[j, i]
+    T[k, 3] = length
+    return T
 
 
 def screw_x(alpha: float, a: float) -> Floats:

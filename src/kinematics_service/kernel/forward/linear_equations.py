@@ -21,9 +21,7 @@ def factorise(A: Numbers, size: int, order: WholeNumbers) -> float:
         if pivot != i:
             product = -product
             for k in range(size):
-                x = A[i * size + k]
-                A[i * size + k] = A[pivot * size + k]
-                A[pivot * size + k] = x
+                A[i * size + k], A[pivot * size + k] = A[pivot * size + k], A[i * size + k]
         product *= A[i * size + i]
         inverse = 1.0 / A[i * size + i]
         for j in range(i + 1, size):

@@ -4,6 +4,7 @@ import math
 
 from ..layout import arrays, places
 from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
+from . import dependence
 from .joints import Joints
 from .residuals import Residual
 
@@ -54,14 +55,15 @@ class Solutions:
         """Give the room back."""
         arrays.give_back(self.room)
 
-    def take(self, k: int, joints: Joints, q: Flat, misses: float) -> None:
-        """Take q (n,) as solution k, with its distance to the limits."""
+    def take(self, k: int, residual: Residual, joints: Joints, q: Flat, misses: float) -> None:
+        """Take q (n,) as solution k, with its distance to the limits and its share."""
         n = self.n
         for j in range(n):
             self.rows[k * n + j] = q[j]
             self.beyond[k * n + j] = 1 if joints.space(j, q) < -places.AT_LIMIT else 0
         self.margins[k] = joints.margin(q)
         self.misses[k] = misses
+        self.shares[k] = dependence.share_of_last_pivot(residual, joints.scales, q)
         for i in range(3):
             self.postures[3 * k + i] = 0
 
@@ -129,13 +131,9 @@ class SolutionCandidates:
         for i in range(1, count):
             k = i
             while k > 0 and errors[k] < errors[k - 1]:
-                x = errors[k]
-                errors[k] = errors[k - 1]
-                errors[k - 1] = x
+                errors[k], errors[k - 1] = errors[k - 1], errors[k]
                 for j in range(k * n, k * n + n):
-                    x = q[j]
-                    q[j] = q[j - n]
-                    q[j - n] = x
+                    q[j], q[j - n] = q[j - n], q[j]
                 k -= 1
 
     def keep_distinct(self, count: int, residual: Residual, joints: Joints, proved: float) -> int:

@@ -3,7 +3,7 @@
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Integers, Numbers
 from ..six_joints.six_joints import Roots, SixJoints
-from . import dependence, posture, solutions, targets
+from . import posture, solutions, targets
 from .closed_forms import ClosedForm
 from .joints import Joints
 from .refinement import Refinement
@@ -57,7 +57,7 @@ def _keep_nearest(
         misses = refinement.refine_one(q)
         joints.represent(near, q)
         if misses < proved and joints.are_inside(q):
-            kept.take(0, joints, q, misses)
+            kept.take(0, refinement.residual, joints, q, misses)
             return 1
     return 0
 
@@ -84,7 +84,8 @@ def _keep_all(
         best = solutions.least(found.away, distinct)
         found.away[best] = places.INFINITY
         row = found.which[best]
-        kept.take(i, joints, arrays.after(found.q, row * joints.n), found.errors[row])
+        q = arrays.after(found.q, row * joints.n)
+        kept.take(i, refinement.residual, joints, q, found.errors[row])
     return distinct
 
 
@@ -136,7 +137,6 @@ def closed_solutions(
         count = _keep_all(refinement, joints, middle, proved, count, found, kept)
     for i in range(count):
         q = arrays.after(kept.rows, i * joints.n)
-        kept.shares[i] = dependence.share_of_last_pivot(refinement.residual, joints.scales, q)
         posture.write_posture(form, q, arrays.whole_after(kept.postures, 3 * i))
     kept.count = count
     # Where no candidate is missing, and none has led to the solution of another.
@@ -185,11 +185,7 @@ def eliminated_solutions(
     lock = arrays.let_go()
     count = _find_roots(arm, refinement.residual.pose, roots, found)
     written[0], written[1], written[2] = roots.count, count, 1 if roots.proved else 0
-    count = _keep_all(refinement, joints, middle, proved, count, found, kept)
-    for i in range(count):
-        q = arrays.after(kept.rows, 6 * i)
-        kept.shares[i] = dependence.share_of_last_pivot(refinement.residual, joints.scales, q)
-    kept.count = count
+    kept.count = _keep_all(refinement, joints, middle, proved, count, found, kept)
     arrays.take_back(lock)
 
 

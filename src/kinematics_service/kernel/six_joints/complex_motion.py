@@ -225,10 +225,9 @@ class Motion:
             if not 0.0 < best < 1e300:
                 return False
             if p != k:
+                row, other = arrays.after(J, 2 * WIDTH * k), arrays.after(J, 2 * WIDTH * p)
                 for j in range(2 * k, 2 * width):
-                    x = J[2 * WIDTH * k + j]
-                    J[2 * WIDTH * k + j] = J[2 * WIDTH * p + j]
-                    J[2 * WIDTH * p + j] = x
+                    row[j], other[j] = other[j], row[j]
             inverse = pairs.over((1.0, 0.0), pairs.pair(J, WIDTH * k + k))
             for i in range(k + 1, 6):
                 share = pairs.times(pairs.pair(J, WIDTH * i + k), inverse)

@@ -131,13 +131,9 @@ class Elimination:
                 return k
             self.error = ROUND_OFF * largest / best
             for i in range(EQUATIONS):
-                x = A[width * i + k]
-                A[width * i + k] = A[width * i + c]
-                A[width * i + c] = x
+                A[width * i + k], A[width * i + c] = A[width * i + c], A[width * i + k]
             for j in range(k, width):
-                x = A[width * k + j]
-                A[width * k + j] = A[width * p + j]
-                A[width * p + j] = x
+                A[width * k + j], A[width * p + j] = A[width * p + j], A[width * k + j]
             for i in range(k + 1, EQUATIONS):
                 share = A[width * i + k] / A[width * k + k]
                 for j in range(k, width):

@@ -185,9 +185,7 @@ class Pencil:
             if p != k:
                 product = -product
                 for j in range(k, SIZE):
-                    x = A[SIZE * k + j]
-                    A[SIZE * k + j] = A[SIZE * p + j]
-                    A[SIZE * p + j] = x
+                    A[SIZE * k + j], A[SIZE * p + j] = A[SIZE * p + j], A[SIZE * k + j]
             product *= pivot
             for i in range(k + 1, SIZE):
                 share = A[SIZE * i + k] / pivot
@@ -277,15 +275,12 @@ class Pencil:
         W = self.work
         if p != k:
             for j in range(2 * SIZE):
-                x = W[24 * k + j]
-                W[24 * k + j] = W[24 * p + j]
-                W[24 * p + j] = x
+                W[24 * k + j], W[24 * p + j] = W[24 * p + j], W[24 * k + j]
         if c != k:
             for i in range(SIZE):
                 for e in range(2):
-                    x = W[24 * i + 2 * k + e]
-                    W[24 * i + 2 * k + e] = W[24 * i + 2 * c + e]
-                    W[24 * i + 2 * c + e] = x
+                    one, other = 24 * i + 2 * k + e, 24 * i + 2 * c + e
+                    W[one], W[other] = W[other], W[one]
 
     def _clear_column(self, k: int) -> None:
         W = self.work

@@ -6,7 +6,6 @@ two joints. So a pose's derivative with respect to it is a screw about that axis
 all poses at once.
 """
 
-import math
 from collections.abc import Sequence
 from functools import reduce
 from typing import NamedTuple, TypeAlias
@@ -14,6 +13,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from ... import rigid_motion
 from ...kernel import Floats, Integers
 
 
@@ -88,15 +88,7 @@ class _Stills(NamedTuple):
 
 def small_motion(turns: bool, axis: int, value: float) -> Floats:
     """Return the turn (rad) about, or the translation (m) along, axis 0, 1 or 2."""
-    T = np.eye(4)
-    if not turns:
-        T[axis, 3] = value
-        return T
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    T[i, i] = T[j, j] = math.cos(value)
-    T[j, i] = math.sin(value)
-    T[i, j] = -T[j, i]
-    return T
+    return rigid_motion.screw('xyz'[axis], *((value, 0.0) if turns else (0.0, value)))
 
 
 def motion_of(six: Floats) -> Floats:
