@@ -2,14 +2,15 @@
 
 import itertools
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
+from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .curve import SolutionCurve
+from .curve import SolutionCurve, marks_of, places_of
 from .plan import InversePlan
 from .result import IkArc, IkArcEnd
 from .sliced_arm import SlicedArm
@@ -48,18 +49,33 @@ class JointCurve:
         self.last = len(self.samples) - 1
         # Row j: joint j by the screws.
         self.rows = arm.to_joints(np.eye(len(arm.table)), robot.dof).T
-        self.folds = [curve.folds(row) for row in self.rows]
+        self.path = curve.path(self.rows)
+        marks = marks_of(self.path, plan.limits, plan.periods)
+        is_fold = marks.sides > 1
+        self.folds = marks.places[is_fold]
+        limits = zip(*(column[~is_fold].tolist() for column in marks))
+        self.crossings = sorted(
+            _Crossing(place % self.last, IkArcEnd(robot.joint_names[j], SIDES[side]))
+            for place, j, side in limits
+        )
         self.lap = self.samples[-1] - self.samples[0] if curve.closed else np.zeros(robot.dof)
 
-    def at(self, place: float) -> Floats:
-        """Return joint positions (n,) at a place of the curve."""
-        lap = math.floor(place / self.last) if self.curve.closed else 0
-        psi = self.curve.at(place - lap * self.last)
-        return self.arm.to_joints(psi, self.robot.dof) + lap * self.lap
+    def at(self, places: Floats) -> Floats:
+        """Return joint positions (m, n) at places (m,) of the curve."""
+        laps = np.floor(places / self.last) if self.curve.closed else np.zeros(len(places))
+        psi = places_of(self.path, places - laps * self.last)
+        return self.arm.to_joints(psi, self.robot.dof) + laps[:, None] * self.lap
+
+    def nearest(self, begin: float, end: float, q: Floats) -> float:
+        """Return the place nearest to joint positions (n,) between two next to each other."""
+        lap = math.floor(0.5 * (begin + end) / self.last) if self.curve.closed else 0
+        goal = np.array([q - lap * self.lap, self.plan.scales**-2])
+        before = lap * self.last
+        return before + kernel.nearest_place(self.path, goal, begin - before, end - before)
 
     def arcs(self) -> tuple[IkArc, ...]:
         """Return the arcs inside the limits; those that differ by full turns once."""
-        crossings = _once(sorted(self._crossings()))
+        crossings = _once(self.crossings)
         if not self.curve.closed:
             stop = IkArcEnd('', 'singular')
             crossings = [_Crossing(0.0, stop), *crossings, _Crossing(float(self.last), stop)]
@@ -67,7 +83,9 @@ class JointCurve:
             crossings = [_Crossing(0.0, IkArcEnd('', ''))]
         pieces = len(crossings) if self.curve.closed else len(crossings) - 1
         crossings += [one._replace(place=one.place + self.last) for one in crossings]
-        inside = [self._turns_inside(crossings[i], crossings[i + 1]) for i in range(pieces)]
+        ends = np.array([one.place for one in crossings[: pieces + 1]])
+        middles = self.at(0.5 * (ends[:-1] + ends[1:]))
+        inside = [self._turns_inside(q) for q in middles.tolist()]
         arcs: dict[tuple[int, int], IkArc] = {}
         for first, count, turns, closed in self._paths(inside):
             if (first, count) in arcs:
@@ -82,23 +100,11 @@ class JointCurve:
             arcs[first, count] = arc
         return tuple(arcs.values())
 
-    def _crossings(self) -> list[_Crossing]:
-        found = []
-        for j, (row, folds) in enumerate(zip(self.rows, self.folds)):
-            values = np.concatenate([self.samples[:, j], [self.at(x)[j] for x in folds]])
-            low, high, period = float(values.min()), float(values.max()), self.plan.periods[j]
-            for limit, side in zip(self.plan.limits[j].tolist(), SIDES):
-                end = IkArcEnd(self.robot.joint_names[j], side)
-                for value in _lifts(limit, low, high, period):
-                    places = self.curve.crossings(row, value, folds)
-                    found += [_Crossing(place % self.last, end) for place in places]
-        return found
-
-    def _turns_inside(self, begin: _Crossing, end: _Crossing) -> set[Turns]:
-        # The numbers of periods that bring all joints inside their limits on a piece.
-        q = self.at(0.5 * (begin.place + end.place))
+    def _turns_inside(self, q: list[float]) -> set[Turns]:
+        # The numbers of periods that bring all joints inside their limits.
         choices = []
-        for value, (low, high), period in zip(q, self.plan.limits, self.plan.periods):
+        limits = self.plan.limits.tolist()
+        for value, (low, high), period in zip(q, limits, self.plan.periods.tolist()):
             if math.isfinite(low) and math.isfinite(high) and math.isfinite(period):
                 first, last = (
                     math.ceil((low - value) / period),
@@ -146,27 +152,57 @@ class JointCurve:
         return tuple(sided)
 
     def _arc(self, begin: float, end: float, turns: Turns) -> IkArc:
-        laps = range(int(end // self.last) + 1)
-        folds = (x + lap * self.last for row in self.folds for x in row for lap in laps)
-        special = {begin, end, *(x for x in folds if begin < x < end)}
-        whole = set(range(math.ceil(begin), math.floor(end) + 1)) - special
-        places = np.array(sorted([*special, *map(float, whole)]))
-        offset = np.array(turns) * np.where(np.isfinite(self.plan.periods), self.plan.periods, 0.0)
-        rows = []
-        for place in places.tolist():
-            if place in special:
-                rows.append(self.at(place))
-            else:
-                lap, k = divmod(int(place), self.last) if self.curve.closed else (0, int(place))
-                rows.append(self.samples[k] + lap * self.lap)
-        q = np.array(rows) + offset
+        laps = np.arange(int(end // self.last) + 1)[:, None] * self.last
+        folds = (self.folds + laps).ravel()
+        special = np.concatenate([[begin, end], folds[(folds > begin) & (folds < end)]])
+        whole = np.arange(math.ceil(begin), math.floor(end) + 1)
+        lap, k = np.divmod(whole, self.last) if self.curve.closed else (0 * whole, whole)
+        places, first = np.unique(np.concatenate([special, whole]), return_index=True)
+        rows = np.vstack([self.at(special), self.samples[k] + lap[:, None] * self.lap])
+        periods = np.where(np.isfinite(self.plan.periods), self.plan.periods, 0.0)
+        offset = np.array(turns) * periods
+        q = rows[first] + offset
         ways = np.linalg.norm(np.diff(q / self.plan.scales, axis=0), axis=1)
         s = np.concatenate([[0.0], np.cumsum(ways)])
-
-        def along(at: float) -> Floats:
-            return np.asarray(self.at(float(np.interp(at, s, places))) + offset)
-
+        along = ArcPlaces(self, s, places, offset)
         return IkArc(q, s, True, (), 1, self.plan.limits.copy(), self.plan.scales.copy(), along)
+
+
+@dataclass(frozen=True, eq=False)
+class ArcPlaces:
+    """
+    Where an arc is on its curve.
+
+    Attributes
+    ----------
+    curve
+        The curve.
+    s, places : shape (m,)
+        Lengths of the arc (rad), and the places there.
+    offset : shape (n,), rad or m
+        What full turns add to the curve's joint positions.
+    """
+
+    curve: JointCurve
+    s: Floats
+    places: Floats
+    offset: Floats
+
+    def at(self, s: float) -> Floats:
+        """Return the joint positions (n,) at a length."""
+        place = np.interp(s, self.s, self.places)
+        return np.asarray(self.curve.at(np.array([place]))[0] + self.offset)
+
+    def nearest(self, k: int, q: Floats) -> Floats:
+        """Return the joint positions (n,) nearest to others, after sample k and before the next.
+        """
+        begin, end = self.places[k : k + 2].tolist()
+        place = self.curve.nearest(begin, end, q - self.offset)
+        return np.asarray(self.curve.at(np.array([place]))[0] + self.offset)
+
+    def turned(self, offset: Floats) -> 'ArcPlaces':
+        """Return the same with full turns (n,) added."""
+        return replace(self, offset=self.offset + offset)
 
 
 def _once(crossings: list[_Crossing]) -> list[_Crossing]:
@@ -179,13 +215,3 @@ def _once(crossings: list[_Crossing]) -> list[_Crossing]:
         if not any(same):
             kept.append(one)
     return kept
-
-
-def _lifts(limit: float, low: float, high: float, period: float) -> list[float]:
-    # Where a limit is between two positions, full periods added.
-    if not math.isfinite(limit):
-        return []
-    if not math.isfinite(period):
-        return [limit]
-    first, last = math.ceil((low - limit) / period), math.floor((high - limit) / period)
-    return [limit + turn * period for turn in range(first, last + 1)]

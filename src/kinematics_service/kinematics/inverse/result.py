@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal, NamedTuple, overload
+from typing import ClassVar, Literal, NamedTuple, Protocol, overload
 
 import numpy as np
 
@@ -110,6 +110,19 @@ class IkArcEnd(NamedTuple):
     limit: str
 
 
+class CurveOfArc(Protocol):
+    """The curve that an arc is part of."""
+
+    def at(self, s: float) -> Floats:
+        """Return the joint positions (n,) at a length of the arc."""
+
+    def nearest(self, k: int, q: Floats) -> Floats:
+        """Return the joint positions (n,) nearest to others on the piece after sample k."""
+
+    def turned(self, offset: Floats) -> 'CurveOfArc':
+        """Return the curve with full turns (n,) added."""
+
+
 @dataclass(frozen=True, eq=False)
 class IkArc(FrozenArrays):
     """
@@ -141,7 +154,7 @@ class IkArc(FrozenArrays):
     windings: int
     limits: Floats
     scales: Floats
-    along: Callable[[float], Floats]
+    along: CurveOfArc
 
     @property
     def length(self) -> float:
@@ -160,7 +173,7 @@ class IkArc(FrozenArrays):
         A closed arc goes on before and behind, lap by lap.
         """
         laps = math.floor(s / self.length) if self.closed else 0
-        return np.asarray(self.along(s - laps * self.length) + laps * (self.q[-1] - self.q[0]))
+        return np.asarray(self.along.at(s - laps * self.length) + laps * (self.q[-1] - self.q[0]))
 
     def margins(self) -> Floats:
         """Return the distance of each of `q` to the nearest limit, shape (m,), rad or m."""
@@ -177,7 +190,13 @@ class IkArc(FrozenArrays):
 
     def nearest_to(self, q: Floats) -> Floats:
         """Return the joint positions (n,) nearest to others: root of the sum of squares."""
-        return self._best(lambda one: np.linalg.norm((one - q) / self.scales, axis=-1))
+        away = np.linalg.norm((self.q - q) / self.scales, axis=1)
+        k, last, lap = int(np.argmin(away)), len(self.q) - 1, self.q[-1] - self.q[0]
+        pieces = [(i, 0.0) for i in (k - 1, k) if 0 <= i < last]
+        if self.closed and k in (0, last):
+            pieces = [(last - 1, k / last - 1.0), (0, k / last)]
+        ways = [self.along.nearest(i, q - turn * lap) + turn * lap for i, turn in pieces]
+        return min(ways, key=lambda one: float(np.linalg.norm((one - q) / self.scales)))
 
     def with_largest_clearance(self, robot: Robot) -> Floats:
         """Return the joint positions (n,) of `q` with the largest proved radius free of singular
