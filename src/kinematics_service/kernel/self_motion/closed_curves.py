@@ -414,10 +414,12 @@ class ClosedCurves:
         return True
 
     def _way_to(self, rows: Flat, count: int) -> float:
-        row, square = arrays.after(rows, 14 * count), 0.0
+        # The longest way of a joint since the last row.
+        row = arrays.after(rows, 14 * count)
+        way: float = 0.0
         for j in range(7):
-            square += (row[j] - row[j - 14]) * (row[j] - row[j - 14])
-        return math.sqrt(square)
+            way = max(way, abs(row[j] - row[j - 14]))
+        return way
 
     def _is_next(self, rows: Flat, count: int, away: float) -> bool:
         # Whether the tangent is like the last one, and the wrist is not stretched on the way.

@@ -9,6 +9,8 @@ from .curve_point import CurvePoint
 # Steps to where a joint is at an end of its range, or at a position; a joint that is as near to it
 # is there (rad or m).
 STEPS, THERE = 60, 1e-13
+# The slope of a joint that is at an end of its range: the square is what it is away from it.
+FLAT = 1e-9
 # What vanishes at a place: a joint's slope, how far it is from a value, the slope of a distance.
 SLOPE, VALUE, DISTANCE = 0, 1, 2
 # A mark that is no limit's: of a joint at an end of its range.
@@ -106,7 +108,7 @@ class CurvePath:
             x = (a * high - b * low) / (high - low)
             self.stand_at(x)
             y = self.what_vanishes(self.point.psi, self.point.tangent)
-            if abs(y) < THERE:
+            if abs(y) < (THERE if self.kind == VALUE else FLAT):
                 return x
             if (y > 0.0) != (high > 0.0):
                 a, low = b, high
@@ -156,10 +158,11 @@ class _Marks:
     # What was found: places, and rows and sides.
 
     count: int
+    limits: int
     most: int
 
     def __init__(self, places: Floats, kinds: Integers) -> None:
-        self.count, self.most = 0, arrays.size(places)
+        self.count, self.limits, self.most = 0, 0, arrays.size(places)
         self.places: Flat = arrays.results(places, self.most)
         self.kinds: FlatIntegers = arrays.whole_results(kinds, 2 * self.most)
         self._arrays: tuple[object, ...] = places, kinds
@@ -170,6 +173,8 @@ class _Marks:
             self.places[self.count] = place
             self.kinds[2 * self.count], self.kinds[2 * self.count + 1] = row, side
         self.count += 1
+        if side != FOLD:
+            self.limits += 1
 
 
 def marks(
@@ -179,7 +184,7 @@ def marks(
     Find where each row is at an end of its range, or at a limit; return how many places.
 
     Between neighbouring ends of its range a row rises or falls. More than there is room for are
-    counted only.
+    counted only. -1: a row is never inside its limits, and the others were not all looked at.
 
     Parameters
     ----------
@@ -197,6 +202,7 @@ def marks(
     bounds, turns = arrays.numbers(limits, 2 * k), arrays.numbers(periods, k)
     found = _Marks(places, kinds)
     for i in range(k):
+        known = found.limits
         path.row = arrays.after(path.rows, i * n)
         slope, at = path.times(path.row, path.tangents), path.times(path.row, path.psi)
         for s in range(1, path.m):
@@ -212,7 +218,16 @@ def marks(
                 begin = fold
             _take_crossings(path, found, bounds, turns, i, begin, here, s * 1.0, next_at)
             slope, at = next_slope, next_at
+        if found.limits == known and not _is_inside(bounds, turns, i, at):
+            return -1
     return found.count
+
+
+def _is_inside(limits: Flat, periods: Flat, i: int, value: float) -> bool:
+    low, high, period = limits[2 * i], limits[2 * i + 1], periods[i]
+    if math.isfinite(low) and math.isfinite(high) and math.isfinite(period):
+        return value + period * math.ceil((low - value) / period) <= high
+    return (not math.isfinite(low) or low <= value) and (not math.isfinite(high) or value <= high)
 
 
 def _take_crossings(

@@ -10,7 +10,7 @@ import numpy as np
 from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .curve import SolutionCurve, marks_of, places_of
+from .curve import CurveMarks, SolutionCurve, marks_of, places_of
 from .plan import InversePlan
 from .result import IkArc, IkArcEnd
 from .sliced_arm import SlicedArm
@@ -50,14 +50,7 @@ class JointCurve:
         # Row j: joint j by the screws.
         self.rows = arm.to_joints(np.eye(len(arm.table)), robot.dof).T
         self.path = curve.path(self.rows)
-        marks = marks_of(self.path, plan.limits, plan.periods)
-        is_fold = marks.sides > 1
-        self.folds = marks.places[is_fold]
-        limits = zip(*(column[~is_fold].tolist() for column in marks))
-        self.crossings = sorted(
-            _Crossing(place % self.last, IkArcEnd(robot.joint_names[j], SIDES[side]))
-            for place, j, side in limits
-        )
+        self.marks = marks_of(self.path, plan.limits, plan.periods)
         self.lap = self.samples[-1] - self.samples[0] if curve.closed else np.zeros(robot.dof)
 
     def at(self, places: Floats) -> Floats:
@@ -75,7 +68,9 @@ class JointCurve:
 
     def arcs(self) -> tuple[IkArc, ...]:
         """Return the arcs inside the limits; those that differ by full turns once."""
-        crossings = _once(self.crossings)
+        if self.marks is None:
+            return ()
+        crossings = self._crossings(self.marks)
         if not self.curve.closed:
             stop = IkArcEnd('', 'singular')
             crossings = [_Crossing(0.0, stop), *crossings, _Crossing(float(self.last), stop)]
@@ -83,9 +78,8 @@ class JointCurve:
             crossings = [_Crossing(0.0, IkArcEnd('', ''))]
         pieces = len(crossings) if self.curve.closed else len(crossings) - 1
         crossings += [one._replace(place=one.place + self.last) for one in crossings]
-        ends = np.array([one.place for one in crossings[: pieces + 1]])
-        middles = self.at(0.5 * (ends[:-1] + ends[1:]))
-        inside = [self._turns_inside(q) for q in middles.tolist()]
+        inside = self._turns_inside(np.array([one.place for one in crossings[: pieces + 1]]))
+        folds = self.marks.places[self.marks.sides > 1]
         arcs: dict[tuple[int, int], IkArc] = {}
         for first, count, turns, closed in self._paths(inside):
             if (first, count) in arcs:
@@ -93,27 +87,31 @@ class JointCurve:
                 continue
             laps, last = divmod(first + count, pieces) if self.curve.closed else (0, first + count)
             end = crossings[last].place + laps * self.last
-            arc = self._arc(crossings[first].place, end, turns)
-            if not closed:
-                ends = crossings[first].end, crossings[last].end
-                arc = replace(arc, closed=False, ends=self._with_sides(ends, arc.q))
-            arcs[first, count] = arc
+            ends = () if closed else (crossings[first].end, crossings[last].end)
+            arcs[first, count] = self._arc(crossings[first].place, end, turns, ends, folds)
         return tuple(arcs.values())
 
-    def _turns_inside(self, q: list[float]) -> set[Turns]:
-        # The numbers of periods that bring all joints inside their limits.
-        choices = []
-        limits = self.plan.limits.tolist()
-        for value, (low, high), period in zip(q, limits, self.plan.periods.tolist()):
-            if math.isfinite(low) and math.isfinite(high) and math.isfinite(period):
-                first, last = (
-                    math.ceil((low - value) / period),
-                    math.floor((high - value) / period),
-                )
-                choices.append(range(first, last + 1))
-            else:
-                choices.append(range(0, 1 if low <= value <= high else 0))
-        return set(itertools.product(*choices))
+    def _crossings(self, marks: CurveMarks) -> list[_Crossing]:
+        names, at_limit = self.robot.joint_names, marks.sides < 2
+        limits = zip(*(column[at_limit].tolist() for column in marks))
+        return _once(
+            sorted(_Crossing(x % self.last, IkArcEnd(names[j], SIDES[i])) for x, j, i in limits)
+        )
+
+    def _turns_inside(self, ends: Floats) -> list[set[Turns]]:
+        # Of each piece the numbers of periods that bring all joints inside their limits.
+        q = self.at(0.5 * (ends[:-1] + ends[1:]))
+        low, high = self.plan.limits.T
+        wound = np.isfinite(low) & np.isfinite(high) & np.isfinite(self.plan.periods)
+        periods = np.where(wound, self.plan.periods, 1.0)
+        first = np.where(wound, np.ceil((np.where(wound, low, 0.0) - q) / periods), 0.0)
+        last = np.where(wound, np.floor((np.where(wound, high, 0.0) - q) / periods), 0.0)
+        last[~wound & ((q < low) | (q > high))] = -1.0
+        choices: list[set[Turns]] = [set() for _ in q]
+        for i in np.flatnonzero(np.all(first <= last, axis=1)).tolist():
+            ways = zip(first[i].astype(int).tolist(), last[i].astype(int).tolist())
+            choices[i] = set(itertools.product(*(range(a, b + 1) for a, b in ways)))
+        return choices
 
     def _paths(self, inside: list[set[Turns]]) -> list[tuple[int, int, Turns, bool]]:
         # Of each arc its first piece, how many it has, its turns, and whether it closes.
@@ -151,9 +149,11 @@ class JointCurve:
             sided.append(end)
         return tuple(sided)
 
-    def _arc(self, begin: float, end: float, turns: Turns) -> IkArc:
+    def _arc(
+        self, begin: float, end: float, turns: Turns, ends: tuple[IkArcEnd, ...], folds: Floats
+    ) -> IkArc:
         laps = np.arange(int(end // self.last) + 1)[:, None] * self.last
-        folds = (self.folds + laps).ravel()
+        folds = (folds + laps).ravel()
         special = np.concatenate([[begin, end], folds[(folds > begin) & (folds < end)]])
         whole = np.arange(math.ceil(begin), math.floor(end) + 1)
         lap, k = np.divmod(whole, self.last) if self.curve.closed else (0 * whole, whole)
@@ -165,7 +165,9 @@ class JointCurve:
         ways = np.linalg.norm(np.diff(q / self.plan.scales, axis=0), axis=1)
         s = np.concatenate([[0.0], np.cumsum(ways)])
         along = ArcPlaces(self, s, places, offset)
-        return IkArc(q, s, True, (), 1, self.plan.limits.copy(), self.plan.scales.copy(), along)
+        limits, scales = self.plan.limits.copy(), self.plan.scales.copy()
+        sided = self._with_sides(ends, q)
+        return IkArc(q, s, not ends, sided, 1, limits, scales, along)
 
 
 @dataclass(frozen=True, eq=False)

@@ -82,7 +82,8 @@ class SolutionCurve(FrozenArrays):
     def folds(self, direction: Floats) -> list[float]:
         """Return the places where a motion (n,) times the positions is largest or smallest."""
         path, nothing = self.path(direction[None]), np.full((1, 2), np.inf)
-        return marks_of(path, nothing, nothing[0, :1]).places.tolist()
+        marks = marks_of(path, nothing, nothing[0, :1])
+        return [] if marks is None else marks.places.tolist()
 
 
 def places_of(path: kernel.CurvePath, places: Floats) -> Floats:
@@ -92,16 +93,18 @@ def places_of(path: kernel.CurvePath, places: Floats) -> Floats:
     return psi
 
 
-def marks_of(path: kernel.CurvePath, limits: Floats, periods: Floats) -> CurveMarks:
+def marks_of(path: kernel.CurvePath, limits: Floats, periods: Floats) -> CurveMarks | None:
     """
     Return where the sums that are looked at are at ends of their ranges or at limits.
 
-    `limits` (k, 2) come again after each period (k,).
+    `limits` (k, 2) come again after each period (k,). None: one of them is never inside.
     """
     room = MARKS
     while True:
         places, kinds = np.empty(room), np.empty((room, 2), dtype=np.int64)
         count = kernel.marks(path, limits, periods, places, kinds)
+        if count < 0:
+            return None
         if count <= room:
             return CurveMarks(places[:count], *kinds[:count].T)
         room = count
