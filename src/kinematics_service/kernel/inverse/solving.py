@@ -134,14 +134,17 @@ def closed_solutions(
         count = _keep_nearest(refinement, joints, middle, proved, count, found, kept)
     else:
         count = _keep_all(refinement, joints, middle, proved, count, found, kept)
-    for i in range(count):
-        q = arrays.after(kept.rows, i * joints.n)
-        kept.shares[i] = dependence.share_of_last_pivot(refinement.residual, joints.scales, q)
-        posture.write_posture(form, q, arrays.whole_after(kept.postures, 3 * i))
     kept.count = count
     # Where no candidate is missing, and none has led to the solution of another.
     kept.regular = said[0] < places.INFINITY and count == candidates
     kept.sure = said[0] < SURE and count == candidates
+    for i in range(count):
+        q = arrays.after(kept.rows, i * joints.n)
+        # All of sure ones are far from singular.
+        kept.shares[i] = 1.0
+        if only_one or not kept.sure:
+            kept.shares[i] = dependence.share_of_last_pivot(refinement.residual, joints.scales, q)
+        posture.write_posture(form, q, arrays.whole_after(kept.postures, 3 * i))
 
 
 def eliminated_solutions(

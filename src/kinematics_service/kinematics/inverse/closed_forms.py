@@ -39,18 +39,22 @@ def closed_solutions(
     return solutions
 
 
-def solutions_of(problem: IkProblem, proved: kernel.Solutions) -> tuple[IkSolution, ...]:
-    """Return proved solutions for the result, in their order."""
-    names = problem.robot.joint_names
+def solutions_of(
+    problem: IkProblem, proved: kernel.Solutions, only_feasible: bool
+) -> tuple[IkSolution, ...]:
+    """Return proved solutions for the result, all or those inside the limits, in their order."""
+    names, exact = problem.robot.joint_names, problem.target.exact
     solutions = []
     for k, q in enumerate(proved.q[: proved.count].copy()):
         margin = proved.margin(k)
         feasible = margin >= -kernel.AT_LIMIT
         beyond: tuple[str, ...] = ()
         if not feasible:
+            if only_feasible:
+                continue
             beyond = tuple(name for j, name in enumerate(names) if proved.is_beyond(k, j))
-        posture = POSTURES[proved.posture(k)]
-        error = proved.miss(k)
-        exact = error < problem.target.exact
-        solutions.append(IkSolution(q, error, feasible, beyond, margin, posture, 1, exact))
+        error, posture = proved.miss(k), POSTURES[proved.posture(k)]
+        solutions.append(
+            IkSolution(q, error, feasible, beyond, margin, posture, 1, error < exact)
+        )
     return tuple(solutions)

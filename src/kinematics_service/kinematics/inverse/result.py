@@ -54,7 +54,7 @@ class Posture:
         return ', '.join(f'{name} {word.replace("_", " ")}' for name, word in parts if word)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class IkSolution(FrozenArrays):
     """
     Joint positions that bring the tool to the target.
@@ -90,8 +90,33 @@ class IkSolution(FrozenArrays):
     beyond: tuple[str, ...]
     margin: float
     posture: Posture
-    multiplicity: int = 1
-    exact: bool = True
+    multiplicity: int
+    exact: bool
+
+    def __init__(
+        self,
+        q: Floats,
+        residual: float,
+        feasible: bool,
+        beyond: tuple[str, ...],
+        margin: float,
+        posture: Posture,
+        multiplicity: int = 1,
+        exact: bool = True,
+    ) -> None:
+        # A frozen dataclass sets field by field, which is a fifth of a set of solutions in closed
+        # form (bench/inverse_peers.py).
+        q.setflags(write=False)
+        self.__dict__.update(
+            q=q,
+            residual=residual,
+            feasible=feasible,
+            beyond=beyond,
+            margin=margin,
+            posture=posture,
+            multiplicity=multiplicity,
+            exact=exact,
+        )
 
 
 class IkArcEnd(NamedTuple):

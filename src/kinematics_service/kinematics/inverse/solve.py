@@ -179,11 +179,10 @@ def _proved(
     # All there are, unless some that are nearly singular turn out to be families.
     simple = proved.sure or all(proved.share(k) >= SUSPECT for k in range(proved.count))
     if proved.count and simple:
-        solutions = solutions_of(problem, proved)
-        inside = tuple(solution for solution in solutions if solution.feasible)
+        wanted = solutions_of(problem, proved, respect_limits)
+        inside = sum(solution.feasible for solution in wanted)
         if inside:
-            wanted = inside if respect_limits else solutions
-            reason = inside_limits(len(inside), 0)
+            reason = inside_limits(inside, 0)
             return IkResult(wanted, (), 'solved', reason, method, None, 'proved', roots)
     best = LeastError(problem.near, np.inf)
     return answer(problem, _found(proved), method, best, respect_limits, roots)
@@ -295,7 +294,7 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
         result = answer(problem, _found(proved), method, LeastError(near, np.inf), True)
         return replace(result, complete='partial')
     reason = f'a solution inside the limits{not_exact(target, error)}; others were not looked for'
-    return IkResult(solutions_of(problem, proved), (), 'solved', reason, method, None, 'partial')
+    return IkResult(solutions_of(problem, proved, True), (), 'solved', reason, method, None, 'partial')
 
 
 def _first_solution(problem: IkProblem) -> kernel.Solutions:
