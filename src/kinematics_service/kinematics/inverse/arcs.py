@@ -1,5 +1,6 @@
 """The arcs of a curve of solutions that are inside the joint limits, full turns told apart."""
 
+import functools
 import itertools
 import math
 from dataclasses import dataclass, replace
@@ -45,13 +46,18 @@ class JointCurve:
         self, robot: Robot, plan: InversePlan, arm: SlicedArm, curve: SolutionCurve
     ) -> None:
         self.robot, self.plan, self.arm, self.curve = robot, plan, arm, curve
-        self.samples = arm.to_joints(curve.psi, robot.dof)
-        self.last = len(self.samples) - 1
+        self.last = len(curve.psi) - 1
         # Row j: joint j by the screws.
-        self.rows = arm.to_joints(np.eye(len(arm.table)), robot.dof).T
-        self.path = curve.path(self.rows)
+        self.path = curve.path(arm.uncoupling[: robot.dof])
         self.marks = marks_of(self.path, plan.limits, plan.periods)
-        self.lap = self.samples[-1] - self.samples[0] if curve.closed else np.zeros(robot.dof)
+        self.lap = np.zeros(robot.dof)
+        if curve.closed:
+            self.lap = arm.to_joints(curve.psi[-1] - curve.psi[0], robot.dof)
+
+    @functools.cached_property
+    def samples(self) -> Floats:
+        """Return the joint positions (m, n) of the curve's samples."""
+        return self.arm.to_joints(self.curve.psi, self.robot.dof)
 
     def at(self, places: Floats) -> Floats:
         """Return joint positions (m, n) at places (m,) of the curve."""
@@ -77,18 +83,23 @@ class JointCurve:
         elif not crossings:
             crossings = [_Crossing(0.0, IkArcEnd('', ''))]
         pieces = len(crossings) if self.curve.closed else len(crossings) - 1
-        crossings += [one._replace(place=one.place + self.last) for one in crossings]
-        inside = self._turns_inside(np.array([one.place for one in crossings[: pieces + 1]]))
-        folds = self.marks.places[self.marks.sides > 1]
+        ends = np.array([one.place for one in crossings])
+        following = np.append(ends, ends[0] + self.last)[: pieces + 1]
+        q = self.at(np.concatenate([ends, 0.5 * (following[:-1] + following[1:])]))
+        inside = self._turns_inside(q[len(ends) :])
+        if not any(inside):
+            return ()
+        samples = self._samples(self.marks.places[self.marks.sides > 1])
         arcs: dict[tuple[int, int], IkArc] = {}
         for first, count, turns, closed in self._paths(inside):
             if (first, count) in arcs:
                 arcs[first, count] = arcs[first, count].wound_once_more()
                 continue
             laps, last = divmod(first + count, pieces) if self.curve.closed else (0, first + count)
-            end = crossings[last].place + laps * self.last
-            ends = () if closed else (crossings[first].end, crossings[last].end)
-            arcs[first, count] = self._arc(crossings[first].place, end, turns, ends, folds)
+            stop = ends[last] + laps * self.last
+            sides = () if closed else (crossings[first].end, crossings[last].end)
+            rows = q[first], q[last] + laps * self.lap
+            arcs[first, count] = self._arc((ends[first], stop), rows, turns, sides, samples)
         return tuple(arcs.values())
 
     def _crossings(self, marks: CurveMarks) -> list[_Crossing]:
@@ -98,9 +109,9 @@ class JointCurve:
             sorted(_Crossing(x % self.last, IkArcEnd(names[j], SIDES[i])) for x, j, i in limits)
         )
 
-    def _turns_inside(self, ends: Floats) -> list[set[Turns]]:
-        # Of each piece the numbers of periods that bring all joints inside their limits.
-        q = self.at(0.5 * (ends[:-1] + ends[1:]))
+    def _turns_inside(self, q: Floats) -> list[set[Turns]]:
+        # Of each piece, by its middle, the numbers of periods that bring all joints inside their
+        # limits.
         low, high = self.plan.limits.T
         wound = np.isfinite(low) & np.isfinite(high) & np.isfinite(self.plan.periods)
         periods = np.where(wound, self.plan.periods, 1.0)
@@ -149,25 +160,42 @@ class JointCurve:
             sided.append(end)
         return tuple(sided)
 
+    def _samples(self, folds: Floats) -> tuple[Floats, Floats]:
+        # All places of a lap, sorted, where there are samples or ends of ranges; positions there.
+        places = np.concatenate([np.arange(self.last), folds])
+        order = np.argsort(places, kind='stable')
+        q = np.concatenate([self.samples[:-1], self.at(folds)])
+        return places[order], q[order]
+
     def _arc(
-        self, begin: float, end: float, turns: Turns, ends: tuple[IkArcEnd, ...], folds: Floats
+        self,
+        ends: tuple[float, float],
+        rows: tuple[Floats, Floats],
+        turns: Turns,
+        sides: tuple[IkArcEnd, ...],
+        samples: tuple[Floats, Floats],
     ) -> IkArc:
-        laps = np.arange(int(end // self.last) + 1)[:, None] * self.last
-        folds = (folds + laps).ravel()
-        special = np.concatenate([[begin, end], folds[(folds > begin) & (folds < end)]])
-        whole = np.arange(math.ceil(begin), math.floor(end) + 1)
-        lap, k = np.divmod(whole, self.last) if self.curve.closed else (0 * whole, whole)
-        places, first = np.unique(np.concatenate([special, whole]), return_index=True)
-        rows = np.vstack([self.at(special), self.samples[k] + lap[:, None] * self.lap])
+        # Between two places, with the joint positions there.
+        places, q = [np.array(ends[:1])], [rows[0][None]]
+        for lap in range(int(ends[1] // self.last) + 1):
+            begin, stop = np.searchsorted(samples[0], np.array(ends) - lap * self.last).tolist()
+            begin += begin < len(samples[0]) and samples[0][begin] + lap * self.last == ends[0]
+            places.append(samples[0][begin:stop] + lap * self.last)
+            q.append(samples[1][begin:stop] + lap * self.lap)
+        places.append(np.array(ends[1:]))
+        q.append(rows[1][None])
         periods = np.where(np.isfinite(self.plan.periods), self.plan.periods, 0.0)
         offset = np.array(turns) * periods
-        q = rows[first] + offset
-        ways = np.linalg.norm(np.diff(q / self.plan.scales, axis=0), axis=1)
-        s = np.concatenate([[0.0], np.cumsum(ways)])
-        along = ArcPlaces(self, s, places, offset)
-        limits, scales = self.plan.limits.copy(), self.plan.scales.copy()
-        sided = self._with_sides(ends, q)
-        return IkArc(q, s, not ends, sided, 1, limits, scales, along)
+        positions, at = np.concatenate(q) + offset, np.concatenate(places)
+        ways = (positions[1:] - positions[:-1]) / self.plan.scales
+        s = np.zeros(len(at))
+        np.cumsum(np.sqrt(np.einsum('ij,ij->i', ways, ways)), out=s[1:])
+        along = ArcPlaces(self, s, at, offset)
+        sided = self._with_sides(sides, positions)
+        # The limits and scales of a plan are frozen.
+        return IkArc(
+            positions, s, not sides, sided, 1, self.plan.limits, self.plan.scales, along
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -95,11 +95,9 @@ def _family_of_curve(
         q = known.q[int(np.argmax(known.margin))]
     error = float(errors_at(target, plan, q[None])[0])
     motions = tangent(robot, target, plan, q, dimension(robot, target))
-    family = family_of(problem, SolutionFamily(q, error, motions, False))
     moved = np.ptp(curve.samples, axis=0)[None]
-    return replace(
-        family, joints=moving_joints(robot, moved), intervals=arcs, closed=curve.curve.closed
-    )
+    family = family_of(problem, SolutionFamily(q, error, motions, False), moved)
+    return replace(family, intervals=arcs, closed=curve.curve.closed)
 
 
 def _away(problem: IkProblem, arc: IkArc) -> float:
