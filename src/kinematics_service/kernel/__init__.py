@@ -40,6 +40,7 @@ from .inverse.servoing import servo as servo
 from .inverse.solutions import Solutions as Solutions
 from .inverse.solutions import distinct as distinct
 from .inverse.solving import closed_solutions as closed_solutions
+from .inverse.solving import closed_solutions_of_each as closed_solutions_of_each
 from .inverse.solving import eliminated_solutions as eliminated_solutions
 from .inverse.targets import off_rotation as off_rotation
 from .inverse.targets import take_target as take_target
