@@ -11,7 +11,7 @@ from .solutions import SolutionCandidates, Solutions
 
 # Candidates as near to solutions (rad) lead each to its own.
 SURE = 1e-2
-# A candidate as near to its solution as the first (rad) has it beyond the limits where it is itself
+# A candidate as near to its solution as the first (rad) has it beyond the limits if it is itself
 # by more than the second (rad or m).
 KNOWN, BEYOND = 1e-6, 1e-3
 # Penalty on the squared distance of a candidate outside the limits, which sorts it behind the
@@ -224,7 +224,17 @@ def closed_solutions_of_each(
     for i in range(count):
         refinement.residual.pose = arrays.after(rows, 16 * i)
         written[2 * i] = _solve(
-            form, refinement, joints, middle, proved, False, only_inside, psi, found, kept, most * i
+            form,
+            refinement,
+            joints,
+            middle,
+            proved,
+            False,
+            only_inside,
+            psi,
+            found,
+            kept,
+            most * i,
         )
         written[2 * i + 1] = 1 if kept.sure else 0
     refinement.residual.pose = target

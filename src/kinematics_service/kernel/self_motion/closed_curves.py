@@ -3,8 +3,7 @@ All curves of solutions of seven joints that turn, with a closed form when the f
 
 Axes 2 and 3 meet in a point O, axes 5 to 7 in a point W, and those three are each across the next.
 Held, joint 1 (angle t) says where joints 2 to 4 have to bring W: to v from O. The distance of O
-and W, which joint 4 alone changes, is the square root of rho = v . v: that is an ellipse-like curve
-of joint 4 over t,
+and W, the square of which is rho = v . v, is what joint 4 alone changes:
 
     rho(t) = C + R cos(q4 - middle),    X = cos(q4 - middle), Y = sin(q4 - middle),
 
@@ -34,7 +33,7 @@ from ..layout.arrays import (
     Vector,
     WholeNumbers,
 )
-from ..six_joints import pairs, trigonometric_roots
+from ..six_joints import trigonometric_roots
 from . import curve_point
 from .curve_point import CurvePoint
 
@@ -42,7 +41,7 @@ from .curve_point import CurvePoint
 # how much larger discs of roots are taken than they are: no mirror image is beyond them.
 ROUND_OFF, OF_PRODUCT, MIRRORED = 3e-14, 8.0, 5.0
 # A share that is none: where the distance does not change during the turn, or Y is not in D.
-NOTHING = 1e-13
+NOTHING = 1e-14
 # What is no way, and what does not change it: R, as a share of the square of the arm's size.
 LEAST = 1e-6
 # Ends of pieces: none, of the range of joint 4, of that of joint 3.
@@ -144,13 +143,17 @@ class ClosedCurves:
         M[3], M[7], M[11] = p[0], p[1], p[2]
         goal = vectors.times_point(M, w)
         self.goal[0], self.goal[1], self.goal[2] = goal[0], goal[1], goal[2]
-        at_0, at_1, at_2 = self._square(0.0), self._square(0.5 * places.PI), self._square(places.PI)
+        at_0, at_1, at_2 = (
+            self._square(0.0),
+            self._square(0.5 * places.PI),
+            self._square(places.PI),
+        )
         self.rho, self.rho_c = 0.5 * (at_0 + at_2), 0.5 * (at_0 - at_2)
         self.rho_s = at_1 - self.rho
         size = self.rho + abs(self.rho_c) + abs(self.rho_s) + self.C + self.R
         self.noise = (ROUND_OFF + self.error + targets.off(motion)) * size
         self.pieces = 0
-        return self.R > LEAST * size and self._write_pieces(size)
+        return LEAST * size < self.R and self._write_pieces(size)
 
     def _reach(self, t: float) -> Vector:
         # v: from O to where joints 2 to 4 have to bring W.
@@ -526,7 +529,7 @@ def _find(
 
 
 def _close(rows: Flat, count: int) -> None:
-    # The first tangent in the direction of the curve; the last row is the first one, but for turns.
+    # The first tangent in the direction of the curve; the last row is the first one but for turns.
     last, along = arrays.after(rows, 14 * (count - 1)), 0.0
     for j in range(7):
         along += (rows[14 + j] - rows[j]) * rows[7 + j]

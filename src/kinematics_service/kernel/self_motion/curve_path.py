@@ -40,7 +40,11 @@ class CurvePath:
     def __init__(self, point: CurvePoint, psi: Floats, tangents: Floats, rows: Floats) -> None:
         arrays.given(point)
         self.point: CurvePoint = point
-        self.m, self.n, self.k = arrays.extent(psi, 0), arrays.extent(psi, 1), arrays.extent(rows, 0)
+        self.m, self.n, self.k = (
+            arrays.extent(psi, 0),
+            arrays.extent(psi, 1),
+            arrays.extent(rows, 0),
+        )
         if self.n != point.n or self.m < 2:
             raise TypeError('a curve has two samples at least, of as many joints as its arm')
         self.psi: Flat = arrays.numbers(psi, self.m * self.n)

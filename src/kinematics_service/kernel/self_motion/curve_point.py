@@ -170,23 +170,9 @@ class CurvePoint:
         for j in range(n):
             self.used[j] = 1 if j == parameter else 0
         for k in range(rows):
-            row, q, best = k, 0, 0.0
-            for i in range(k, rows):
-                for j in range(n):
-                    size = abs(W[wide * i + j])
-                    if size > best and self.used[j] == 0:
-                        best, row, q = size, i, j
-            if not 1e-15 < best < 1e150:
+            if not self._take_pivot(k):
                 return False
-            self.used[q], self.order[k] = 1, q
-            if row != k:
-                for j in range(wide):
-                    x = W[wide * row + j]
-                    W[wide * row + j] = W[wide * k + j]
-                    W[wide * k + j] = x
-            inverse = 1.0 / W[wide * k + q]
-            for j in range(wide):
-                W[wide * k + j] *= inverse
+            q = self.order[k]
             for i in range(rows):
                 share = W[wide * i + q]
                 if i != k and share != 0.0:
@@ -197,4 +183,26 @@ class CurvePoint:
                 self.parameter = j
         if parameter >= 0:
             self.parameter = parameter
+        return True
+
+    def _take_pivot(self, k: int) -> bool:
+        # Brings the largest number left into row k, and makes it 1; False where all are nothing.
+        rows, n, wide, W = self.rows, self.n, self.n + 1, self.W
+        row, q, best = k, 0, 0.0
+        for i in range(k, rows):
+            for j in range(n):
+                size = abs(W[wide * i + j])
+                if size > best and self.used[j] == 0:
+                    best, row, q = size, i, j
+        if not 1e-15 < best < 1e150:
+            return False
+        self.used[q], self.order[k] = 1, q
+        if row != k:
+            for j in range(wide):
+                x = W[wide * row + j]
+                W[wide * row + j] = W[wide * k + j]
+                W[wide * k + j] = x
+        inverse = 1.0 / W[wide * k + q]
+        for j in range(wide):
+            W[wide * k + j] *= inverse
         return True

@@ -181,9 +181,7 @@ def _named(robot: Robot, which: npt.NDArray[np.bool_]) -> tuple[str, ...]:
     return tuple(robot.joint_names[j] for j in np.flatnonzero(which))
 
 
-def family_of(
-    problem: IkProblem, family: SolutionFamily, moved: Floats | None = None
-) -> IkFamily:
+def family_of(problem: IkProblem, family: SolutionFamily, moved: Floats | None = None) -> IkFamily:
     """
     Return a family for the result, at a pose near `near`.
 

@@ -193,9 +193,7 @@ class JointCurve:
         along = ArcPlaces(self, s, at, offset)
         sided = self._with_sides(sides, positions)
         # The limits and scales of a plan are frozen.
-        return IkArc(
-            positions, s, not sides, sided, 1, self.plan.limits, self.plan.scales, along
-        )
+        return IkArc(positions, s, not sides, sided, 1, self.plan.limits, self.plan.scales, along)
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,8 +222,7 @@ class ArcPlaces:
         return np.asarray(self.curve.at(np.array([place]))[0] + self.offset)
 
     def nearest(self, k: int, q: Floats) -> Floats:
-        """Return the joint positions (n,) nearest to others, after sample k and before the next.
-        """
+        """Return the joint positions (n,) nearest to others on the piece after sample k."""
         begin, end = self.places[k : k + 2].tolist()
         place = self.curve.nearest(begin, end, q - self.offset)
         return np.asarray(self.curve.at(np.array([place]))[0] + self.offset)

@@ -89,7 +89,5 @@ def solutions_of(
                 continue
             beyond = tuple(name for j, name in enumerate(names) if proved.is_beyond(k, j))
         error, posture = proved.miss(k), POSTURES[proved.posture(k)]
-        solutions.append(
-            IkSolution(q, error, feasible, beyond, margin, posture, 1, error < exact)
-        )
+        solutions.append(IkSolution(q, error, feasible, beyond, margin, posture, 1, error < exact))
     return tuple(solutions)

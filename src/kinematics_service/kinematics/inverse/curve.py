@@ -70,7 +70,8 @@ class SolutionCurve(FrozenArrays):
 
     def at(self, place: float) -> Floats:
         """Return the solution (n,) at a place: a sample's number and a share of the next piece."""
-        return places_of(self.path(np.empty((0, len(self.turning)))), np.array([place]))[0]
+        path = self.path(np.empty((0, len(self.turning))))
+        return np.asarray(places_of(path, np.array([place]))[0])
 
     def tangent_at(self, psi: Floats, k: int) -> Floats:
         """Return the tangent (n,) at a solution on the piece after sample k."""

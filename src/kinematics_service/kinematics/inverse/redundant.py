@@ -11,7 +11,7 @@ import numpy as np
 from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .answer import family_of, moving_joints, not_exact, representatives, result_of
+from .answer import family_of, not_exact, representatives, result_of
 from .arcs import JointCurve
 from .families import SolutionFamily, nearer, tangent
 from .plan import InversePlan
@@ -83,9 +83,7 @@ def _of_curves(
     return replace(result, status='solved', reason=reason, nearest=None)
 
 
-def _family_of_curve(
-    problem: IkProblem, curve: JointCurve, arcs: tuple[IkArc, ...]
-) -> IkFamily:
+def _family_of_curve(problem: IkProblem, curve: JointCurve, arcs: tuple[IkArc, ...]) -> IkFamily:
     robot, target, plan, near, *_ = problem
     if arcs:
         q = min(arcs, key=lambda arc: _away(problem, arc)).nearest_to(near)

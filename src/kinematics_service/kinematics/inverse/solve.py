@@ -370,7 +370,9 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
         result = answer(problem, _found(proved), method, LeastError(near, np.inf), True)
         return replace(result, complete='partial')
     reason = f'a solution inside the limits{not_exact(target, error)}; others were not looked for'
-    return IkResult(solutions_of(problem, proved, True), (), 'solved', reason, method, None, 'partial')
+    return IkResult(
+        solutions_of(problem, proved, True), (), 'solved', reason, method, None, 'partial'
+    )
 
 
 def _first_solution(problem: IkProblem) -> kernel.Solutions:
