@@ -49,6 +49,7 @@ from .kinematics.inverse.servo import ServoSettings as ServoSettings
 from .kinematics.inverse.servo import ServoStep as ServoStep
 from .kinematics.inverse.servo import joint_velocity as joint_velocity
 from .kinematics.inverse.solve import inverse_kinematics as inverse_kinematics
+from .kinematics.inverse.solve import inverse_kinematics_of_each as inverse_kinematics_of_each
 from .kinematics.null_space import null_space as null_space
 from .kinematics.null_space import self_motion as self_motion
 from .kinematics.plans.check import check_plan as check_plan

@@ -44,7 +44,8 @@ GIVEN = (
     *(kernel.Loop, kernel.LoopGroup),
     *(kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape, kernel.OurJoints),
     *(kernel.ClosedForm, kernel.Joints, kernel.Refinement, kernel.Residual, kernel.Servo),
-    *(kernel.SixJoints, kernel.CurveChart),
+    *(kernel.SixJoints, kernel.CurveChart, kernel.CurvePoint, kernel.CurvePath),
+    kernel.ClosedCurves,
     *(kernel.Clearance, kernel.NearestSearch, kernel.PoseErrors),
 )
 # Of solutions, and of a step of the servo.
@@ -292,7 +293,8 @@ def curves(robot: Robot, q: np.ndarray):
     # A piece of the curve of solutions through a pose, both ways; a fold, and what is beside it.
     arm = sliced_arm_of(robot, ROW_NAMES, '')
     assert arm is not None
-    chart = arm.chart(ik_target_of(robot, ks.forward_kinematics(robot, q)))
+    target = ik_target_of(robot, ks.forward_kinematics(robot, q))
+    chart = arm.chart(target)
     psi = arm.to_screws(q)
     samples = np.zeros((3, 2 * psi.size))
     for side in (1.0, -1.0):
@@ -308,6 +310,23 @@ def curves(robot: Robot, q: np.ndarray):
     kernel.fold_at(chart, fold, 3, 0.1, np.zeros(4))
     kernel.write_beside_fold(chart, 3, -1e-6, 1.0, beside)
     kernel.holds(chart, beside, 1.0)
+    if arm.closed is not None:
+        closed_curves(robot, arm, target)
+
+
+def closed_curves(robot, arm, target):
+    # All curves in closed form; where joints turn on the first one, and where they are at a limit.
+    n = len(arm.table)
+    samples, lengths, point = np.zeros((3000, 2 * n)), np.zeros(16, int), arm.point(target)
+    found = kernel.closed_curves(arm.closed, point, arm.motion(target), samples, lengths)
+    assert found > 0
+    first = samples[: lengths[0] // 4]
+    path = kernel.CurvePath(point, first[:, :n].copy(), first[:, n:].copy(), np.eye(n))
+    middle = first[len(first) // 2, :n]
+    limits = np.stack([middle - 0.1, middle + 0.1], axis=1)
+    kernel.marks(path, limits, np.full(n, 2 * np.pi), np.zeros(64), np.zeros((64, 2), int))
+    kernel.write_places(path, np.array([0.3, 1.7]), np.zeros((2, n)))
+    kernel.nearest_place(path, np.array([middle, np.ones(n)]), 0.0, 1.0)
 
 
 def details(random: np.random.Generator):

@@ -41,6 +41,7 @@ from .inverse.servoing import servo as servo
 from .inverse.solutions import Solutions as Solutions
 from .inverse.solutions import distinct as distinct
 from .inverse.solving import closed_solutions as closed_solutions
+from .inverse.solving import closed_solutions_of_each as closed_solutions_of_each
 from .inverse.solving import eliminated_solutions as eliminated_solutions
 from .inverse.targets import off_rotation as off_rotation
 from .inverse.targets import take_target as take_target
@@ -74,6 +75,13 @@ from .outgoing import OutgoingMessages as OutgoingMessages
 from .outgoing import OutgoingTable as OutgoingTable
 from .outgoing import fill_messages as fill_messages
 from .self_motion.charts import CurveChart as CurveChart
+from .self_motion.closed_curves import ClosedCurves as ClosedCurves
+from .self_motion.closed_curves import closed_curves as closed_curves
+from .self_motion.curve_path import CurvePath as CurvePath
+from .self_motion.curve_path import marks as marks
+from .self_motion.curve_path import nearest_place as nearest_place
+from .self_motion.curve_path import write_places as write_places
+from .self_motion.curve_point import CurvePoint as CurvePoint
 from .self_motion.curves import corrected as corrected
 from .self_motion.curves import fold_at as fold_at
 from .self_motion.curves import fold_near as fold_near

@@ -2,7 +2,7 @@
 
 from ..layout import arrays
 from ..layout.arrays import Flat, Floats
-from . import solutions
+from . import dependence, solutions
 from .joints import Joints
 from .refinement import Refinement
 from .solutions import Solutions
@@ -31,7 +31,10 @@ def _first_of(
             continue
         joints.represent(near, q)
         if joints.are_inside(q):
-            solution.take(0, refinement.residual, joints, q, left)
+            solution.take(0, joints, q, left)
+            solution.shares[0] = dependence.share_of_last_pivot(
+                refinement.residual, joints.scales, q
+            )
             return 1
     return 0
 

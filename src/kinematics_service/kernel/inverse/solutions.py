@@ -4,7 +4,6 @@ import math
 
 from ..layout import arrays, places
 from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
-from . import dependence
 from .joints import Joints
 from .residuals import Residual
 
@@ -55,15 +54,14 @@ class Solutions:
         """Give the room back."""
         arrays.give_back(self.room)
 
-    def take(self, k: int, residual: Residual, joints: Joints, q: Flat, misses: float) -> None:
-        """Take q (n,) as solution k, with its distance to the limits and its share."""
+    def take(self, k: int, joints: Joints, q: Flat, misses: float) -> None:
+        """Take q (n,) as solution k, with its distance to the limits."""
         n = self.n
         for j in range(n):
             self.rows[k * n + j] = q[j]
             self.beyond[k * n + j] = 1 if joints.space(j, q) < -places.AT_LIMIT else 0
         self.margins[k] = joints.margin(q)
         self.misses[k] = misses
-        self.shares[k] = dependence.share_of_last_pivot(residual, joints.scales, q)
         for i in range(3):
             self.postures[3 * k + i] = 0
 

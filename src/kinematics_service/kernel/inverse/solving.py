@@ -3,7 +3,7 @@
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Integers, Numbers
 from ..six_joints.six_joints import Roots, SixJoints
-from . import posture, solutions, targets
+from . import dependence, posture, solutions, targets
 from .closed_forms import ClosedForm
 from .joints import Joints
 from .refinement import Refinement
@@ -11,6 +11,9 @@ from .solutions import SolutionCandidates, Solutions
 
 # Candidates as near to solutions (rad) lead each to its own.
 SURE = 1e-2
+# A candidate as near to its solution as the first (rad) has it beyond the limits if it is itself
+# by more than the second (rad or m).
+KNOWN, BEYOND = 1e-6, 1e-3
 # Penalty on the squared distance of a candidate outside the limits, which sorts it behind the
 # others.
 LAST = 1e200
@@ -57,9 +60,22 @@ def _keep_nearest(
         misses = refinement.refine_one(q)
         joints.represent(near, q)
         if misses < proved and joints.are_inside(q):
-            kept.take(0, refinement.residual, joints, q, misses)
+            kept.take(0, joints, q, misses)
             return 1
     return 0
+
+
+def _drop_beyond(joints: Joints, near: Flat, count: int, found: SolutionCandidates) -> int:
+    # Keeps candidates that are not far beyond the limits; returns their number.
+    n, left = joints.n, 0
+    for i in range(count):
+        q, to = arrays.after(found.q, i * n), arrays.after(found.q, left * n)
+        joints.represent(near, q)
+        if joints.margin(q) > -BEYOND:
+            for j in range(n):
+                to[j] = q[j]
+            left += 1
+    return left
 
 
 def _keep_all(
@@ -70,8 +86,9 @@ def _keep_all(
     count: int,
     found: SolutionCandidates,
     kept: Solutions,
+    first: int,
 ) -> int:
-    # Keeps all solutions, nearest first; returns their number.
+    # Keeps all solutions, nearest first, from a place on; returns their number.
     for i in range(count):
         found.errors[i] = refinement.refine_one(arrays.after(found.q, i * joints.n))
     found.sort_by_error(count)
@@ -84,8 +101,7 @@ def _keep_all(
         best = solutions.least(found.away, distinct)
         found.away[best] = places.INFINITY
         row = found.which[best]
-        q = arrays.after(found.q, row * joints.n)
-        kept.take(i, refinement.residual, joints, q, found.errors[row])
+        kept.take(first + i, joints, arrays.after(found.q, row * joints.n), found.errors[row])
     return distinct
 
 
@@ -96,13 +112,14 @@ def closed_solutions(
     near: Floats,
     proved: float,
     only_one: bool,
+    only_inside: bool,
     kept: Solutions,
 ) -> None:
     """
     Fill in the solutions of an arm with a closed form, nearest to `near` first.
 
     Each is refined, and proved by forward kinematics. If one is enough, it is the nearest of those
-    inside the limits.
+    inside the limits; if those inside them are, most others are left out.
 
     Parameters
     ----------
@@ -114,8 +131,8 @@ def closed_solutions(
         Joint positions that solutions should be near.
     proved
         Largest error of a solution, m.
-    only_one
-        Whether the nearest solution inside the limits is enough.
+    only_one, only_inside
+        Whether the nearest solution inside the limits is enough, or all that are.
     kept
         Room for MOST_CANDIDATES solutions, or for one if that is enough.
     """
@@ -127,21 +144,102 @@ def closed_solutions(
         raise TypeError('an arm and its closed form do not go together')
     middle = arrays.numbers(near, joints.n)
     found, psi = SolutionCandidates(most, joints.n), arrays.scratch(most * form.k)
-    said = [0.0]
-    candidates = _find(form, refinement.residual.pose, middle, psi, found, said)
+    kept.count = _solve(
+        form, refinement, joints, middle, proved, only_one, only_inside, psi, found, kept, 0
+    )
     arrays.give_back(psi)
+
+
+def _solve(
+    form: ClosedForm,
+    refinement: Refinement,
+    joints: Joints,
+    near: Flat,
+    proved: float,
+    only_one: bool,
+    only_inside: bool,
+    psi: Flat,
+    found: SolutionCandidates,
+    kept: Solutions,
+    first: int,
+) -> int:
+    # Does the work of `closed_solutions`; how many solutions stand from a place on.
+    said = [0.0]
+    candidates = _find(form, refinement.residual.pose, near, psi, found, said)
+    if only_inside and said[0] < KNOWN:
+        candidates = _drop_beyond(joints, near, candidates, found)
     count = candidates
     if only_one:
-        count = _keep_nearest(refinement, joints, middle, proved, count, found, kept)
+        count = _keep_nearest(refinement, joints, near, proved, count, found, kept)
     else:
-        count = _keep_all(refinement, joints, middle, proved, count, found, kept)
-    for i in range(count):
-        q = arrays.after(kept.rows, i * joints.n)
-        posture.write_posture(form, q, arrays.whole_after(kept.postures, 3 * i))
-    kept.count = count
+        count = _keep_all(refinement, joints, near, proved, count, found, kept, first)
     # Where no candidate is missing, and none has led to the solution of another.
     kept.regular = said[0] < places.INFINITY and count == candidates
     kept.sure = said[0] < SURE and count == candidates
+    for i in range(first, first + count):
+        q = arrays.after(kept.rows, i * joints.n)
+        # All of sure ones are far from singular.
+        kept.shares[i] = 1.0
+        if only_one or not kept.sure:
+            kept.shares[i] = dependence.share_of_last_pivot(refinement.residual, joints.scales, q)
+        posture.write_posture(form, q, arrays.whole_after(kept.postures, 3 * i))
+    return count
+
+
+def closed_solutions_of_each(
+    form: ClosedForm,
+    refinement: Refinement,
+    joints: Joints,
+    near: Floats,
+    proved: float,
+    only_inside: bool,
+    poses: Floats,
+    kept: Solutions,
+    counts: Integers,
+) -> None:
+    """
+    Fill in the solutions of many targets, as `closed_solutions` those of one.
+
+    Parameters
+    ----------
+    form, refinement, joints, near, proved, only_inside
+        As there; the refinement of any target.
+    poses : shape (N, 4, 4)
+        The targets.
+    kept
+        Room for MOST_CANDIDATES solutions of each.
+    counts : shape (N, 2)
+        How many solutions each has, and 1 where there are surely no others.
+    """
+    arrays.given(form)
+    arrays.given(refinement)
+    most, count = places.MOST_CANDIDATES, arrays.extent(poses, 0)
+    solutions.require_fit(refinement.residual, joints, kept, count * most)
+    if form.n != joints.n:
+        raise TypeError('an arm and its closed form do not go together')
+    middle, rows = arrays.numbers(near, joints.n), arrays.numbers(poses, 16 * count)
+    written = arrays.whole_results(counts, 2 * count)
+    found, psi = SolutionCandidates(most, joints.n), arrays.scratch(most * form.k)
+    target = refinement.residual.pose
+    for i in range(count):
+        refinement.residual.pose = arrays.after(rows, 16 * i)
+        written[2 * i] = _solve(
+            form,
+            refinement,
+            joints,
+            middle,
+            proved,
+            False,
+            only_inside,
+            psi,
+            found,
+            kept,
+            most * i,
+        )
+        written[2 * i + 1] = 1 if kept.sure else 0
+    refinement.residual.pose = target
+    kept.count = most * count
+    arrays.give_back(psi)
 
 
 def eliminated_solutions(
@@ -185,7 +283,11 @@ def eliminated_solutions(
     lock = arrays.let_go()
     count = _find_roots(arm, refinement.residual.pose, roots, found)
     written[0], written[1], written[2] = roots.count, count, 1 if roots.proved else 0
-    kept.count = _keep_all(refinement, joints, middle, proved, count, found, kept)
+    count = _keep_all(refinement, joints, middle, proved, count, found, kept, 0)
+    for i in range(count):
+        q = arrays.after(kept.rows, 6 * i)
+        kept.shares[i] = dependence.share_of_last_pivot(refinement.residual, joints.scales, q)
+    kept.count = count
     arrays.take_back(lock)
 
 

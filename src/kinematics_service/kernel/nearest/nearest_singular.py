@@ -595,7 +595,9 @@ class NearestSearch:
                     break
             elif self._promise(left, away, nearest) > self.wide * self.distance:
                 break  # it is on its way to one that is farther than what was found
-            elif step > 0 and best == places.INFINITY and not known and self._is_beside_known(away):
+            elif (
+                step > 0 and best == places.INFINITY and not known and self._is_beside_known(away)
+            ):
                 break
             if best < places.INFINITY:
                 if step >= steps - 1:

@@ -128,7 +128,7 @@ def only(robot: Robot, arcs: Sequence[IkArc], q: Floats, rule: StepRule) -> ArcP
 
 
 def _spread(arcs: Sequence[IkArc], arc: Integers, s: Floats, shape: tuple[int, ...]) -> Floats:
-    rows = [arcs[k].spread(*ends) for k, ends in zip(arc.tolist(), s.tolist())]
+    rows = [arcs[k].along.spread(*ends) for k, ends in zip(arc.tolist(), s.tolist())]
     return np.array(rows).reshape(shape)
 
 

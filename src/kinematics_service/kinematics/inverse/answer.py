@@ -181,8 +181,12 @@ def _named(robot: Robot, which: npt.NDArray[np.bool_]) -> tuple[str, ...]:
     return tuple(robot.joint_names[j] for j in np.flatnonzero(which))
 
 
-def family_of(problem: IkProblem, family: SolutionFamily) -> IkFamily:
-    """Return a family for the result, at a pose near `near`."""
+def family_of(problem: IkProblem, family: SolutionFamily, moved: Floats | None = None) -> IkFamily:
+    """
+    Return a family for the result, at a pose near `near`.
+
+    `moved` (k, n) is how the joints move along it; default: by its motions.
+    """
     robot, plan = problem.robot, problem.plan
     if not plan.redundant:
         q = representatives(robot, plan, family.q[None], problem.near).q[0]
@@ -197,7 +201,7 @@ def family_of(problem: IkProblem, family: SolutionFamily) -> IkFamily:
         q=chosen.q[0].copy(),
         motions=family.motions.copy(),
         straight=family.straight,
-        joints=moving_joints(robot, family.motions),
+        joints=moving_joints(robot, family.motions if moved is None else moved),
         residual=family.error,
         feasible=not bool(np.any(outside)),
         beyond=_named(robot, outside),

@@ -1,15 +1,17 @@
 """The arcs of a curve of solutions that are inside the joint limits, full turns told apart."""
 
+import functools
 import itertools
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
+from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .curve import SolutionCurve
+from .curve import CurveMarks, SolutionCurve, marks_of, places_of
 from .plan import InversePlan
 from .result import IkArc, IkArcEnd
 from .sliced_arm import SlicedArm
@@ -44,82 +46,91 @@ class JointCurve:
         self, robot: Robot, plan: InversePlan, arm: SlicedArm, curve: SolutionCurve
     ) -> None:
         self.robot, self.plan, self.arm, self.curve = robot, plan, arm, curve
-        self.samples = arm.to_joints(curve.psi, robot.dof)
-        self.last = len(self.samples) - 1
+        self.last = len(curve.psi) - 1
         # Row j: joint j by the screws.
-        self.rows = arm.to_joints(np.eye(len(arm.table)), robot.dof).T
-        self.folds = [curve.folds(row) for row in self.rows]
-        self.lap = self.samples[-1] - self.samples[0] if curve.closed else np.zeros(robot.dof)
+        self.path = curve.path(arm.uncoupling[: robot.dof])
+        self.marks = marks_of(self.path, plan.limits, plan.periods)
+        self.lap = np.zeros(robot.dof)
+        if curve.closed:
+            self.lap = arm.to_joints(curve.psi[-1] - curve.psi[0], robot.dof)
 
-    def at(self, place: float) -> Floats:
-        """Return joint positions (n,) at a place of the curve."""
-        lap, psi = self._screws_at(place)
-        return self.arm.to_joints(psi, self.robot.dof) + lap * self.lap
+    @functools.cached_property
+    def samples(self) -> Floats:
+        """Return the joint positions (m, n) of the curve's samples."""
+        return self.arm.to_joints(self.curve.psi, self.robot.dof)
 
-    def _screws_at(self, place: float) -> tuple[int, Floats]:
-        # The lap, and the positions of the screws in the first one.
-        lap = math.floor(place / self.last) if self.curve.closed else 0
-        return lap, self.curve.at(place - lap * self.last)
+    def at(self, places: Floats) -> Floats:
+        """Return joint positions (m, n) at places (m,) of the curve."""
+        laps = np.floor(places / self.last) if self.curve.closed else np.zeros(len(places))
+        psi = places_of(self.path, places - laps * self.last)
+        return self.arm.to_joints(psi, self.robot.dof) + laps[:, None] * self.lap
 
-    def spread(self, begin: float, end: float) -> Floats:
-        """Return how far the joints (n,) leave their chord between two places at most."""
-        (_, first), (_, last) = self._screws_at(begin), self._screws_at(end)
-        widths = self.curve.spread(first, last)
+    def nearest(self, begin: float, end: float, q: Floats) -> float:
+        """Return the place nearest to joint positions (n,) between two next to each other."""
+        lap = math.floor(0.5 * (begin + end) / self.last) if self.curve.closed else 0
+        goal = np.array([q - lap * self.lap, self.plan.scales**-2])
+        before = lap * self.last
+        return before + kernel.nearest_place(self.path, goal, begin - before, end - before)
+
+    def spread(self, places: Floats) -> Floats:
+        """Return how far the joints (n,) leave their chord between two places at most, by proof."""
+        laps = np.floor(places / self.last) if self.curve.closed else np.zeros(2)
+        widths = self.curve.spread(*places_of(self.path, places - laps * self.last))
         if not math.isfinite(widths[0]):
             return np.full(self.robot.dof, math.inf)
-        return np.asarray(np.abs(self.rows) @ widths)
+        return np.asarray(np.abs(self.arm.uncoupling[: self.robot.dof]) @ widths)
 
     def arcs(self) -> tuple[IkArc, ...]:
         """Return the arcs inside the limits; those that differ by full turns once."""
-        crossings = _once(sorted(self._crossings()))
+        if self.marks is None:
+            return ()
+        crossings = self._crossings(self.marks)
         if not self.curve.closed:
             stop = IkArcEnd('', 'singular')
             crossings = [_Crossing(0.0, stop), *crossings, _Crossing(float(self.last), stop)]
         elif not crossings:
             crossings = [_Crossing(0.0, IkArcEnd('', ''))]
         pieces = len(crossings) if self.curve.closed else len(crossings) - 1
-        crossings += [one._replace(place=one.place + self.last) for one in crossings]
-        inside = [self._turns_inside(crossings[i], crossings[i + 1]) for i in range(pieces)]
+        ends = np.array([one.place for one in crossings])
+        following = np.append(ends, ends[0] + self.last)[: pieces + 1]
+        q = self.at(np.concatenate([ends, 0.5 * (following[:-1] + following[1:])]))
+        inside = self._turns_inside(q[len(ends) :])
+        if not any(inside):
+            return ()
+        samples = self._samples(self.marks.places[self.marks.sides > 1])
         arcs: dict[tuple[int, int], IkArc] = {}
         for first, count, turns, closed in self._paths(inside):
             if (first, count) in arcs:
                 arcs[first, count] = arcs[first, count].wound_once_more()
                 continue
             laps, last = divmod(first + count, pieces) if self.curve.closed else (0, first + count)
-            end = crossings[last].place + laps * self.last
-            arc = self._arc(crossings[first].place, end, turns)
-            if not closed:
-                ends = crossings[first].end, crossings[last].end
-                arc = replace(arc, closed=False, ends=self._with_sides(ends, arc.q))
-            arcs[first, count] = arc
+            stop = ends[last] + laps * self.last
+            sides = () if closed else (crossings[first].end, crossings[last].end)
+            rows = q[first], q[last] + laps * self.lap
+            arcs[first, count] = self._arc((ends[first], stop), rows, turns, sides, samples)
         return tuple(arcs.values())
 
-    def _crossings(self) -> list[_Crossing]:
-        found = []
-        for j, (row, folds) in enumerate(zip(self.rows, self.folds)):
-            values = np.concatenate([self.samples[:, j], [self.at(x)[j] for x in folds]])
-            low, high, period = float(values.min()), float(values.max()), self.plan.periods[j]
-            for limit, side in zip(self.plan.limits[j].tolist(), SIDES):
-                end = IkArcEnd(self.robot.joint_names[j], side)
-                for value in _lifts(limit, low, high, period):
-                    places = self.curve.crossings(row, value, folds)
-                    found += [_Crossing(place % self.last, end) for place in places]
-        return found
+    def _crossings(self, marks: CurveMarks) -> list[_Crossing]:
+        names, at_limit = self.robot.joint_names, marks.sides < 2
+        limits = zip(*(column[at_limit].tolist() for column in marks))
+        return _once(
+            sorted(_Crossing(x % self.last, IkArcEnd(names[j], SIDES[i])) for x, j, i in limits)
+        )
 
-    def _turns_inside(self, begin: _Crossing, end: _Crossing) -> set[Turns]:
-        # The numbers of periods that bring all joints inside their limits on a piece.
-        q = self.at(0.5 * (begin.place + end.place))
-        choices = []
-        for value, (low, high), period in zip(q, self.plan.limits, self.plan.periods):
-            if math.isfinite(low) and math.isfinite(high) and math.isfinite(period):
-                first, last = (
-                    math.ceil((low - value) / period),
-                    math.floor((high - value) / period),
-                )
-                choices.append(range(first, last + 1))
-            else:
-                choices.append(range(0, 1 if low <= value <= high else 0))
-        return set(itertools.product(*choices))
+    def _turns_inside(self, q: Floats) -> list[set[Turns]]:
+        # Of each piece, by its middle, the numbers of periods that bring all joints inside their
+        # limits.
+        low, high = self.plan.limits.T
+        wound = np.isfinite(low) & np.isfinite(high) & np.isfinite(self.plan.periods)
+        periods = np.where(wound, self.plan.periods, 1.0)
+        first = np.where(wound, np.ceil((np.where(wound, low, 0.0) - q) / periods), 0.0)
+        last = np.where(wound, np.floor((np.where(wound, high, 0.0) - q) / periods), 0.0)
+        last[~wound & ((q < low) | (q > high))] = -1.0
+        choices: list[set[Turns]] = [set() for _ in q]
+        for i in np.flatnonzero(np.all(first <= last, axis=1)).tolist():
+            ways = zip(first[i].astype(int).tolist(), last[i].astype(int).tolist())
+            choices[i] = set(itertools.product(*(range(a, b + 1) for a, b in ways)))
+        return choices
 
     def _paths(self, inside: list[set[Turns]]) -> list[tuple[int, int, Turns, bool]]:
         # Of each arc its first piece, how many it has, its turns, and whether it closes.
@@ -157,33 +168,80 @@ class JointCurve:
             sided.append(end)
         return tuple(sided)
 
-    def _arc(self, begin: float, end: float, turns: Turns) -> IkArc:
-        laps = range(int(end // self.last) + 1)
-        folds = (x + lap * self.last for row in self.folds for x in row for lap in laps)
-        special = {begin, end, *(x for x in folds if begin < x < end)}
-        whole = set(range(math.ceil(begin), math.floor(end) + 1)) - special
-        places = np.array(sorted([*special, *map(float, whole)]))
-        offset = np.array(turns) * np.where(np.isfinite(self.plan.periods), self.plan.periods, 0.0)
-        rows = []
-        for place in places.tolist():
-            if place in special:
-                rows.append(self.at(place))
-            else:
-                lap, k = divmod(int(place), self.last) if self.curve.closed else (0, int(place))
-                rows.append(self.samples[k] + lap * self.lap)
-        q = np.array(rows) + offset
-        ways = np.linalg.norm(np.diff(q / self.plan.scales, axis=0), axis=1)
-        s = np.concatenate([[0.0], np.cumsum(ways)])
+    def _samples(self, folds: Floats) -> tuple[Floats, Floats]:
+        # All places of a lap, sorted, where there are samples or ends of ranges; positions there.
+        places = np.concatenate([np.arange(self.last), folds])
+        order = np.argsort(places, kind='stable')
+        q = np.concatenate([self.samples[:-1], self.at(folds)])
+        return places[order], q[order]
 
-        def along(at: float) -> Floats:
-            return np.asarray(self.at(float(np.interp(at, s, places))) + offset)
+    def _arc(
+        self,
+        ends: tuple[float, float],
+        rows: tuple[Floats, Floats],
+        turns: Turns,
+        sides: tuple[IkArcEnd, ...],
+        samples: tuple[Floats, Floats],
+    ) -> IkArc:
+        # Between two places, with the joint positions there.
+        places, q = [np.array(ends[:1])], [rows[0][None]]
+        for lap in range(int(ends[1] // self.last) + 1):
+            begin, stop = np.searchsorted(samples[0], np.array(ends) - lap * self.last).tolist()
+            begin += begin < len(samples[0]) and samples[0][begin] + lap * self.last == ends[0]
+            places.append(samples[0][begin:stop] + lap * self.last)
+            q.append(samples[1][begin:stop] + lap * self.lap)
+        places.append(np.array(ends[1:]))
+        q.append(rows[1][None])
+        periods = np.where(np.isfinite(self.plan.periods), self.plan.periods, 0.0)
+        offset = np.array(turns) * periods
+        positions, at = np.concatenate(q) + offset, np.concatenate(places)
+        ways = (positions[1:] - positions[:-1]) / self.plan.scales
+        s = np.zeros(len(at))
+        np.cumsum(np.sqrt(np.einsum('ij,ij->i', ways, ways)), out=s[1:])
+        along = ArcPlaces(self, s, at, offset)
+        sided = self._with_sides(sides, positions)
+        # The limits and scales of a plan are frozen.
+        return IkArc(positions, s, not sides, sided, 1, self.plan.limits, self.plan.scales, along)
 
-        def spread(first: float, last: float) -> Floats:
-            ends = np.interp([first, last], s, places).tolist()
-            return self.spread(*ends)
 
-        limits, scales = self.plan.limits.copy(), self.plan.scales.copy()
-        return IkArc(q, s, True, (), 1, limits, scales, along, spread)
+@dataclass(frozen=True, eq=False)
+class ArcPlaces:
+    """
+    Where an arc is on its curve.
+
+    Attributes
+    ----------
+    curve
+        The curve.
+    s, places : shape (m,)
+        Lengths of the arc (rad), and the places there.
+    offset : shape (n,), rad or m
+        What full turns add to the curve's joint positions.
+    """
+
+    curve: JointCurve
+    s: Floats
+    places: Floats
+    offset: Floats
+
+    def at(self, s: float) -> Floats:
+        """Return the joint positions (n,) at a length."""
+        place = np.interp(s, self.s, self.places)
+        return np.asarray(self.curve.at(np.array([place]))[0] + self.offset)
+
+    def nearest(self, k: int, q: Floats) -> Floats:
+        """Return the joint positions (n,) nearest to others on the piece after sample k."""
+        begin, end = self.places[k : k + 2].tolist()
+        place = self.curve.nearest(begin, end, q - self.offset)
+        return np.asarray(self.curve.at(np.array([place]))[0] + self.offset)
+
+    def spread(self, first: float, last: float) -> Floats:
+        """Return how far the joints (n,) leave their chord between two lengths at most."""
+        return self.curve.spread(np.interp([first, last], self.s, self.places))
+
+    def turned(self, offset: Floats) -> 'ArcPlaces':
+        """Return the same with full turns (n,) added."""
+        return replace(self, offset=self.offset + offset)
 
 
 def _once(crossings: list[_Crossing]) -> list[_Crossing]:
@@ -196,13 +254,3 @@ def _once(crossings: list[_Crossing]) -> list[_Crossing]:
         if not any(same):
             kept.append(one)
     return kept
-
-
-def _lifts(limit: float, low: float, high: float, period: float) -> list[float]:
-    # Where a limit is between two positions, full periods added.
-    if not math.isfinite(limit):
-        return []
-    if not math.isfinite(period):
-        return [limit]
-    first, last = math.ceil((low - limit) / period), math.floor((high - limit) / period)
-    return [limit + turn * period for turn in range(first, last + 1)]

@@ -119,7 +119,7 @@ def place_on_arc(robot: Robot, target: IkTarget, q: Floats) -> ArcPlace | None:
     psi = arm.to_screws(q)
     if target.axis:
         psi[-1] = _turn_left(robot, target, q)
-    curve = traced(arm.chart(target), psi, arm.turning)
+    curve = traced(arm.chart(target), arm.point(target), psi, arm.turning)
     if len(curve.psi) < 2:
         return None
     distance = _away_from(q, plan.scales)
@@ -154,4 +154,4 @@ def _away_from(q: Floats, scales: Floats) -> Cost:
 
 
 def _moved(arc: IkArc, offset: Floats) -> IkArc:
-    return replace(arc, q=arc.q + offset, along=lambda s: arc.along(s) + offset)
+    return replace(arc, q=arc.q + offset, along=arc.along.turned(offset))

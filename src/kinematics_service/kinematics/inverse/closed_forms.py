@@ -3,6 +3,7 @@
 import numpy as np
 
 from ... import kernel
+from ...kernel import Floats, Integers
 from .problem import IkProblem
 from .result import IkSolution, Posture
 from .search import refinement
@@ -23,9 +24,13 @@ def room_for(count: int, problem: IkProblem) -> kernel.Solutions:
 
 
 def closed_solutions(
-    problem: IkProblem, form: kernel.ClosedForm, only_one: bool
+    problem: IkProblem, form: kernel.ClosedForm, only_one: bool, only_inside: bool
 ) -> kernel.Solutions:
-    """Return all solutions of an arm with a closed form, or the nearest one inside the limits."""
+    """
+    Return all solutions of an arm with a closed form, or the nearest one inside the limits.
+
+    With `only_inside` those far beyond the limits are left out.
+    """
     solutions = room_for(1 if only_one else kernel.MOST_CANDIDATES, problem)
     kernel.closed_solutions(
         form,
@@ -34,23 +39,55 @@ def closed_solutions(
         problem.near,
         problem.target.proved,
         only_one,
+        only_inside,
         solutions,
     )
     return solutions
 
 
-def solutions_of(problem: IkProblem, proved: kernel.Solutions) -> tuple[IkSolution, ...]:
-    """Return proved solutions for the result, in their order."""
-    names = problem.robot.joint_names
+def closed_solutions_of_each(
+    problem: IkProblem, form: kernel.ClosedForm, only_inside: bool, poses: Floats
+) -> tuple[kernel.Solutions, Integers]:
+    """
+    Return all solutions of many poses (N, 4, 4), MOST_CANDIDATES places for each.
+
+    With them (N, 2) how many each has, and 1 where there are surely no others.
+    """
+    solutions = room_for(kernel.MOST_CANDIDATES * len(poses), problem)
+    counts = np.zeros((len(poses), 2), dtype=np.int64)
+    kernel.closed_solutions_of_each(
+        form,
+        refinement(problem.target, problem.plan),
+        problem.plan.joints,
+        problem.near,
+        problem.target.proved,
+        only_inside,
+        poses,
+        solutions,
+        counts,
+    )
+    return solutions, counts
+
+
+def solutions_of(
+    problem: IkProblem, proved: kernel.Solutions, only_feasible: bool, which: range | None = None
+) -> tuple[IkSolution, ...]:
+    """
+    Return proved solutions for the result, all or those inside the limits, in their order.
+
+    `which` of them; default: all.
+    """
+    which = range(proved.count) if which is None else which
+    names, exact = problem.robot.joint_names, problem.target.exact
     solutions = []
-    for k, q in enumerate(proved.q[: proved.count].copy()):
+    for k, q in zip(which, proved.q[which.start : which.stop].copy()):
         margin = proved.margin(k)
         feasible = margin >= -kernel.AT_LIMIT
         beyond: tuple[str, ...] = ()
         if not feasible:
+            if only_feasible:
+                continue
             beyond = tuple(name for j, name in enumerate(names) if proved.is_beyond(k, j))
-        posture = POSTURES[proved.posture(k)]
-        error = proved.miss(k)
-        exact = error < problem.target.exact
-        solutions.append(IkSolution(q, error, feasible, beyond, margin, posture, 1, exact))
+        error, posture = proved.miss(k), POSTURES[proved.posture(k)]
+        solutions.append(IkSolution(q, error, feasible, beyond, margin, posture, 1, error < exact))
     return tuple(solutions)

@@ -1,23 +1,40 @@
 """A curve of solutions of an arm with one joint more than its target asks for."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import kernel
-from ...kernel import Floats
+from ...kernel import Floats, Integers
 from ...robot.chain import FrozenArrays
 
 # Most samples of a curve, eight times what the longest of a robot's had, and those that there is
 # room for at first: where lengths are far apart a curve has no end.
 MOST, FEW = 1 << 14, 1 << 12
-# Steps to where a joint is at an end of its range, or at a position; a joint that is as near to it
-# is there (rad or m).
-STEPS, THERE = 60, 1e-13
+# Ends of ranges and limits of a curve that there is room for at first.
+MARKS = 256
+
+
+class CurveMarks(NamedTuple):
+    """
+    Where on a curve a sum of positions is at an end of its range, or at a limit.
+
+    Attributes
+    ----------
+    places : shape (m,)
+        Of `SolutionCurve.at`.
+    rows : shape (m,)
+        Which of the sums.
+    sides : shape (m,)
+        0 or 1 for a lower or upper limit, 2 for an end of the range.
+    """
+
+    places: Floats
+    rows: Integers
+    sides: Integers
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +44,7 @@ class SolutionCurve(FrozenArrays):
 
     Attributes
     ----------
-    chart
+    chart, point
         Of the arm and its target.
     psi, tangents : shape (m, n), rad or m
         Samples, and the unit tangents there. Of a closed curve the last sample is the first one,
@@ -41,29 +58,20 @@ class SolutionCurve(FrozenArrays):
     READ_ONLY: ClassVar = ('psi', 'tangents')
 
     chart: kernel.CurveChart
+    point: kernel.CurvePoint
     psi: Floats
     tangents: Floats
     turning: npt.NDArray[np.bool_]
     closed: bool
 
+    def path(self, rows: Floats) -> kernel.CurvePath:
+        """Return the curve for the kernel, and sums of its positions (k, n) to be looked at."""
+        return kernel.CurvePath(self.point, self.psi, self.tangents, np.ascontiguousarray(rows))
+
     def at(self, place: float) -> Floats:
         """Return the solution (n,) at a place: a sample's number and a share of the next piece."""
-        k = min(int(place), len(self.psi) - 2)
-        x = place - k
-        a, b = self.psi[k], self.psi[k + 1]
-        size = math.sqrt(float((b - a) @ (b - a)))
-        u, v = self.tangents[k] * size, self.tangents[k + 1] * size
-        # Hermite's cubic.
-        p = (1 + 2 * x) * (1 - x) ** 2 * a + x * (1 - x) ** 2 * u
-        p = p + x * x * (3 - 2 * x) * b + x * x * (x - 1) * v
-        return self.moved_onto(p, int(np.argmax(np.abs(self.tangents[k] + self.tangents[k + 1]))))
-
-    def moved_onto(self, psi: Floats, joint: int) -> Floats:
-        """Return positions near the curve (n,) moved onto it, one joint held."""
-        t = np.zeros((len(psi), 2))
-        t[:, 0] = psi
-        kernel.corrected(self.chart, t, joint)
-        return t[:, 0].copy()
+        path = self.path(np.empty((0, len(self.turning))))
+        return np.asarray(places_of(path, np.array([place]))[0])
 
     def tangent_at(self, psi: Floats, k: int) -> Floats:
         """Return the tangent (n,) at a solution on the piece after sample k."""
@@ -84,57 +92,40 @@ class SolutionCurve(FrozenArrays):
 
     def folds(self, direction: Floats) -> list[float]:
         """Return the places where a motion (n,) times the positions is largest or smallest."""
-        slopes = self.tangents @ direction
-        places = []
-        for k in np.flatnonzero((slopes[1:] > 0.0) != (slopes[:-1] > 0.0)).tolist():
-
-            def slope(x: float, k: int = k) -> float:
-                return float(self.tangent_at(self.at(k + x), k) @ direction)
-
-            places.append(k + _root(slope, float(slopes[k]), float(slopes[k + 1])))
-        return places
-
-    def crossings(self, direction: Floats, value: float, places: list[float]) -> list[float]:
-        """
-        Return the places where a motion (n,) times the positions is a value.
-
-        `places` are those of its folds: between them it rises or falls.
-        """
-        among = {x: float(self.at(x) @ direction) for x in places}
-        among.update(enumerate((self.psi @ direction).tolist()))
-        ends = sorted(among)
-        values = np.array([among[x] for x in ends]) - value
-        found = []
-        for i in np.flatnonzero((values[1:] > 0.0) != (values[:-1] > 0.0)).tolist():
-            a, b = ends[i], ends[i + 1]
-
-            def away(x: float, a: float = a, b: float = b) -> float:
-                return float(self.at(a + x * (b - a)) @ direction) - value
-
-            found.append(a + (b - a) * _root(away, float(values[i]), float(values[i + 1])))
-        return found
+        path, nothing = self.path(direction[None]), np.full((1, 2), np.inf)
+        marks = marks_of(path, nothing, nothing[0, :1])
+        return [] if marks is None else marks.places.tolist()
 
 
-def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    # Where a function of 0 to 1 vanishes that has different signs at both: the Illinois method.
-    a, b = 0.0, 1.0
-    for _ in range(STEPS):
-        if low == high:
-            break
-        x = (a * high - b * low) / (high - low)
-        y = function(x)
-        if abs(y) < THERE:
-            return float(x)
-        if (y > 0.0) != (high > 0.0):
-            a, low = b, high
-        else:
-            low *= 0.5
-        b, high = x, y
-    return float(b)
+def places_of(path: kernel.CurvePath, places: Floats) -> Floats:
+    """Return the solutions (m, n) at places (m,) of a curve."""
+    psi = np.empty((len(places), path.n))
+    kernel.write_places(path, places, psi)
+    return psi
+
+
+def marks_of(path: kernel.CurvePath, limits: Floats, periods: Floats) -> CurveMarks | None:
+    """
+    Return where the sums that are looked at are at ends of their ranges or at limits.
+
+    `limits` (k, 2) come again after each period (k,). None: one of them is never inside.
+    """
+    room = MARKS
+    while True:
+        places, kinds = np.empty(room), np.empty((room, 2), dtype=np.int64)
+        count = kernel.marks(path, limits, periods, places, kinds)
+        if count < 0:
+            return None
+        if count <= room:
+            return CurveMarks(places[:count], *kinds[:count].T)
+        room = count
 
 
 def traced(
-    chart: kernel.CurveChart, start: Floats, turning: npt.NDArray[np.bool_]
+    chart: kernel.CurveChart,
+    point: kernel.CurvePoint,
+    start: Floats,
+    turning: npt.NDArray[np.bool_],
 ) -> SolutionCurve:
     """Return the curve through a solution (n,); `turning` says which screws turn."""
     first, closed = _samples(chart, start, 1.0)
@@ -144,17 +135,23 @@ def traced(
         turned = first[0].copy()
         turns = np.round((last[:n] - turned[:n]) / math.tau)
         turned[:n] += np.where(turning, turns * math.tau, 0.0)
-        return _curve(chart, np.vstack([first, turned]), turning, True)
+        return curve_of(chart, point, np.vstack([first, turned]), turning, True)
     other, _ = _samples(chart, start, -1.0)
     other[:, len(start) :] *= -1.0
-    return _curve(chart, np.vstack([other[:0:-1], first]), turning, False)
+    return curve_of(chart, point, np.vstack([other[:0:-1], first]), turning, False)
 
 
-def _curve(
-    chart: kernel.CurveChart, samples: Floats, turning: npt.NDArray[np.bool_], closed: bool
+def curve_of(
+    chart: kernel.CurveChart,
+    point: kernel.CurvePoint,
+    samples: Floats,
+    turning: npt.NDArray[np.bool_],
+    closed: bool,
 ) -> SolutionCurve:
+    """Return the curve of samples (m, 2 n): positions and tangents."""
     n = len(turning)
-    return SolutionCurve(chart, samples[:, :n].copy(), samples[:, n:].copy(), turning, closed)
+    psi, tangents = samples[:, :n].copy(), samples[:, n:].copy()
+    return SolutionCurve(chart, point, psi, tangents, turning, closed)
 
 
 def _samples(chart: kernel.CurveChart, start: Floats, side: float) -> tuple[Floats, bool]:

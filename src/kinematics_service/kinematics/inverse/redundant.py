@@ -11,7 +11,7 @@ import numpy as np
 from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .answer import family_of, moving_joints, not_exact, representatives, result_of
+from .answer import family_of, not_exact, representatives, result_of
 from .arcs import JointCurve
 from .families import SolutionFamily, nearer, tangent
 from .plan import InversePlan
@@ -56,10 +56,11 @@ def _of_curves(
     alone: tuple[SolutionFamily, ...] = (),
 ) -> IkResult:
     robot, plan = problem.robot, problem.plan
-    families = [
-        _family_of_curve(problem, JointCurve(robot, plan, search.arm, curve))
-        for curve in search.curves
-    ]
+    curves = [JointCurve(robot, plan, search.arm, curve) for curve in search.curves]
+    with_arcs = [(curve, curve.arcs()) for curve in curves]
+    if respect_limits and any(arcs for _, arcs in with_arcs):
+        with_arcs = [(curve, arcs) for curve, arcs in with_arcs if arcs]
+    families = [_family_of_curve(problem, curve, arcs) for curve, arcs in with_arcs]
     families += [family_of(problem, family) for family in alone]
     away = [float(np.linalg.norm((f.q - problem.near) / plan.scales)) for f in families]
     ordered = tuple(families[k] for k in np.argsort(away, kind='stable'))
@@ -82,9 +83,8 @@ def _of_curves(
     return replace(result, status='solved', reason=reason, nearest=None)
 
 
-def _family_of_curve(problem: IkProblem, curve: JointCurve) -> IkFamily:
+def _family_of_curve(problem: IkProblem, curve: JointCurve, arcs: tuple[IkArc, ...]) -> IkFamily:
     robot, target, plan, near, *_ = problem
-    arcs = curve.arcs()
     if arcs:
         q = min(arcs, key=lambda arc: _away(problem, arc)).nearest_to(near)
     else:
@@ -93,11 +93,9 @@ def _family_of_curve(problem: IkProblem, curve: JointCurve) -> IkFamily:
         q = known.q[int(np.argmax(known.margin))]
     error = float(errors_at(target, plan, q[None])[0])
     motions = tangent(robot, target, plan, q, dimension(robot, target))
-    family = family_of(problem, SolutionFamily(q, error, motions, False))
     moved = np.ptp(curve.samples, axis=0)[None]
-    return replace(
-        family, joints=moving_joints(robot, moved), intervals=arcs, closed=curve.curve.closed
-    )
+    family = family_of(problem, SolutionFamily(q, error, motions, False), moved)
+    return replace(family, intervals=arcs, closed=curve.curve.closed)
 
 
 def _away(problem: IkProblem, arc: IkArc) -> float:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal, NamedTuple, overload
+from typing import ClassVar, Literal, NamedTuple, Protocol, overload
 
 import numpy as np
 
@@ -54,7 +54,7 @@ class Posture:
         return ', '.join(f'{name} {word.replace("_", " ")}' for name, word in parts if word)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class IkSolution(FrozenArrays):
     """
     Joint positions that bring the tool to the target.
@@ -90,8 +90,33 @@ class IkSolution(FrozenArrays):
     beyond: tuple[str, ...]
     margin: float
     posture: Posture
-    multiplicity: int = 1
-    exact: bool = True
+    multiplicity: int
+    exact: bool
+
+    def __init__(
+        self,
+        q: Floats,
+        residual: float,
+        feasible: bool,
+        beyond: tuple[str, ...],
+        margin: float,
+        posture: Posture,
+        multiplicity: int = 1,
+        exact: bool = True,
+    ) -> None:
+        # A frozen dataclass sets field by field, which is a fifth of a set of solutions in closed
+        # form (bench/inverse_peers.py).
+        q.setflags(write=False)
+        self.__dict__.update(
+            q=q,
+            residual=residual,
+            feasible=feasible,
+            beyond=beyond,
+            margin=margin,
+            posture=posture,
+            multiplicity=multiplicity,
+            exact=exact,
+        )
 
 
 class IkArcEnd(NamedTuple):
@@ -108,6 +133,22 @@ class IkArcEnd(NamedTuple):
 
     joint: str
     limit: str
+
+
+class CurveOfArc(Protocol):
+    """The curve that an arc is part of."""
+
+    def at(self, s: float) -> Floats:
+        """Return the joint positions (n,) at a length of the arc."""
+
+    def nearest(self, k: int, q: Floats) -> Floats:
+        """Return the joint positions (n,) nearest to others on the piece after sample k."""
+
+    def spread(self, first: float, last: float) -> Floats:
+        """Return how far the joints (n,) leave their chord between two lengths at most."""
+
+    def turned(self, offset: Floats) -> 'CurveOfArc':
+        """Return the curve with full turns (n,) added."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,8 +182,7 @@ class IkArc(FrozenArrays):
     windings: int
     limits: Floats
     scales: Floats
-    along: Callable[[float], Floats]
-    spread: Callable[[float, float], Floats]
+    along: CurveOfArc
 
     @property
     def length(self) -> float:
@@ -161,7 +201,7 @@ class IkArc(FrozenArrays):
         A closed arc goes on before and behind, lap by lap.
         """
         laps = math.floor(s / self.length) if self.closed else 0
-        return np.asarray(self.along(s - laps * self.length) + laps * (self.q[-1] - self.q[0]))
+        return np.asarray(self.along.at(s - laps * self.length) + laps * (self.q[-1] - self.q[0]))
 
     def margins(self) -> Floats:
         """Return the distance of each of `q` to the nearest limit, shape (m,), rad or m."""
@@ -178,7 +218,13 @@ class IkArc(FrozenArrays):
 
     def nearest_to(self, q: Floats) -> Floats:
         """Return the joint positions (n,) nearest to others: root of the sum of squares."""
-        return self._best(lambda one: np.linalg.norm((one - q) / self.scales, axis=-1))
+        away = np.linalg.norm((self.q - q) / self.scales, axis=1)
+        k, last, lap = int(np.argmin(away)), len(self.q) - 1, self.q[-1] - self.q[0]
+        pieces = [(i, 0.0) for i in (k - 1, k) if 0 <= i < last]
+        if self.closed and k in (0, last):
+            pieces = [(last - 1, k / last - 1.0), (0, k / last)]
+        ways = [self.along.nearest(i, q - turn * lap) + turn * lap for i, turn in pieces]
+        return min(ways, key=lambda one: float(np.linalg.norm((one - q) / self.scales)))
 
     def with_largest_clearance(self, robot: Robot) -> Floats:
         """Return the joint positions (n,) of `q` with the largest proved radius free of singular

@@ -18,7 +18,7 @@ import numpy as np
 
 from ... import kernel
 from ...kernel import Floats
-from .curve import SolutionCurve, traced
+from .curve import SolutionCurve, curve_of, traced
 from .sliced_arm import TRIED, SlicedArm
 from .target import IkTarget
 
@@ -34,6 +34,8 @@ NEXT = 4
 MORE = np.linspace(-math.pi, math.pi, 24, endpoint=False) + 0.05
 # Curves and pieces of complex solutions at most.
 MOST_CURVES, MOST_PATHS = 64, 96
+# Samples of all curves in closed form, ten times what those of a robot had.
+MOST_SAMPLES = 20000
 SINGULAR = 'a curve cannot be followed to its end: it passes a singular pose, or is too long'
 
 
@@ -98,14 +100,17 @@ class CurveSearch:
 
     def __init__(self, arm: SlicedArm, target: IkTarget) -> None:
         self.arm, self.target = arm, target
-        self.chart = arm.chart(target)
+        self.chart, self.point = arm.chart(target), arm.point(target)
         self.curves: list[SolutionCurve] = []
         self.gap = 'no slice was found of which all solutions are known'
         # Whether a solution was met whose curve is not known.
         self.lost = False
 
     def prove(self) -> bool:
-        """Find the curves from slices, and return whether there is proof that these are all."""
+        """Find the curves, and return whether there is proof that these are all."""
+        if self._take_closed():
+            self.gap = ''
+            return True
         for slices in self.arm.slices:
             most: tuple[float, Floats] = (TRIED[0], np.empty((0, len(self.arm.table), 2)))
             for position in TRIED:
@@ -122,6 +127,20 @@ class CurveSearch:
             if not self.gap:
                 return True
         return False
+
+    def _take_closed(self) -> bool:
+        # All curves in closed form, where the arm has one and the target is not singular.
+        if self.arm.closed is None:
+            return False
+        n = len(self.arm.table)
+        samples, lengths = np.empty((MOST_SAMPLES, 2 * n)), np.zeros(MOST_CURVES, dtype=np.int64)
+        motion = np.ascontiguousarray(self.arm.motion(self.target))
+        count = kernel.closed_curves(self.arm.closed, self.point, motion, samples, lengths)
+        ends = np.cumsum(lengths[: max(count, 0)])
+        for end, length in zip(ends, lengths):
+            curve = samples[end - length : end]
+            self.curves.append(curve_of(self.chart, self.point, curve, self.arm.turning, True))
+        return count >= 0
 
     def find_more(self, psi: Floats | None) -> bool:
         """
@@ -151,7 +170,7 @@ class CurveSearch:
         if len(self.curves) == MOST_CURVES:
             self.lost = True
             return
-        curve = traced(self.chart, psi, self.arm.turning)
+        curve = traced(self.chart, self.point, psi, self.arm.turning)
         if len(curve.psi) < 2 or not curve.closed or not _is_on(curve, psi):
             self.lost = True
         if len(curve.psi) > 1:

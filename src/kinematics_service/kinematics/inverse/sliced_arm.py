@@ -18,7 +18,7 @@ from ...rigid_motion import inverse, turn_about
 from ...robot.robot import Robot
 from ...robot.task import ROW_NAMES, seeded_poses
 from ..forward import forward_kinematics
-from .chain_geometry import meeting_point
+from .chain_geometry import meeting_point, reversed_screws, through
 from .plan import one_to_one
 from .screws import Screws, screws_of
 from .six_joints import BOUNDS, six_joints_of
@@ -26,6 +26,9 @@ from .target import TOOL_AXES, IkTarget
 
 # Three axes of six that meet in a point leave at most eight solutions (Pieper 1968).
 MEETING_AXES_BOUND = 8
+# Axes that miss each other by less meet for a closed form, as those of a table do: its solutions
+# are those of the arm to round-off.
+EXACT = 1e-12
 # Positions of the held joint that are tried until every solution is found there (rad).
 TRIED = (0.3, 1.7, -1.2, 2.9, -2.3, 0.9)
 # Any rotation with which the three joints about the tool's origin are regular.
@@ -69,6 +72,8 @@ class SlicedArm(NamedTuple):
         What a rad counts, m.
     slices
         By the joints that can be held; empty where no solutions can be counted.
+    closed
+        How its curves are found in closed form, if they can be.
     """
 
     screws: Screws
@@ -77,6 +82,7 @@ class SlicedArm(NamedTuple):
     whole: bool
     length: float
     slices: tuple[Slices, ...]
+    closed: kernel.ClosedCurves | None
 
     @property
     def turning(self) -> npt.NDArray[np.bool_]:
@@ -94,15 +100,25 @@ class SlicedArm(NamedTuple):
 
     def chart(self, target: IkTarget) -> kernel.CurveChart:
         """Return room for charts of a target's solutions."""
-        pose = target.pose
-        motion = pose @ inverse(self.screws.home)
-        return kernel.CurveChart(self.table, motion, pose[:3, 3].copy(), self.whole, self.length)
+        return kernel.CurveChart(*self._problem(target))
+
+    def point(self, target: IkTarget) -> kernel.CurvePoint:
+        """Return room for a target's real solutions."""
+        return kernel.CurvePoint(*self._problem(target))
+
+    def motion(self, target: IkTarget) -> Floats:
+        """Return the motion (4, 4) from rest to a target."""
+        return np.asarray(target.pose @ inverse(self.screws.home))
+
+    def _problem(self, target: IkTarget) -> tuple[Floats, Floats, Floats, bool, float]:
+        centre = target.pose[:3, 3].copy()
+        return self.table, self.motion(target), centre, self.whole, self.length
 
     def solutions(self, slices: Slices, target: IkTarget, position: float) -> Floats:
         """Return the complex solutions (m, n, 2) of a slice, the joint held at a position."""
         n, held = len(self.table), slices.joint
         turn = _motion_of(self.screws, held, -position)
-        motion = target.pose @ inverse(self.screws.home)
+        motion = self.motion(target)
         motion = turn @ motion if held == 0 else motion @ turn
         if not self.whole:
             goal = motion[:3, :3] @ self.screws.tool + motion[:3, 3]
@@ -141,13 +157,30 @@ def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm |
         return None
     table = np.column_stack([screws.axes, screws.points, np.array(screws.slides, np.float64)])
     back, length = np.asarray(np.linalg.inv(screws.coupling), np.float64), 0.5 * robot.task.length
-    arm = SlicedArm(screws, np.ascontiguousarray(table), back, whole, length, ())
+    arm = SlicedArm(screws, np.ascontiguousarray(table), back, whole, length, (), None)
     slices = [
         slices
         for held in ((len(table) - 1, 0) if whole else (0,))
         if not screws.slides[held] and (slices := _slices(arm, robot, held)) is not None
     ]
-    return arm._replace(slices=tuple(sorted(slices, key=lambda one: one.bound)))
+    closed = _closed_curves(screws) if whole else None
+    return arm._replace(slices=tuple(sorted(slices, key=lambda one: one.bound)), closed=closed)
+
+
+def _closed_curves(screws: Screws) -> kernel.ClosedCurves | None:
+    if any(screws.slides):
+        return None
+    for backwards in (False, True):
+        form = reversed_screws(screws) if backwards else screws
+        crossing, wrist = meeting_point(form, (1, 2)), meeting_point(form, (4, 5, 6))
+        across = np.abs(np.sum(form.axes[4:6] * form.axes[5:7], axis=1)) < EXACT
+        if crossing is None or wrist is None or not across.all():
+            continue
+        form = through(through(form, (1, 2), crossing), (4, 5, 6), wrist)
+        if form.off < EXACT:
+            table = np.column_stack([form.axes, form.points, np.zeros(7)])
+            return kernel.ClosedCurves(table, crossing, wrist, backwards, form.off)
+    return None
 
 
 def _slices(arm: SlicedArm, robot: Robot, held: int) -> Slices | None:

@@ -24,7 +24,13 @@ from .answer import (
     not_exact,
     result_of,
 )
-from .closed_forms import NO_POSTURE, closed_solutions, room_for, solutions_of
+from .closed_forms import (
+    NO_POSTURE,
+    closed_solutions,
+    closed_solutions_of_each,
+    room_for,
+    solutions_of,
+)
 from .elimination import Eliminated, eliminated_solutions, solutions_beside
 from .families import SUSPECT, isolated_or_not, tangent
 from .multiple import with_multiplicities
@@ -34,7 +40,7 @@ from .redundant import dimension, into_limits, redundant_result
 from .result import IkFamily, IkResult, Method
 from .screws import screws_of
 from .search import DistinctSolutions, LeastError, distinct, reached, refinement, search, starts
-from .target import ik_target_of
+from .target import ik_target_of, poses_of
 
 # How far off a target is reached (m, rad): what a person types has seven digits.
 TOLERANCE = 1e-6
@@ -121,6 +127,55 @@ def inverse_kinematics(
     return _exact_or_near(problem, respect_limits)
 
 
+def inverse_kinematics_of_each(
+    robot: AnyRobot,
+    targets: npt.ArrayLike,
+    near: npt.ArrayLike | None = None,
+    respect_limits: bool = True,
+    tolerance: float = TOLERANCE,
+) -> tuple[IkResult, ...]:
+    """
+    Return the result of `inverse_kinematics` of each of many poses of the tool.
+
+    Those of an arm with a closed form are found in one call of the kernel.
+
+    Parameters
+    ----------
+    robot, near, respect_limits, tolerance
+        As there.
+    targets : shape (N, 4, 4)
+        Poses of the tool in the base frame.
+
+    Raises
+    ------
+    TargetError
+        The targets are no poses, or not finite; the tolerance is not as there.
+    JointVectorError
+        `near` is not n finite numbers.
+    """
+    robot = as_robot(robot)
+    poses = poses_of(targets)
+    if not len(poses):
+        return ()
+    checked = ik_target_of(robot, poses[0], tolerance=tolerance)
+    plan = plan_for(robot, checked.rows)
+    problem = IkProblem(robot, checked, plan, near_or_middle(robot, plan, near), 0)
+
+    def singly(pose: Floats) -> IkResult:
+        return inverse_kinematics(robot, pose, problem.near, respect_limits, tolerance=tolerance)
+
+    if plan.closed is None:
+        return tuple(singly(pose) for pose in poses)
+    proved, counts = closed_solutions_of_each(problem, plan.closed, respect_limits, poses)
+    results = []
+    for k, (count, sure) in enumerate(counts.tolist()):
+        first = kernel.MOST_CANDIDATES * k
+        which = range(first, first + count)
+        solved = _solved(problem, proved, 'closed form', respect_limits, which) if sure else None
+        results.append(solved or singly(poses[k]))
+    return tuple(results)
+
+
 def _exact_or_near(problem: IkProblem, respect_limits: bool) -> IkResult:
     result = _within_tolerance(problem, respect_limits)
     if result.status != 'unreachable':
@@ -150,7 +205,13 @@ def _all(problem: IkProblem, respect_limits: bool) -> IkResult:
             return out
         return redundant_result(problem, respect_limits)
     if plan.closed is not None:
-        closed = closed_solutions(problem, plan.closed, False)
+        if respect_limits:
+            inside = closed_solutions(problem, plan.closed, False, True)
+            which = range(inside.count)
+            solved = _solved(problem, inside, 'closed form', True, which) if inside.sure else None
+            if solved is not None:
+                return solved
+        closed = closed_solutions(problem, plan.closed, False, False)
         if closed.sure:
             return _proved(problem, closed, 'closed form', respect_limits)
         return _unsure(problem, closed, respect_limits)
@@ -178,15 +239,29 @@ def _proved(
 ) -> IkResult:
     # All there are, unless some that are nearly singular turn out to be families.
     simple = proved.sure or all(proved.share(k) >= SUSPECT for k in range(proved.count))
-    if proved.count and simple:
-        solutions = solutions_of(problem, proved)
-        inside = tuple(solution for solution in solutions if solution.feasible)
-        if inside:
-            wanted = inside if respect_limits else solutions
-            reason = inside_limits(len(inside), 0)
-            return IkResult(wanted, (), 'solved', reason, method, None, 'proved', roots)
+    which = range(proved.count)
+    solved = _solved(problem, proved, method, respect_limits, which, roots) if simple else None
+    if solved is not None:
+        return solved
     best = LeastError(problem.near, np.inf)
     return answer(problem, _found(proved), method, best, respect_limits, roots)
+
+
+def _solved(
+    problem: IkProblem,
+    proved: kernel.Solutions,
+    method: Method,
+    respect_limits: bool,
+    which: range,
+    roots: tuple[int, int] | None = None,
+) -> IkResult | None:
+    # The result of simple solutions, all there are; None where none of them is inside the limits.
+    wanted = solutions_of(problem, proved, respect_limits, which)
+    inside = sum(solution.feasible for solution in wanted)
+    if not inside:
+        return None
+    reason = inside_limits(inside, 0)
+    return IkResult(wanted, (), 'solved', reason, method, None, 'proved', roots)
 
 
 def _unsure(problem: IkProblem, closed: kernel.Solutions, respect_limits: bool) -> IkResult:
@@ -295,7 +370,9 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
         result = answer(problem, _found(proved), method, LeastError(near, np.inf), True)
         return replace(result, complete='partial')
     reason = f'a solution inside the limits{not_exact(target, error)}; others were not looked for'
-    return IkResult(solutions_of(problem, proved), (), 'solved', reason, method, None, 'partial')
+    return IkResult(
+        solutions_of(problem, proved, True), (), 'solved', reason, method, None, 'partial'
+    )
 
 
 def _first_solution(problem: IkProblem) -> kernel.Solutions:
@@ -307,7 +384,7 @@ def _first_solution(problem: IkProblem) -> kernel.Solutions:
     """
     plan = problem.plan
     if plan.closed is not None:
-        return closed_solutions(problem, plan.closed, True)
+        return closed_solutions(problem, plan.closed, True, False)
     bounds = plan.limits if plan.redundant else None
     solution = room_for(1, problem)
     kernel.first_solution(

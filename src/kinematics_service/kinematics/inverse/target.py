@@ -147,6 +147,29 @@ def ik_target_of(
     return IkTarget(ordered, axis or '', pose, residual, tolerance, bound, exact, exact)
 
 
+def poses_of(targets: npt.ArrayLike) -> Floats:
+    """
+    Return poses (N, 4, 4) of the tool, each rotation to round-off.
+
+    Raises
+    ------
+    TargetError
+        They are no poses, or not finite.
+    """
+    try:
+        given = np.array(targets, dtype=np.float64, order='C')
+    except (TypeError, ValueError):
+        raise TargetError('targets must be numbers: poses (N, 4, 4)', 'targets') from None
+    if given.ndim != 3 or given.shape[1:] != (4, 4):
+        raise TargetError(
+            f'targets have shape {given.shape}; it must be (N, 4, 4)',
+            'targets',
+            [('N', 4, 4)],
+            given.shape,
+        )
+    return np.array([_rigid(pose) for pose in given]).reshape(-1, 4, 4)
+
+
 def _rigid(given: Floats) -> Floats:
     # The pose (4, 4) of a target, its rotation to round-off.
     pose = IDENTITY.copy()
