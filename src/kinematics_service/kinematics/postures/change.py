@@ -22,29 +22,31 @@ from ..plans.check import check_plan
 from ..singularity import singularity
 from .passage import Passages
 from .proof import proof_of_no_change
-from .result import PostureChange, PostureGroup, PosturePath
+from .result import PostureChange, PostureGroup, PosturePath, PostureVerdict
 
 # How near a singular pose a path may come, rad: far more than encoders and round-off are off by.
-DISTANCE = 1e-3
-# Random targets that are looked at, and of them those that are looked at where `no` is proved.
-TARGETS, EXAMPLES = 30, 8
-# Targets near each place of three equal solutions (rad), and how many such places are taken.
-NEAR_CUSP, MOST_CUSPS = (0.5, 0.2, 0.05), 12
+DISTANCE = 1e-4
+# Random targets: how many there are, and of them those that are looked at where `no` is proved.
+TARGETS, EXAMPLES = 24, 8
+# Near a place of three equal solutions so many targets are random at each of these distances, rad;
+# places are told apart, and so many of them taken.
+NEAR_CUSP, SHIFTS = (0.3, 0.1, 0.03, 0.01), 6
+CUSPS_APART, MOST_CUSPS = 0.02, 8
 # Passages that are looked for, and of one target.
 PASSAGES, OF_TARGET = 60, 6
+# Of so many paths that are found the one that keeps farthest from singular poses is returned.
+PATHS = 3
 # Postures that are nearer to each other are not told apart, rad.
 APART = 1e-3
 
 
-class _Postures(NamedTuple):
-    """A target and its postures away from singular poses, by their signs."""
+class _Pair(NamedTuple):
+    """Two postures of a target."""
 
     target: Floats
     groups: tuple[PostureGroup, ...]
-
-    @property
-    def count(self) -> int:
-        return sum(len(group.q) for group in self.groups)
+    first: Floats
+    last: Floats
 
 
 def posture_change(
@@ -84,11 +86,7 @@ def posture_change(
     """
     robot = as_robot(robot)
     _refuse(robot)
-    proof = proof_of_no_change(robot)
-    search = _PostureSearch(robot, distance, respect_limits, seed)
-    if proof.sentence:
-        return search.proved(proof.sentence)
-    return search.run(proof.cusps)
+    return _PostureSearch(robot, distance, respect_limits, seed).run()
 
 
 def _refuse(robot: Robot) -> None:
@@ -115,57 +113,102 @@ class _PostureSearch:
         self.periods = plan.periods
         self.random = np.random.default_rng(seed)
         self.passages = Passages(robot, distance, self.bounds, self.periods, self.random)
-        seeded = seeded_poses(self.bounds, robot.prismatic)
-        self.seeds = seeded[self.random.permutation(len(seeded))[:TARGETS]]
+        self.proof = proof_of_no_change(robot)
 
-    def proved(self, sentence: str) -> PostureChange:
-        """Return `no`, with an example."""
-        some = [self._postures(q) for q in self.seeds[:EXAMPLES]]
-        best = max(some, key=lambda one: one.count)
-        return PostureChange('no', sentence, best.target, best.groups, None)
-
-    def run(self, cusps: Floats) -> PostureChange:
-        """Return `yes` with a path, or `not decided`."""
-        tried, best = 0, self._postures(self.seeds[0])
-        targets = self._targets(cusps)
-        for q in targets:
-            postures = self._postures(q)
-            best = max(best, postures, key=lambda one: one.count)
-            for first, last in self._pairs(postures)[: PASSAGES - tried]:
-                tried += 1
-                path = self._path(first, last)
-                if path is not None:
-                    keeps = f'{path.check.singularity.lower:.2g} rad from all singular poses'
-                    way = f'a path of {len(path.q) - 1} straight lines in the joints'
-                    reason = f'{way} leads from one posture to another and keeps {keeps}'
-                    return PostureChange('yes', reason, postures.target, postures.groups, path)
+    def run(self) -> PostureChange:
+        """Return what is known."""
+        seeded = self.random.permutation(seeded_poses(self.bounds, self.robot.prismatic))
+        if self.proof.sentence:
+            return self._result('no', self.proof.sentence, seeded[:EXAMPLES])
+        targets = np.concatenate([seeded[:TARGETS], self._near_cusps()])
+        pairs = self._pairs(targets)
+        found = []
+        for pair in pairs:
+            path = self._path(pair)
+            if path is not None:
+                found.append((path, pair))
+            if len(found) == PATHS:
+                break
+        if found:
+            path, pair = max(found, key=lambda one: one[0].check.singularity.lower)
+            keeps = f'{path.check.singularity.lower:.2g} rad from all singular poses'
+            way = f'a path of {len(path.q) - 1} straight lines in the joints'
+            reason = f'{way} leads from one posture to another and keeps {keeps}'
+            return self._of('yes', reason, pair.target, pair.groups, path)
         reason = (
-            f'of {len(targets)} targets {tried} pairs of postures with the same signs were tried, '
-            'and no path was found that is proved; nor is there a proof that there is none'
+            f'no path was found between {len(pairs)} pairs of postures of {len(targets)} targets, '
+            'nor a proof that there is none'
         )
-        return PostureChange('not decided', reason, best.target, best.groups, None)
+        return self._result('not decided', reason, seeded[:EXAMPLES])
 
-    def _targets(self, cusps: Floats) -> Floats:
-        # Joint positions whose tool poses are targets: random ones, and some where the others of
-        # three equal solutions are near.
-        near = [self.seeds[:0]]
-        for centre in self.random.permutation(cusps)[:MOST_CUSPS]:
-            shifts = self.random.normal(size=(len(NEAR_CUSP), self.robot.dof))
-            near.append(self._inside(centre + shifts * np.array(NEAR_CUSP)[:, None]))
-        first = self.seeds[: TARGETS // 3]
-        return np.concatenate([first, *near, self.seeds[len(first) :]])
+    def _result(self, verdict: PostureVerdict, reason: str, q: Floats) -> PostureChange:
+        # Shown of the target with the most postures of some.
+        some = [self._postures(one) for one in q]
+        target, groups = max(some, key=lambda one: sum(len(group.q) for group in one[1]))
+        return self._of(verdict, reason, target, groups, None)
 
-    def _inside(self, q: Floats) -> Floats:
-        # Those of joint positions (N, n) that are inside the bounds on some turn.
+    def _of(
+        self,
+        verdict: PostureVerdict,
+        reason: str,
+        target: Floats,
+        groups: tuple[PostureGroup, ...],
+        path: PosturePath | None,
+    ) -> PostureChange:
+        count = None if self.proof.grid is None else self.proof.grid.count
+        return PostureChange(verdict, reason, target, groups, count, path)
+
+    def _near_cusps(self) -> Floats:
+        # Joint positions (N, n) around those where solutions become three in one.
+        places: list[Floats] = []
+        for cusp in self.random.permutation(self.proof.cusps):
+            if all(np.linalg.norm(cusp - place) > CUSPS_APART for place in places):
+                places.append(cusp)
+            if len(places) == MOST_CUSPS:
+                break
+        shape = (len(NEAR_CUSP) * SHIFTS, self.robot.dof)
+        shifts = np.repeat(NEAR_CUSP, SHIFTS)[:, None] * self.random.normal(size=shape)
+        near = np.array([place + shifts for place in places]).reshape(-1, self.robot.dof)
+        turned = near + self._turns_up(near)
         low, high = self.bounds.T
-        turns = np.where(np.isfinite(self.periods), self.periods, 0.0)
-        with np.errstate(invalid='ignore', divide='ignore'):
-            up = np.where(np.isfinite(low), np.ceil((low - q) / turns), 0.0)
-        q = q + np.where(turns > 0.0, up, 0.0) * turns
-        return q[np.all((q >= low) & (q <= high), axis=1)]
+        return turned[np.all((turned >= low) & (turned <= high), axis=1)]
 
-    def _postures(self, q: Floats) -> _Postures:
-        # All that are found of the target which the tool is at.
+    def _turns_up(self, q: Floats) -> Floats:
+        # The full turns (N, n) that bring joint positions just above the lower bounds.
+        low = self.bounds[:, 0]
+        turns = np.isfinite(self.periods) & np.isfinite(low)
+        periods, up = np.where(turns, self.periods, 1.0), np.where(turns, low, 0.0) - q
+        return np.where(turns, np.ceil(up / periods) * periods, 0.0)
+
+    def _pairs(self, targets: Floats) -> list[_Pair]:
+        # The most promising first: in one aspect of the grid, of the first targets; otherwise
+        # those that are nearest to each other.
+        ranked: list[tuple[tuple[bool, int, float], _Pair]] = []
+        for k, q in enumerate(targets):
+            target, groups = self._postures(q)
+            found = []
+            for one, other in itertools.combinations_with_replacement(groups, 2):
+                both = itertools.product(one.q, other.q)
+                if one is other:
+                    both = itertools.combinations(one.q, 2)
+                if one.signs == other.signs:
+                    pairs = [_Pair(target, groups, a, b) for a, b in both]
+                    found += [
+                        ((one is not other, 0 if one is not other else k, length), pair)
+                        for pair in pairs
+                        if (length := self._length(pair)) > APART
+                    ]
+            ranked += sorted(found, key=lambda one: one[0])[:OF_TARGET]
+        return [pair for _, pair in sorted(ranked, key=lambda one: one[0])][:PASSAGES]
+
+    def _length(self, pair: _Pair) -> float:
+        away = pair.last - pair.first
+        turns = np.where(np.isfinite(self.periods), self.periods, 0.0)
+        whole = np.round(away / np.where(turns > 0.0, turns, np.inf))
+        return float(np.linalg.norm((away - whole * turns) / self.robot.task.column_scales))
+
+    def _postures(self, q: Floats) -> tuple[Floats, tuple[PostureGroup, ...]]:
+        # The target that the tool is at, and its postures.
         robot, rows = self.robot, self.robot.task.rows
         target = forward_kinematics(robot, q)
         found = inverse_kinematics(
@@ -174,26 +217,23 @@ class _PostureSearch:
         if set(rows) == set(ROW_NAMES[:3]):
             target = target[:3, 3].copy()
         some = np.array([one.q for one in found]).reshape(-1, robot.dof)
-        some = some[clearances(robot, some) > self.distance]
-        return _Postures(target, _by_signs(robot, some))
+        return target, self._groups(some[clearances(robot, some) > self.distance])
 
-    def _pairs(self, postures: _Postures) -> list[tuple[Floats, Floats]]:
-        # Two postures with the same signs, the nearest first.
-        scales, pairs = self.robot.task.column_scales, []
-        for group in postures.groups:
-            for first, last in itertools.combinations(group.q, 2):
-                away = last - first
-                turns = np.where(np.isfinite(self.periods), np.round(away / self.periods), 0.0)
-                away = away - turns * np.where(turns == 0.0, 0.0, self.periods)
-                length = float(np.linalg.norm(away / scales))
-                if length > APART:
-                    pairs.append((length, first, last))
-        return [(first, last) for _, first, last in sorted(pairs, key=lambda one: one[0])][
-            :OF_TARGET
-        ]
+    def _groups(self, q: Floats) -> tuple[PostureGroup, ...]:
+        # The product of complete factors is det(J_t): its sign says no more than theirs.
+        robot, names, values = self.robot, (), np.empty((len(q), 0))
+        if robot.factors.complete:
+            names, values = robot.factors.names, robot.factors.evaluate(q)[..., 0]
+        elif robot.task.square and len(q):
+            names, values = ('det',), np.array(singularity(robot, q).determinant)[:, None]
+        groups: dict[tuple[str, int], list[Floats]] = {}
+        for one, row in zip(q, values):
+            signs = ', '.join(f'{name} {"<>"[int(x > 0.0)]} 0' for name, x in zip(names, row))
+            groups.setdefault((signs, self.proof.aspect(one)), []).append(one)
+        return tuple(PostureGroup(*key, np.array(groups[key])) for key in sorted(groups))
 
-    def _path(self, first: Floats, last: Floats) -> PosturePath | None:
-        q = self.passages.between(first, last)
+    def _path(self, pair: _Pair) -> PosturePath | None:
+        q = self.passages.between(pair.first, pair.last)
         if q is None:
             return None
         steps = np.max(np.abs(np.diff(q, axis=0)) / self.robot.task.column_scales, axis=1)
@@ -201,18 +241,3 @@ class _PostureSearch:
         check = check_plan(self.robot, times, q, distance=self.distance)
         limits = all(joint.limits == 'proved' for joint in check.joints) or not self.inside
         return PosturePath(q, check) if check.singularity.verdict == 'proved' and limits else None
-
-
-def _by_signs(robot: Robot, q: Floats) -> tuple[PostureGroup, ...]:
-    # The product of complete factors is det(J_t): its sign says no more than theirs.
-    names: tuple[str, ...] = ()
-    values = np.empty((len(q), 0))
-    if robot.factors.complete:
-        names, values = robot.factors.names, robot.factors.evaluate(q)[..., 0]
-    elif robot.task.square and len(q):
-        names, values = ('det',), np.array(singularity(robot, q).determinant)[:, None]
-    groups: dict[str, list[Floats]] = {}
-    for one, row in zip(q, values):
-        signs = ', '.join(f'{name} {"<>"[int(x > 0.0)]} 0' for name, x in zip(names, row))
-        groups.setdefault(signs, []).append(one)
-    return tuple(PostureGroup(signs, np.array(groups[signs])) for signs in sorted(groups))

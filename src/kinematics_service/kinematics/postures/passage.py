@@ -22,8 +22,8 @@ STEP = 0.95
 LEAST = 0.5
 # How often a step is towards the other tree, rather than towards a random pose.
 TOWARDS = 0.3
-# How far beyond the ends random poses are, rad, where no limit is nearer.
-AROUND = 1.5
+# How far beyond the ends random poses are at most, rad.
+AROUND = 2.0
 # Goals that differ by full turns: how many there are at most, and to how many straight lines lead.
 GOALS, LINES = 64, 4
 # Rounds in which a passage is made shorter.
@@ -120,16 +120,12 @@ class Passages:
         return np.asarray(goals[np.argsort(away, kind='stable')][:GOALS])
 
     def _by_trees(self, start: Floats, goals: Floats) -> Floats | None:
-        ends = np.vstack([start, goals])
-        low, high = (self._bounds[self._moving] / self._scales[:, None]).T
-        low = np.maximum(low, ends.min(axis=0) - AROUND)
-        high = np.minimum(high, ends.max(axis=0) + AROUND)
         begin = _Tree(start[None], self._radii(start[None]))
         here, there = begin, _Tree(goals, self._radii(goals))
         for _ in range(POSES):
-            aim = self._random.uniform(low, high)
-            if self._random.uniform() < TOWARDS:
-                aim = there.poses[self._random.integers(len(there.poses))]
+            aim = there.poses[self._random.integers(len(there.poses))]
+            if self._random.uniform() > TOWARDS:
+                aim = self._somewhere(start, goals)
             k = here.nearest(aim)
             pose = self._step(here.poses[k], float(here.radii[k]), aim)
             radius = float(self._radii(pose[None])[0])
@@ -144,6 +140,15 @@ class Passages:
                     return np.array(one + other[::-1])
             here, there = there, here
         return None
+
+    def _somewhere(self, start: Floats, goals: Floats) -> Floats:
+        # Around the ends, as near as the passage may be short; the nearest goals more often.
+        goal = goals[int(len(goals) * self._random.uniform() ** 2)]
+        around = AROUND * self._random.uniform() ** 2
+        low, high = (self._bounds[self._moving] / self._scales[:, None]).T
+        low = np.maximum(low, np.minimum(start, goal) - around)
+        high = np.minimum(high, np.maximum(start, goal) + around)
+        return self._random.uniform(low, high)
 
     def _radii(self, poses: Floats) -> Floats:
         # The clearance, less the distance to keep.

@@ -7,6 +7,7 @@ are functions of the other two joints x and y, sums of products of (1, cos x, si
 (1, x, x^2) where x slides, and the same of y. det(J) is zero where their Jacobian is.
 """
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -40,6 +41,11 @@ NO_CUSPS = (
 )
 
 
+# Boxes of the torus in which aspects are counted, a side, and the share of it below which a part
+# is not counted.
+GRID, LEAST = 128, 1e-3
+
+
 class PositionProof(NamedTuple):
     """
     What is proved of three joints and a point.
@@ -49,7 +55,7 @@ class PositionProof(NamedTuple):
     sentence
         Why each aspect has one posture of a target at most; empty where that is not proved.
     cusps : shape (k, 2), rad
-        Where positions of the last two joints with three equal solutions may be.
+        Where x and y may be of three equal solutions.
     """
 
     sentence: str
@@ -59,9 +65,9 @@ class PositionProof(NamedTuple):
 def position_proof(screws: Screws) -> PositionProof:
     """Return what is proved of three screws and the tool's origin."""
     form = with_feet(screws)
+    invariants, coordinates = _coefficients(form)
     if form.off > ROUND_OFF:
         return PositionProof('', NOWHERE)
-    invariants, coordinates = _coefficients(form)
     if any(_rank(_moved_by(invariants, axis)) < 2 for axis in (1, 2)):
         return PositionProof(f'{IN_TURN}: {TOLD}', NOWHERE)
     if _rank(coordinates.reshape(4, 9)[:, 1:]) < 4:
@@ -72,6 +78,48 @@ def position_proof(screws: Screws) -> PositionProof:
         return PositionProof('', NOWHERE)
     cusps = _cusps(invariants)
     return PositionProof('' if len(cusps) else NO_CUSPS, cusps)
+
+
+class AspectGrid:
+    """
+    The parts of the torus of x and y in which det is not zero, by boxes in which it is proved.
+
+    Two places in one part are proved to be in one aspect. Parts that touch in boxes too coarse to
+    tell may be one aspect, too.
+
+    Parameters
+    ----------
+    screws
+        Three screws, the last two of which turn.
+
+    Attributes
+    ----------
+    count
+        How many parts there are, the smallest ones left out.
+    """
+
+    def __init__(self, screws: Screws) -> None:
+        invariants, _ = _coefficients(with_feet(screws))
+        det = _cusp_terms(invariants)[:1]
+        middles, side = _boxes(GRID)
+        values, slack = _at_boxes(det, middles, side)
+        values = np.where(np.abs(values) > slack, values, 0.0).reshape(GRID, GRID)
+        parts = np.where(values != 0.0, np.arange(1, GRID**2 + 1).reshape(GRID, GRID), 0)
+        grown = np.zeros(0)
+        while not np.array_equal(grown, parts):
+            grown = parts
+            for axis, step in itertools.product((0, 1), (1, -1)):
+                same = np.roll(values, step, axis) * values > 0.0
+                parts = np.maximum(parts, np.where(same, np.roll(parts, step, axis), 0))
+        names, sizes = np.unique(parts[parts > 0], return_counts=True)
+        large = names[sizes > LEAST * GRID**2]
+        self.count = len(large)
+        self._numbers = np.where(np.isin(parts, large), np.searchsorted(large, parts) + 1, 0)
+
+    def number(self, psi: Floats) -> int:
+        """Return which part positions (3,) of the screws are in, from 1; 0 where it is none."""
+        i, j = np.floor(psi[1:] * GRID / (2.0 * np.pi)).astype(int) % GRID
+        return int(self._numbers[i, j])
 
 
 def _coefficients(form: Screws) -> tuple[Floats, Floats]:
@@ -105,6 +153,11 @@ def _basis(x: Floats, order: int = 0) -> Floats:
     return np.column_stack([np.full(len(x), float(order == 0)), np.cos(turned), np.sin(turned)])
 
 
+def _derivative(invariants: Floats, at: Floats, by_x: int, by_y: int) -> Floats:
+    # Of both numbers, some times by x and by y, on the grid of some angles, (2, N, N).
+    return np.asarray(_basis(at, by_x) @ invariants @ _basis(at, by_y).T)
+
+
 def _rank(rows: Floats) -> int:
     return int(np.sum(np.linalg.svd(rows, compute_uv=False) > ROUND_OFF))
 
@@ -125,10 +178,10 @@ def _cusps(invariants: Floats) -> Floats:
     # The middles (k, 2) of the boxes in which det and both of its slopes along the motion that
     # changes neither number may be zero; none: there is no such pose.
     terms = _cusp_terms(invariants)
-    side = np.pi / SIDE
-    middles = (np.indices((SIDE, SIDE)).reshape(2, -1).T + 0.5) * 2.0 * side
+    middles, side = _boxes(SIDE)
     for _ in range(HALVINGS):
-        middles = middles[~_some_is_not_zero(terms, middles, side)]
+        values, slack = _at_boxes(terms, middles, side)
+        middles = middles[np.all(np.abs(values) <= slack, axis=0)]
         if not len(middles) or len(middles) > MOST_BOXES:
             break
         side *= 0.5
@@ -140,13 +193,10 @@ def _cusps(invariants: Floats) -> Floats:
 def _cusp_terms(invariants: Floats) -> Floats:
     # det and its two slopes as Fourier coefficients (3, SAMPLES, SAMPLES).
     at = 2.0 * np.pi / SAMPLES * np.arange(SAMPLES)
-    d = {
-        (i, j): _basis(at, i) @ invariants @ _basis(at, j).T
-        for i in range(3)
-        for j in range(3 - i)
-    }
-    (z_x, r_x), (z_y, r_y) = d[1, 0], d[0, 1]
-    (z_xx, r_xx), (z_xy, r_xy), (z_yy, r_yy) = d[2, 0], d[1, 1], d[0, 2]
+    orders = ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+    (z_x, r_x), (z_y, r_y), (z_xx, r_xx), (z_xy, r_xy), (z_yy, r_yy) = (
+        _derivative(invariants, at, i, j) for i, j in orders
+    )
     det = r_x * z_y - r_y * z_x
     det_x = r_xx * z_y + r_x * z_xy - r_xy * z_x - r_y * z_xx
     det_y = r_xy * z_y + r_x * z_yy - r_yy * z_x - r_y * z_xy
@@ -154,16 +204,21 @@ def _cusp_terms(invariants: Floats) -> Floats:
     return np.asarray(np.fft.fft2(np.array([det, *slopes])) / SAMPLES**2)
 
 
-def _some_is_not_zero(terms: Floats, middles: Floats, side: float) -> npt.NDArray[np.bool_]:
-    # Of boxes: whether by Taylor's formula one of the terms keeps its sign. 
+def _boxes(count: int) -> tuple[Floats, float]:
+    # Middles (count^2, 2) of boxes that cover the torus, and half their side.
+    side = np.pi / count
+    return (np.indices((count, count)).reshape(2, -1).T + 0.5) * 2.0 * side, side
+
+
+def _at_boxes(terms: Floats, middles: Floats, side: float) -> tuple[Floats, Floats]:
+    # Of each term its value at the middle of each box, and by how much it changes in the box at
+    # most, by Taylor's formula, (F, N).
     k = np.fft.fftfreq(SAMPLES, 1.0 / SAMPLES)
-    powers = np.exp(1j * middles[:, :, None] * k)
+    by_x, by_y = (np.exp(1j * middles[:, axis, None] * k) for axis in (0, 1))
     sizes, order = np.abs(terms), np.abs(k)[:, None] + np.abs(k)
-    bend = 0.5 * side**2 * np.sum(sizes * order**2, axis=(1, 2))
-    slack = SUM * np.sum(sizes, axis=(1, 2))
-    values, by_x, by_y = (
-        np.einsum('nk,fkl,nl->fn', powers[:, 0] , one, powers[:, 1], optimize=True).real
+    rest = np.sum(sizes * (0.5 * side**2 * order**2 + SUM), axis=(1, 2))
+    value, slope_x, slope_y = (
+        np.einsum('nk,fkl,nl->fn', by_x, one, by_y, optimize=True).real
         for one in (terms, 1j * k[:, None] * terms, 1j * k * terms)
     )
-    least = np.abs(values) - side * (np.abs(by_x) + np.abs(by_y)) - (bend + slack)[:, None]
-    return np.asarray(np.any(least > 0.0, axis=0))
+    return value, side * (np.abs(slope_x) + np.abs(slope_y)) + rest[:, None]

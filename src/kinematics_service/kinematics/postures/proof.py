@@ -6,8 +6,7 @@ solutions, and its slope has different signs at them. det(J_t) is the product of
 where it is not zero the signs stay, and with them the solution.
 """
 
-from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from ..inverse.chain_geometry import (
 )
 from ..inverse.plan import one_to_one
 from ..inverse.screws import Screws, screws_of
-from .position_arm import ROUND_OFF, PositionProof, position_proof
+from .position_arm import ROUND_OFF, AspectGrid, position_proof
 
 ONE_JOINT = 'one joint is at the same place twice only where a pose between is singular'
 PLANAR = 'of an arm in a plane the bend between two links is told by the sign of det(J_t)'
@@ -37,39 +36,75 @@ PARALLEL_AXES = (
 )
 
 
-def proof_of_no_change(robot: Robot) -> PositionProof:
+@dataclass(frozen=True, eq=False)
+class PostureProof:
     """
-    Return what is proved of an arm; its cusps are positions (k, n) of its joints, rad.
+    What the geometry of an arm says of its postures; limits of its joints are left aside.
 
-    Limits of its joints are left aside: inside them no more is possible.
+    Attributes
+    ----------
+    sentence
+        Why each aspect has one posture of a target at most; empty where that is not proved.
+    cusps : shape (k, n), rad
+        Where joint positions of three equal solutions may be.
+    grid
+        The aspects of three turning joints and a position; None for other arms.
+    to_screws : shape (k, n)
+        Positions of the screws for the grid.
     """
+
+    sentence: str
+    cusps: Floats
+    grid: AspectGrid | None
+    to_screws: Floats
+
+    def aspect(self, q: Floats) -> int:
+        """Return which aspect joint positions (n,) are in, counted from 1; 0 if not known."""
+        return 0 if self.grid is None else self.grid.number(self.to_screws @ q)
+
+
+def proof_of_no_change(robot: Robot) -> PostureProof:
+    """Return what the geometry of an arm without loops says of its postures."""
     screws, rows = screws_of(robot.chain), set(robot.task.rows)
-    nowhere = np.empty((0, robot.dof))
+    if rows == set(ROW_NAMES[:3]) and robot.dof == 3:
+        for form in (screws, with_links_merged(screws)):
+            if one_to_one(form, robot):
+                return _position(form)
+    sentence = ''
     if robot.dof == 1 and len(screws.axes) == 1:
-        return PositionProof(ONE_JOINT, nowhere)
-    forms = [form for form in _forms(screws) if one_to_one(form, robot)]
-    for form in forms:
-        for is_so, sentence in _SENTENCES:
-            if is_so(robot, form, rows):
-                return PositionProof(sentence, nowhere)
-    for form in forms:
-        if rows == set(ROW_NAMES[:3]) and robot.dof == 3:
-            found = position_proof(form)
-            still = np.zeros((len(found.cusps), 1))
-            to_joints = np.linalg.inv(form.coupling).T
-            cusps = np.concatenate([still, found.cusps], axis=1) @ to_joints
-            if found.sentence or len(cusps):
-                return PositionProof(found.sentence, cusps)
-        if rows == set(ROW_NAMES) and robot.dof == 6:
-            wrist = meeting_point(form, (3, 4, 5))
-            arm = None if wrist is None else _first_three(through(form, (3, 4, 5), wrist), wrist)
-            if arm is not None and (sentence := position_proof(arm).sentence):
-                return PositionProof(WRIST + sentence, nowhere)
-    return PositionProof('', nowhere)
+        sentence = ONE_JOINT
+    elif one_to_one(screws, robot):
+        sentence = _whole(robot, screws) if rows == set(ROW_NAMES) else _few(robot, screws, rows)
+    return PostureProof(sentence, np.empty((0, robot.dof)), None, screws.coupling)
 
 
-def _forms(screws: Screws) -> list[Screws]:
-    return [screws, reversed_screws(screws), with_links_merged(screws)]
+def _position(form: Screws) -> PostureProof:
+    found = position_proof(form)
+    psi = np.column_stack([np.zeros(len(found.cusps)), found.cusps])
+    cusps = psi @ np.linalg.inv(form.coupling).T
+    grid = None if any(form.slides[1:]) else AspectGrid(form)
+    return PostureProof(found.sentence, cusps, grid, form.coupling)
+
+
+def _few(robot: Robot, screws: Screws, rows: set[str]) -> str:
+    if _is_planar(robot, screws, rows):
+        return PLANAR
+    three_angles = rows == set(ROW_NAMES[3:]) and robot.dof == 3 and not any(screws.slides)
+    return THREE_ANGLES if three_angles else ''
+
+
+def _whole(robot: Robot, screws: Screws) -> str:
+    if robot.dof != 6:
+        return ''
+    for form in (screws, reversed_screws(screws)):
+        if _has_parallel_axes(form):
+            return PARALLEL_AXES
+        wrist = meeting_point(form, (3, 4, 5))
+        if wrist is not None:
+            found = position_proof(_first_three(through(form, (3, 4, 5), wrist), wrist))
+            if found.sentence:
+                return WRIST + found.sentence
+    return ''
 
 
 def _first_three(form: Screws, point: Floats) -> Screws:
@@ -98,25 +133,9 @@ def _is_planar(robot: Robot, form: Screws, rows: set[str]) -> bool:
     return turns in (2, 3) and slides < 2 and rows == wanted and bool(across < ROUND_OFF)
 
 
-def _is_three_angles(robot: Robot, form: Screws, rows: set[str]) -> bool:
-    return rows == set(ROW_NAMES[3:]) and robot.dof == 3 and not any(form.slides)
-
-
-def _has_parallel_axes(robot: Robot, form: Screws, rows: set[str]) -> bool:
-    if rows != set(ROW_NAMES) or robot.dof != 6 or any(form.slides):
-        return False
-    if not all_parallel(form, (1, 2, 3)) or any(
-        parallel(form.axes[1], form.axes[k]) for k in (0, 4)
-    ):
-        return False
+def _has_parallel_axes(form: Screws) -> bool:
     crossing = meeting_point(form, (4, 5))
-    if crossing is None:
+    neighbours = any(parallel(form.axes[1], form.axes[k]) for k in (0, 4))
+    if any(form.slides) or not all_parallel(form, (1, 2, 3)) or neighbours or crossing is None:
         return False
     return in_one_direction(through(form, (4, 5), crossing), (1, 2, 3)).off <= ROUND_OFF
-
-
-_SENTENCES: tuple[tuple[Callable[[Robot, Screws, set[str]], bool], str], ...] = (
-    (_is_planar, PLANAR),
-    (_is_three_angles, THREE_ANGLES),
-    (_has_parallel_axes, PARALLEL_AXES),
-)

@@ -12,18 +12,24 @@ PostureVerdict = Literal['yes', 'no', 'not decided']
 
 class PostureGroup(NamedTuple):
     """
-    Postures of a target whose signs are the same.
+    Postures of a target that are not told apart.
 
     Attributes
     ----------
     signs
-        Of det(J_t) and of the factors of the robot file, as `det < 0, elbow > 0`; empty where the
-        arm has neither.
+        Those of the factors of the robot file, where their product is det(J_t), otherwise that of
+        det(J_t), as `elbow > 0, wrist < 0`; empty where it is not square. Postures with different
+        signs are in different aspects.
+    aspect
+        Of a position of three joints, the last two of which turn: the number, from 1, of the
+        aspect they are in. One number is one aspect, proved; two numbers may be, where they touch
+        in a passage too narrow for the boxes. Of other arms, and near singular poses, 0.
     q : shape (k, n), rad or m
         The postures.
     """
 
     signs: str
+    aspect: int
     q: Floats
 
 
@@ -63,8 +69,9 @@ class PostureChange(FrozenArrays):
     target : shape (4, 4) or (3,)
         The target of the path; without one an example, that has the most postures of some.
     groups
-        Its postures away from singular poses, by the signs of what is zero at singular poses only.
-        Those of different groups are in different aspects; those of one may be.
+        Its postures away from singular poses, by signs and aspect.
+    aspects
+        How many such numbers there are; None of other arms.
     path
         Of `yes`; otherwise None.
     """
@@ -75,6 +82,7 @@ class PostureChange(FrozenArrays):
     reason: str
     target: Floats
     groups: tuple[PostureGroup, ...]
+    aspects: int | None
     path: PosturePath | None
 
     def __repr__(self) -> str:
