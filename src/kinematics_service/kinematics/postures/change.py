@@ -33,9 +33,9 @@ TARGETS, EXAMPLES = 24, 8
 NEAR_CUSP, SHIFTS = (0.3, 0.1, 0.03, 0.01), 6
 CUSPS_APART, MOST_CUSPS = 0.02, 8
 # Passages that are looked for, and of one target.
-PASSAGES, OF_TARGET = 60, 6
+PASSAGES, OF_TARGET = 40, 6
 # Of so many paths that are found the one that keeps farthest from singular poses is returned.
-PATHS = 3
+PATHS = 2
 # Postures that are nearer to each other are not told apart, rad.
 APART = 1e-3
 
@@ -107,59 +107,57 @@ class _PostureSearch:
 
     def __init__(self, robot: Robot, distance: float, respect_limits: bool, seed: int) -> None:
         self.robot, self.distance, self.inside = robot, distance, respect_limits
-        plan = plan_for(robot, robot.task.rows)
-        check_plan(robot, [0.0], plan.middle[None], distance=distance)
-        self.bounds = plan.limits if respect_limits else plan.unlimited
-        self.periods = plan.periods
+        self.plan = plan_for(robot, robot.task.rows)
+        check_plan(robot, [0.0], self.plan.middle[None], distance=distance)
+        self.bounds = self.plan.limits if respect_limits else self.plan.unlimited
         self.random = np.random.default_rng(seed)
-        self.passages = Passages(robot, distance, self.bounds, self.periods, self.random)
+        self.passages = Passages(robot, distance, self.bounds, self.plan.periods, self.random)
         self.proof = proof_of_no_change(robot)
 
     def run(self) -> PostureChange:
         """Return what is known."""
         seeded = self.random.permutation(seeded_poses(self.bounds, self.robot.prismatic))
+        examples = [self._postures(q) for q in seeded[:EXAMPLES]]
+        target, groups = max(examples, key=lambda one: sum(len(group.q) for group in one[1]))
         if self.proof.sentence:
-            return self._result('no', self.proof.sentence, seeded[:EXAMPLES])
+            return self._result('no', self.proof.sentence, target, groups)
         targets = np.concatenate([seeded[:TARGETS], self._near_cusps()])
         pairs = self._pairs(targets)
-        found = []
-        for pair in pairs:
-            path = self._path(pair)
-            if path is not None:
-                found.append((path, pair))
-            if len(found) == PATHS:
-                break
+        paths = ((path, pair) for pair in pairs if (path := self._path(pair)) is not None)
+        found = list(itertools.islice(paths, PATHS))
         if found:
             path, pair = max(found, key=lambda one: one[0].check.singularity.lower)
-            keeps = f'{path.check.singularity.lower:.2g} rad from all singular poses'
-            way = f'a path of {len(path.q) - 1} straight lines in the joints'
-            reason = f'{way} leads from one posture to another and keeps {keeps}'
-            return self._of('yes', reason, pair.target, pair.groups, path)
+            reason = (
+                f'a path of straight lines in the joints ({len(path.q) - 1}) leads from one '
+                f'posture to another and keeps {path.check.singularity.lower:.2g} rad from all '
+                'singular poses'
+            )
+            return self._result('yes', reason, pair.target, pair.groups, path)
+        what = f'between {len(pairs)} pairs of postures no path' if pairs else 'no such pair'
         reason = (
-            f'no path was found between {len(pairs)} pairs of postures of {len(targets)} targets, '
-            'nor a proof that there is none'
+            f'postures with the same signs were looked for at {len(targets)} targets: {what} was '
+            'found; nor is there a proof that there is none'
         )
-        return self._result('not decided', reason, seeded[:EXAMPLES])
+        return self._result('not decided', reason, target, groups)
 
-    def _result(self, verdict: PostureVerdict, reason: str, q: Floats) -> PostureChange:
-        # Shown of the target with the most postures of some.
-        some = [self._postures(one) for one in q]
-        target, groups = max(some, key=lambda one: sum(len(group.q) for group in one[1]))
-        return self._of(verdict, reason, target, groups, None)
-
-    def _of(
+    def _result(
         self,
         verdict: PostureVerdict,
         reason: str,
         target: Floats,
         groups: tuple[PostureGroup, ...],
-        path: PosturePath | None,
+        path: PosturePath | None = None,
     ) -> PostureChange:
         count = None if self.proof.grid is None else self.proof.grid.count
         return PostureChange(verdict, reason, target, groups, count, path)
 
+    def _without_turns(self, way: Floats) -> Floats:
+        # Ways (..., n) less the full turns in them.
+        turns = np.where(np.isfinite(self.plan.periods), self.plan.periods, 0.0)
+        return way - turns * np.round(way / np.where(turns > 0.0, turns, np.inf))
+
     def _near_cusps(self) -> Floats:
-        # Joint positions (N, n) around those where solutions become three in one.
+        # Joint positions (N, n) around those where three solutions become one.
         places: list[Floats] = []
         for cusp in self.random.permutation(self.proof.cusps):
             if all(np.linalg.norm(cusp - place) > CUSPS_APART for place in places):
@@ -169,43 +167,26 @@ class _PostureSearch:
         shape = (len(NEAR_CUSP) * SHIFTS, self.robot.dof)
         shifts = np.repeat(NEAR_CUSP, SHIFTS)[:, None] * self.random.normal(size=shape)
         near = np.array([place + shifts for place in places]).reshape(-1, self.robot.dof)
-        turned = near + self._turns_up(near)
+        near = self.plan.middle + self._without_turns(near - self.plan.middle)
         low, high = self.bounds.T
-        return turned[np.all((turned >= low) & (turned <= high), axis=1)]
-
-    def _turns_up(self, q: Floats) -> Floats:
-        # The full turns (N, n) that bring joint positions just above the lower bounds.
-        low = self.bounds[:, 0]
-        turns = np.isfinite(self.periods) & np.isfinite(low)
-        periods, up = np.where(turns, self.periods, 1.0), np.where(turns, low, 0.0) - q
-        return np.where(turns, np.ceil(up / periods) * periods, 0.0)
+        return near[np.all((near >= low) & (near <= high), axis=1)]
 
     def _pairs(self, targets: Floats) -> list[_Pair]:
-        # The most promising first: in one aspect of the grid, of the first targets; otherwise
-        # those that are nearest to each other.
+        # The most promising first: in one aspect, of the first targets; otherwise those that are
+        # nearest to each other.
         ranked: list[tuple[tuple[bool, int, float], _Pair]] = []
         for k, q in enumerate(targets):
             target, groups = self._postures(q)
+            members = [(group, one) for group in groups for one in group.q]
             found = []
-            for one, other in itertools.combinations_with_replacement(groups, 2):
-                both = itertools.product(one.q, other.q)
-                if one is other:
-                    both = itertools.combinations(one.q, 2)
-                if one.signs == other.signs:
-                    pairs = [_Pair(target, groups, a, b) for a, b in both]
-                    found += [
-                        ((one is not other, 0 if one is not other else k, length), pair)
-                        for pair in pairs
-                        if (length := self._length(pair)) > APART
-                    ]
+            for (one, first), (other, last) in itertools.combinations(members, 2):
+                way = self._without_turns(last - first) / self.robot.task.column_scales
+                length, apart = float(np.linalg.norm(way)), one.aspect != other.aspect
+                if one.signs == other.signs and length > APART:
+                    rank = (apart, 0 if apart else k, length)
+                    found.append((rank, _Pair(target, groups, first, last)))
             ranked += sorted(found, key=lambda one: one[0])[:OF_TARGET]
         return [pair for _, pair in sorted(ranked, key=lambda one: one[0])][:PASSAGES]
-
-    def _length(self, pair: _Pair) -> float:
-        away = pair.last - pair.first
-        turns = np.where(np.isfinite(self.periods), self.periods, 0.0)
-        whole = np.round(away / np.where(turns > 0.0, turns, np.inf))
-        return float(np.linalg.norm((away - whole * turns) / self.robot.task.column_scales))
 
     def _postures(self, q: Floats) -> tuple[Floats, tuple[PostureGroup, ...]]:
         # The target that the tool is at, and its postures.
@@ -221,15 +202,18 @@ class _PostureSearch:
 
     def _groups(self, q: Floats) -> tuple[PostureGroup, ...]:
         # The product of complete factors is det(J_t): its sign says no more than theirs.
-        robot, names, values = self.robot, (), np.empty((len(q), 0))
+        robot, grid = self.robot, self.proof.grid
+        names: tuple[str, ...] = ()
+        values = np.empty((len(q), 0))
         if robot.factors.complete:
             names, values = robot.factors.names, robot.factors.evaluate(q)[..., 0]
         elif robot.task.square and len(q):
             names, values = ('det',), np.array(singularity(robot, q).determinant)[:, None]
         groups: dict[tuple[str, int], list[Floats]] = {}
         for one, row in zip(q, values):
-            signs = ', '.join(f'{name} {"<>"[int(x > 0.0)]} 0' for name, x in zip(names, row))
-            groups.setdefault((signs, self.proof.aspect(one)), []).append(one)
+            signs = ', '.join(f'{name} {"><"[int(x < 0.0)]} 0' for name, x in zip(names, row))
+            key = (signs, 0 if grid is None else grid.number(one))
+            groups.setdefault(key, []).append(one)
         return tuple(PostureGroup(*key, np.array(groups[key])) for key in sorted(groups))
 
     def _path(self, pair: _Pair) -> PosturePath | None:
@@ -239,5 +223,5 @@ class _PostureSearch:
         steps = np.max(np.abs(np.diff(q, axis=0)) / self.robot.task.column_scales, axis=1)
         times = np.append(0.0, np.cumsum(np.maximum(steps, APART)))
         check = check_plan(self.robot, times, q, distance=self.distance)
-        limits = all(joint.limits == 'proved' for joint in check.joints) or not self.inside
-        return PosturePath(q, check) if check.singularity.verdict == 'proved' and limits else None
+        inside = all(joint.limits == 'proved' for joint in check.joints) or not self.inside
+        return PosturePath(q, check) if check.singularity.verdict == 'proved' and inside else None

@@ -15,7 +15,7 @@ from ...robot.robot import Robot
 from ..clearance import clearances
 
 # Poses that are tried for one passage.
-POSES = 400
+POSES = 320
 # What a step takes of a radius; the rest is left for round-off.
 STEP = 0.95
 # A pose whose radius is smaller than this share of the distance to keep is no part of a tree.
@@ -148,7 +148,7 @@ class Passages:
         low, high = (self._bounds[self._moving] / self._scales[:, None]).T
         low = np.maximum(low, np.minimum(start, goal) - around)
         high = np.minimum(high, np.maximum(start, goal) + around)
-        return self._random.uniform(low, high)
+        return np.asarray(self._random.uniform(low, high))
 
     def _radii(self, poses: Floats) -> Floats:
         # The clearance, less the distance to keep.

@@ -11,11 +11,10 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from ...kernel import Floats
 from ...rigid_motion import turn_about
-from ..inverse.chain_geometry import size_of, with_feet
+from ..inverse.chain_geometry import with_feet
 from ..inverse.screws import Screws
 
 # What coefficients are off by, as a share of the arm's size: axes that miss each other by less
@@ -26,8 +25,8 @@ ROUND_OFF = 1e-12
 SIDE, MOST_BOXES, HALVINGS = 16, 20_000, 12
 # Products of three functions of degree 1 have degree 3: so many samples give all of them.
 SAMPLES = 8
-# Round-off of a sum of products, as a share of the sum of their sizes.
-SUM = 1e-13
+# Round-off of a product of three numbers that are known to 1e-14 and are some tens at most.
+SLACK = 1e-11
 NOWHERE = np.empty((0, 2))
 
 IN_TURN = 'joints 2 and 3 can be solved one after the other'
@@ -62,10 +61,10 @@ class PositionProof(NamedTuple):
     cusps: Floats
 
 
-def position_proof(screws: Screws) -> PositionProof:
-    """Return what is proved of three screws and the tool's origin."""
+def position_proof(screws: Screws, point: Floats) -> PositionProof:
+    """Return what is proved of the first three screws and a point (3,), m, that they move."""
     form = with_feet(screws)
-    invariants, coordinates = _coefficients(form)
+    invariants, coordinates = _coefficients(form, point)
     if form.off > ROUND_OFF:
         return PositionProof('', NOWHERE)
     if any(_rank(_moved_by(invariants, axis)) < 2 for axis in (1, 2)):
@@ -74,7 +73,7 @@ def position_proof(screws: Screws) -> PositionProof:
         return PositionProof(f'{ON_A_SURFACE}: {TOLD}', NOWHERE)
     if not form.slides[1] and _is_scaled(invariants):
         return PositionProof(f'{ON_RAYS}: {TOLD}', NOWHERE)
-    if any(form.slides):
+    if any(form.slides[:3]):
         return PositionProof('', NOWHERE)
     cusps = _cusps(invariants)
     return PositionProof('' if len(cusps) else NO_CUSPS, cusps)
@@ -99,7 +98,8 @@ class AspectGrid:
     """
 
     def __init__(self, screws: Screws) -> None:
-        invariants, _ = _coefficients(with_feet(screws))
+        self._to_screws = screws.coupling[1:]
+        invariants, _ = _coefficients(with_feet(screws), screws.tool)
         det = _cusp_terms(invariants)[:1]
         middles, side = _boxes(GRID)
         values, slack = _at_boxes(det, middles, side)
@@ -116,17 +116,19 @@ class AspectGrid:
         self.count = len(large)
         self._numbers = np.where(np.isin(parts, large), np.searchsorted(large, parts) + 1, 0)
 
-    def number(self, psi: Floats) -> int:
-        """Return which part positions (3,) of the screws are in, from 1; 0 where it is none."""
-        i, j = np.floor(psi[1:] * GRID / (2.0 * np.pi)).astype(int) % GRID
+    def number(self, q: Floats) -> int:
+        """Return which part joint positions (n,) are in, counted from 1; 0 where it is none."""
+        i, j = np.floor(self._to_screws @ q * GRID / (2.0 * np.pi)).astype(int) % GRID
         return int(self._numbers[i, j])
 
 
-def _coefficients(form: Screws) -> tuple[Floats, Floats]:
+def _coefficients(form: Screws, tool: Floats) -> tuple[Floats, Floats]:
     # Of the two numbers (2, 3, 3), and of the coordinates and half the square of the distance
     # from a point of the first axis (4, 3, 3), all lengths as shares of the arm's size.
-    size, o = size_of(form), form.points[0]
-    grid, fits = (form.tool - o) / size, []
+    o, fits = form.points[0], []
+    # 1 m where all of it slides out of one point.
+    size = float(np.max(np.linalg.norm(np.vstack([form.points[1:3], tool]) - o, axis=1))) or 1.0
+    grid = (tool - o) / size
     for k in (2, 1):
         point = (form.points[k] - o) / size
         if form.slides[k]:
@@ -192,7 +194,7 @@ def _cusps(invariants: Floats) -> Floats:
 
 def _cusp_terms(invariants: Floats) -> Floats:
     # det and its two slopes as Fourier coefficients (3, SAMPLES, SAMPLES).
-    at = 2.0 * np.pi / SAMPLES * np.arange(SAMPLES)
+    at = 2.0 * np.pi / SAMPLES * np.arange(float(SAMPLES))
     orders = ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
     (z_x, r_x), (z_y, r_y), (z_xx, r_xx), (z_xy, r_xy), (z_yy, r_yy) = (
         _derivative(invariants, at, i, j) for i, j in orders
@@ -207,7 +209,7 @@ def _cusp_terms(invariants: Floats) -> Floats:
 def _boxes(count: int) -> tuple[Floats, float]:
     # Middles (count^2, 2) of boxes that cover the torus, and half their side.
     side = np.pi / count
-    return (np.indices((count, count)).reshape(2, -1).T + 0.5) * 2.0 * side, side
+    return side * (2.0 * np.indices((count, count), float).reshape(2, -1).T + 1.0), side
 
 
 def _at_boxes(terms: Floats, middles: Floats, side: float) -> tuple[Floats, Floats]:
@@ -216,7 +218,7 @@ def _at_boxes(terms: Floats, middles: Floats, side: float) -> tuple[Floats, Floa
     k = np.fft.fftfreq(SAMPLES, 1.0 / SAMPLES)
     by_x, by_y = (np.exp(1j * middles[:, axis, None] * k) for axis in (0, 1))
     sizes, order = np.abs(terms), np.abs(k)[:, None] + np.abs(k)
-    rest = np.sum(sizes * (0.5 * side**2 * order**2 + SUM), axis=(1, 2))
+    rest = 0.5 * side**2 * np.sum(sizes * order**2, axis=(1, 2)) + SLACK
     value, slope_x, slope_y = (
         np.einsum('nk,fkl,nl->fn', by_x, one, by_y, optimize=True).real
         for one in (terms, 1j * k[:, None] * terms, 1j * k * terms)

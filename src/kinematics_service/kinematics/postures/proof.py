@@ -6,7 +6,7 @@ solutions, and its slope has different signs at them. det(J_t) is the product of
 where it is not zero the signs stay, and with them the solution.
 """
 
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from ..inverse.chain_geometry import (
     parallel,
     reversed_screws,
     through,
+    with_feet,
     with_links_merged,
 )
 from ..inverse.plan import one_to_one
@@ -36,8 +37,7 @@ PARALLEL_AXES = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class PostureProof:
+class PostureProof(NamedTuple):
     """
     What the geometry of an arm says of its postures; limits of its joints are left aside.
 
@@ -49,18 +49,11 @@ class PostureProof:
         Where joint positions of three equal solutions may be.
     grid
         The aspects of three turning joints and a position; None for other arms.
-    to_screws : shape (k, n)
-        Positions of the screws for the grid.
     """
 
     sentence: str
     cusps: Floats
     grid: AspectGrid | None
-    to_screws: Floats
-
-    def aspect(self, q: Floats) -> int:
-        """Return which aspect joint positions (n,) are in, counted from 1; 0 if not known."""
-        return 0 if self.grid is None else self.grid.number(self.to_screws @ q)
 
 
 def proof_of_no_change(robot: Robot) -> PostureProof:
@@ -75,15 +68,15 @@ def proof_of_no_change(robot: Robot) -> PostureProof:
         sentence = ONE_JOINT
     elif one_to_one(screws, robot):
         sentence = _whole(robot, screws) if rows == set(ROW_NAMES) else _few(robot, screws, rows)
-    return PostureProof(sentence, np.empty((0, robot.dof)), None, screws.coupling)
+    return PostureProof(sentence, np.empty((0, robot.dof)), None)
 
 
 def _position(form: Screws) -> PostureProof:
-    found = position_proof(form)
+    found = position_proof(form, form.tool)
     psi = np.column_stack([np.zeros(len(found.cusps)), found.cusps])
     cusps = psi @ np.linalg.inv(form.coupling).T
-    grid = None if any(form.slides[1:]) else AspectGrid(form)
-    return PostureProof(found.sentence, cusps, grid, form.coupling)
+    is_exact = with_feet(form).off <= ROUND_OFF and not any(form.slides[1:])
+    return PostureProof(found.sentence, cusps, AspectGrid(form) if is_exact else None)
 
 
 def _few(robot: Robot, screws: Screws, rows: set[str]) -> str:
@@ -101,23 +94,10 @@ def _whole(robot: Robot, screws: Screws) -> str:
             return PARALLEL_AXES
         wrist = meeting_point(form, (3, 4, 5))
         if wrist is not None:
-            found = position_proof(_first_three(through(form, (3, 4, 5), wrist), wrist))
+            found = position_proof(through(form, (3, 4, 5), wrist), wrist)
             if found.sentence:
                 return WRIST + found.sentence
     return ''
-
-
-def _first_three(form: Screws, point: Floats) -> Screws:
-    home = np.eye(4)
-    home[:3, 3] = point
-    return replace(
-        form,
-        axes=form.axes[:3].copy(),
-        points=form.points[:3].copy(),
-        slides=form.slides[:3],
-        coupling=form.coupling[:3].copy(),
-        home=home,
-    )
 
 
 def _is_planar(robot: Robot, form: Screws, rows: set[str]) -> bool:
