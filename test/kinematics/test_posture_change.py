@@ -234,6 +234,25 @@ def test_simple_arms_are_proved_to_change_no_posture(name, says):
     assert all(len(group.q) == 1 for group in change.groups)
 
 
+@pytest.mark.parametrize(
+    'name', ['ur5e', 'puma560', 'offset_stanford_dh', 'craig_3r', 'spherical_rrp', 'scara_hsr065']
+)
+def test_the_signs_of_the_factors_tell_all_postures_apart(name):
+    robot = ks.load_robot(name)
+    random = np.random.default_rng(4)
+    # Inside these ways of the joints that slide, and all turns of the others.
+    q = random.uniform(-math.pi, math.pi, (40, robot.dof))
+    q[:, robot.prismatic] = random.uniform(0.1, 0.5, (40, int(np.sum(robot.prismatic))))
+    seen = 0
+    for T in ks.forward_kinematics(robot, q):
+        found = ks.inverse_kinematics(robot, T, rows=robot.task.rows, respect_limits=False)
+        postures = np.array([one.q for one in found if one.multiplicity == 1])
+        signs = np.sign(robot.factors.evaluate(postures)[..., 0])
+        seen += len(signs)
+        assert len(np.unique(signs, axis=0)) == len(signs)
+    assert seen >= 2 * len(q)
+
+
 def test_an_arm_of_three_orthogonal_axes_changes_posture():
     change = ks.posture_change(three_joints(**WENGER))
     rows, d4 = table_of(**WENGER)
@@ -270,8 +289,8 @@ def test_an_arm_of_three_orthogonal_axes_changes_posture():
 def test_simple_arms_of_three_joints_change_no_posture(simpler):
     lengths = WENGER | simpler
     assert ks.posture_change(three_joints(**lengths)).verdict == 'no'
-    torus = Torus(300, **lengths, crossing=True)
-    assert not torus.two_in_one_aspect(60, np.random.default_rng(1))
+    torus = Torus(200, **lengths, crossing=True)
+    assert not torus.two_in_one_aspect(40, np.random.default_rng(1))
 
 
 @pytest.mark.parametrize('error', [1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11])
@@ -294,14 +313,14 @@ def test_an_arm_that_is_nearly_simple_changes_posture():
 def test_random_arms_of_three_joints_are_decided_as_a_dense_grid_has_them():
     random = np.random.default_rng(11)
     verdicts = []
-    for _ in range(24):
+    for _ in range(16):
         lengths = random_lengths(random)
         change = ks.posture_change(three_joints(**lengths))
         verdicts.append(change.verdict)
-        torus = Torus(300, **lengths)
+        torus = Torus(200, **lengths)
         if change.verdict == 'no':
             assert change.reason == NO_CUSPS
-            assert not torus.two_in_one_aspect(80, random)
+            assert not torus.two_in_one_aspect(40, random)
         else:
             dense = np.linspace(0.0, 1.0, 300)[:, None]
             parts = [a + dense * (b - a) for a, b in itertools.pairwise(change.path.q)]
@@ -315,10 +334,10 @@ def test_lengths_of_many_decades_change_none_of_what_is_proved():
         lengths = random_lengths(random)
         for name in ('d2', 'd3', 'd4', 'r2', 'r3'):
             lengths[name] = float(10.0 ** random.uniform(-2, 2))
-        if proof_of_no_change(three_joints(**lengths)).sentence and decided < 6:
+        if decided < 4 and proof_of_no_change(three_joints(**lengths)).sentence:
             decided += 1
-            assert not Torus(400, **lengths).two_in_one_aspect(60, random)
-    assert decided == 6
+            assert not Torus(300, **lengths).two_in_one_aspect(40, random)
+    assert decided == 4
 
 
 def test_postures_with_one_number_are_in_one_aspect():
@@ -326,7 +345,7 @@ def test_postures_with_one_number_are_in_one_aspect():
     random = np.random.default_rng(2)
     for lengths in (WENGER, random_lengths(random), random_lengths(random)):
         change = ks.posture_change(three_joints(**lengths))
-        torus, side = Torus(400, **lengths), 400
+        torus, side = Torus(300, **lengths), 300
         for group in change.groups:
             if group.aspect:
                 cells = np.floor(group.q[:, 1:] / (2 * math.pi) * side).astype(int) % side
@@ -345,10 +364,11 @@ def ur5e_off_by(error):
     return ks.robot_from_text(re.sub(r'\{a: *([^,]*), *alpha: *([^,]*),', off, pieces[0]))
 
 
-@pytest.mark.parametrize(('error', 'verdict'), [(0.0, 'no'), (1e-14, 'no'), (1e-9, '?')])
-def test_a_calibrated_arm_is_not_taken_for_the_exact_one(error, verdict):
-    change = ks.posture_change(ur5e_off_by(error))
-    assert change.verdict == verdict if verdict == 'no' else change.verdict != 'no'
+# By 1e-10 the closed form recognises its axes as parallel.
+@pytest.mark.parametrize('error', [0.0, 1e-14, 1e-11, 1e-10, 1e-9, 1e-5])
+def test_a_calibrated_arm_is_not_taken_for_the_exact_one(error):
+    proved = proof_of_no_change(ur5e_off_by(error)).sentence
+    assert proved == (PARALLEL_AXES if error < 1e-12 else '')
 
 
 def test_a_calibrated_arm_is_not_decided():

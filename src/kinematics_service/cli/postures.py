@@ -37,10 +37,10 @@ def postures(
       kinematics_service postures crx10ia_l --deg
       kinematics_service postures arm.yaml --distance 0.05 --json
 
-    yes: a path of the joints that was found and proved is printed. no: with the proof, which leaves
-    limits aside. not decided: with what was tried. The postures of a target are listed by the
-    signs of the factors of the determinant, of three joints also by the aspect they are in.
-    Postures with different signs have a singular pose between them.
+    yes: a path of the joints that was found and proved is printed. no: with the proof, which
+    leaves limits aside. not decided: with what was tried. The postures of a target are listed
+    by the signs of the factors of the determinant, of three joints also by the aspect they are
+    in. Postures with different signs have a singular pose between them.
 
     \b
     The keys of --json, in m and rad:
