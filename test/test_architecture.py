@@ -38,6 +38,7 @@ ROOMS = (
     'kinematics/inverse',
     'kinematics/plans',
     'kinematics/family_paths',
+    'kinematics/postures',
     'kinematics/uncertainty',
     'estimation',
     'symbolic/algebra',

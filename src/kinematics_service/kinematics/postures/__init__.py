@@ -1,0 +1,1 @@
+"""Postures of an arm: whether it can change from one to another without a singular pose."""
