@@ -16,6 +16,8 @@ from ..inverse.plan import InversePlan
 from ..inverse.result import IkArc
 from ..singularity import singularity
 
+# Halvings of a piece that is too long for a box.
+SHORTER = 4
 # Pairs of pieces that are looked at together.
 AT_ONCE = 1 << 20
 
@@ -108,14 +110,21 @@ class ArcPieces(NamedTuple):
 
 
 def pieces_of(robot: Robot, arcs: Sequence[IkArc]) -> ArcPieces:
-    """Return arcs in pieces from sample to sample."""
+    """Return arcs in pieces from sample to sample, or shorter where one has no box."""
     none = np.empty((0, robot.dof))
     begin = np.vstack([none, *(arc.q[:-1] for arc in arcs)])
     ends = [np.empty((0, 2)), *(np.column_stack([arc.s[:-1], arc.s[1:]]) for arc in arcs)]
     counts = [len(arc.q) - 1 for arc in arcs]
     arc, s = np.repeat(np.arange(len(arcs)), counts), np.vstack(ends)
     end = np.vstack([none, *(arc.q[1:] for arc in arcs)])
-    return ArcPieces(arc, s, begin, end, _spread(arcs, arc, s, end.shape), _away(robot, begin))
+    pieces = ArcPieces(arc, s, begin, end, _spread(arcs, arc, s, end.shape), _away(robot, begin))
+    for _ in range(SHORTER):
+        boxed = np.isfinite(pieces.spread).all(axis=1)
+        if boxed.all():
+            break
+        both = pieces.chosen(boxed), pieces.chosen(~boxed).halves(robot, arcs)
+        pieces = ArcPieces(*(np.concatenate(values) for values in zip(*both)))
+    return pieces
 
 
 def only(robot: Robot, arcs: Sequence[IkArc], q: Floats, rule: StepRule) -> ArcPieces:
