@@ -41,8 +41,9 @@ ON_ITS_WAY, LATE, MORE_STEPS = 0.5, 0.4, 12
 # of what it was so many steps before. Runs that come so near to the last such place, as a share of
 # the way, end there too.
 ROUND, STEPS_ROUND, TRAPPED = 0.8, 4, 0.03
+NEARLY_ROUND, TRIED = 0.5, 2
 # A run that comes beside a pose that was found, by this share of the way, ends.
-BESIDE = 0.1
+BESIDE = 0.02
 # What the first order says, or such a run did not reach, is another one where it is nearer than
 # this share of what was found.
 NEARER = 0.6
@@ -124,7 +125,7 @@ class NearestSearch:
     slope: float
     missed: float
     standing: bool
-    has_trap: bool
+    trap_step: float
     left_before: float
     stands_for: int
 
@@ -150,7 +151,7 @@ class NearestSearch:
         self.second, self.slope = 0.0, 0.0
         self.free, self.lasting = 0.0, -1.0
         self.standing, self.stands_for, self.missed = False, -1, places.INFINITY
-        self.has_trap, self.left_before = False, places.INFINITY
+        self.trap_step, self.left_before = 0.0, places.INFINITY
         self.known: int = 0
         self.settled: bool = False
         n = self.n
@@ -207,7 +208,7 @@ class NearestSearch:
         self.complete, self.evaluations = True, 0
         self.by_product, self.free = first_order, first_order
         self.missed, self.settled = places.INFINITY, False
-        self.has_trap = False
+        self.trap_step = 0.0
         if not (self.lasting >= 0.0 and self._moved_from(self.searched, q) <= KNOWN):
             self.known = 0
         self._bring_known(q)
@@ -626,20 +627,21 @@ class NearestSearch:
             beside = beside or self._is_known(k, BESIDE / SAME * away)
         return beside
 
-    def _mark_trap(self, away: float) -> None:
+    def _mark_trap(self, left: float, away: float) -> None:
         # Where a run goes round; what it has not reached is kept in mind.
         self.missed = min(self.missed, away)
-        self.has_trap = True
+        self.trap_step = left
         for j in range(self.n):
             self.trap[j] = self.d[j]
 
-    def _is_trapped(self, away: float) -> bool:
-        # Whether a run has come beside such a place.
+    def _is_trapped(self, left: float, away: float) -> bool:
+        # Whether a run has come beside such a place, and steps no less.
         squares = 0.0
         for j in range(self.n):
             apart = self.trap[j] - self.d[j]
             squares += apart * apart
-        return math.sqrt(squares) < TRAPPED * away
+        beside = max(TRAPPED * away, self.trap_step)
+        return math.sqrt(squares) < beside and left > NEARLY_ROUND * self.trap_step
 
     def _promise(self, left: float, away: float, nearest: float) -> float:
         # How far the singular pose will be that a run is on its way to. Of more equations than one
@@ -648,7 +650,7 @@ class NearestSearch:
 
     def _is_given_up(self, step: int, more: int, left: float, away: float) -> bool:
         # Whether a run that has found nothing ends; `more`: its steps after those of all runs.
-        if self.has_trap and step >= FULL_STEPS and self._is_trapped(away):
+        if step >= TRIED and self.trap_step > 0.0 and self._is_trapped(left, away):
             return True
         if more < -1:
             return False
@@ -656,15 +658,18 @@ class NearestSearch:
             return True
         if (more + 1) % STEPS_ROUND == 0:
             if not left < ROUND * self.left_before:
-                self._mark_trap(away)
+                self._mark_trap(left, away)
                 return True
             self.left_before = left
         return False
 
     def _is_late(self, more: int, left: float, away: float) -> bool:
         # Whether a run that should have ended is on its way to a nearer one than was found; what
-        # it has not reached after all its steps is kept in mind.
+        # it has not reached after all its steps is kept in mind. A step that leaves what it should
+        # bring to zero is short, and leads nowhere.
         if not left < ON_ITS_WAY * away or not away < min(self.distance, LATE):
+            return False
+        if not self.equations.are_fulfilled(self.onto):
             return False
         if more == MORE_STEPS - 1:
             self.missed = min(self.missed, away)

@@ -92,7 +92,7 @@ class SingularEquations:
         """Evaluate the pose a motion d away from `origin`, and find the directions of its J_t."""
         for j in range(self.n):
             self.q[j] = origin[j] + self.task.column_scale[j] * d[j]
-        chain_pass.evaluate_row(self.chain, self.q, self.still, places.JACOBIAN, self.row)
+        chain_pass.write_jacobian(self.chain, self.q, self.row)
         self._write_scaled()
         if not (self.rank == self.turns and self._find_directions()):
             singularity.write_directions(self.n, self.task, self.row, self.W, self.sigma)
