@@ -6,7 +6,7 @@ import numpy as np
 from recordings import SECOND
 
 from kinematics_service.__main__ import main
-from kinematics_service.diagnosis.audit.auditing import AuditProgress, audit
+from kinematics_service.diagnosis.audit.auditing import AuditProgress, AuditSettings, audit
 from kinematics_service.diagnosis.frame_check.hypotheses import quaternions_of
 from kinematics_service.estimation.estimator import EstimatorSettings
 from kinematics_service.formats.recordings.block import blocks_of
@@ -72,7 +72,9 @@ def audited(samples, robot, settings=SETTINGS):
     """Return the audit of samples and the batches it was made of."""
     parts = []
     source = RecordingSource('made up', '/joint_states', False, None, blocks_of(samples))
-    result = audit(source, robot, 'made_up', settings, AuditProgress(part=parts.append))
+    result = audit(
+        source, robot, 'made_up', AuditSettings(settings), AuditProgress(part=parts.append)
+    )
     return result, parts
 
 

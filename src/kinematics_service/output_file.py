@@ -12,7 +12,7 @@ import shutil
 import stat
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, TextIO
@@ -161,3 +161,24 @@ def say_written(file: Path, stream: TextIO | None = None) -> None:
     """Print that a file was written; of a device or a pipe that would be in what it is given."""
     if file.is_file():
         print(f'wrote {file}', file=stream)
+
+
+def write_documents(
+    html: Path | None, page: str, json: Path | None, document: str, print_it: Callable[[], None]
+) -> None:
+    """
+    Write a report as page and document, each where a file is named, and print it.
+
+    A document whose file is `-` is printed instead.
+    """
+    printed = str(json) == '-'
+    texts = {html: page, None if printed else json: f'{document}\n'}
+    files = {file: text for file, text in texts.items() if file is not None}
+    for file, text in files.items():
+        write_file(file, text)
+    if printed:
+        print(document)
+    else:
+        print_it()
+    for file in files:
+        say_written(file, sys.stderr if printed else None)

@@ -5,7 +5,7 @@ import math
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -59,11 +59,14 @@ def table(*headers: str) -> Table:
     return result
 
 
-def facts() -> Table:
-    """Return an empty list of facts: each has a label and a text with indented lines."""
+def facts(rows: Iterable[tuple[str, str]]) -> Table:
+    """Return a list of facts: labels, and texts with indented lines; empty ones are left out."""
     result = Table.grid(padding=GAP)
     result.add_column(style='bold', no_wrap=True)
     result.add_column(overflow='fold')
+    for label, text in rows:
+        if text:
+            result.add_row(f'  {plain(label)}', plain(text))
     return result
 
 
@@ -102,7 +105,10 @@ def numbers(values: Floats, decimals: int = 6) -> str:
 
 
 def json_text(document: dict[str, Any]) -> str:
-    """Return strict JSON: arrays as lists, and null for numbers that are infinite or NaN."""
+    """
+    Return strict JSON: arrays as lists, named tuples as objects, and null for numbers that are
+    infinite or NaN.
+    """
     return json.dumps(_strict(document), allow_nan=False)
 
 
@@ -111,6 +117,8 @@ def _strict(value: Any) -> Any:
         return {key: _strict(entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray):
         return _strict(value.tolist())
+    if hasattr(value, '_asdict'):
+        return _strict(value._asdict())
     if isinstance(value, (list, tuple)):
         return [_strict(entry) for entry in value]
     if isinstance(value, np.generic):

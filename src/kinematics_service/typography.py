@@ -1,7 +1,8 @@
-"""Signs of PDF files and word processors and the plain ones they stand for; counted nouns."""
+"""Signs of PDF files and word processors, and the plain ones they stand for; nouns and numbers."""
 
 import re
 import unicodedata
+from collections.abc import Sequence
 
 DEGREE = '°'
 _MINUS = '−‐‑‒–﹣－'
@@ -54,3 +55,14 @@ def counted(number: int, noun: str) -> str:
     if noun.endswith('y'):
         return f'{number:,} {noun[:-1]}ies'
     return f'{number:,} {noun}{"es" if noun.endswith("ch") else "s"}'
+
+
+def number_text(value: float) -> str:
+    """Return a number so that it is read back to the last bit; 2 for 2.0, 0 for -0.0."""
+    return repr(float(value) + 0.0).removesuffix('.0')
+
+
+def listed(names: Sequence[str], most: int, between: str = ', ') -> str:
+    """Return names one after another, at most so many, and how many there are more."""
+    more = len(names) - most
+    return between.join(names[:most]) + (f' and {more} more' if more > 0 else '')

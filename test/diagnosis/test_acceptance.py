@@ -4,6 +4,8 @@ What is no calibration is refused and explained, and what is one is not.
 Each wrong thing is made by hand here: the calibration does not know its name.
 """
 
+import json
+
 import numpy as np
 import pytest
 from calibrated_arms import (
@@ -21,6 +23,7 @@ import kinematics_service as ks
 from kinematics_service.diagnosis.calibration.report import document_of, sentences_of
 from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.errors import CalibrationError
+from kinematics_service.printing import json_text
 from kinematics_service.rigid_motion import exponential
 
 NOISE = 5e-5
@@ -78,7 +81,7 @@ def test_rows_in_which_one_joint_moves_contradict_the_arm(name, j, i, sign, kind
     assert found.without.after.position_rms < 3e-4 < 4e-3 < found.with_outliers.after.position_rms
     assert found.with_outliers.held_out.position_rms > 4e-3
     assert any(one.startswith('With the outliers included they are ') for one in sentences)
-    document = document_of(found, [])
+    document = json.loads(json_text(document_of(found, [])))
     assert document['accepted'] is False
     assert document['errors_with_outliers']['after']['position_rms'] > 4e-3
 

@@ -10,7 +10,7 @@ from arms import DISTINCT_BUNDLED, robot_of
 from audits import SETTINGS, audited
 from recordings import BEGIN, SECOND, awkward, motion, recorded, samples_of
 
-from kinematics_service.diagnosis.audit.auditing import AuditProgress, audit
+from kinematics_service.diagnosis.audit.auditing import AuditProgress, AuditSettings, audit
 from kinematics_service.diagnosis.audit.curves import curve_of
 from kinematics_service.diagnosis.audit.ingest import Ingest
 from kinematics_service.diagnosis.audit.report.document import document_of
@@ -167,7 +167,8 @@ def _of_bag(path, robot):
         for block in source.blocks:
             samples += [block.sample(k) for k in range(len(block))]
     with open_source(path, Selection(robot)) as source:
-        result = audit(source, robot, path.name, SETTINGS, AuditProgress(part=parts.append))
+        heard = AuditProgress(part=parts.append)
+        result = audit(source, robot, path.name, AuditSettings(SETTINGS), heard)
     return result, parts, samples
 
 

@@ -189,13 +189,14 @@ def test_rows_whose_stamps_are_whole_seconds_are_compared(tmp_path, capsys):
 
 
 def bare(robot, t, q, stamps, poses, gap=None):
+    from kinematics_service.diagnosis.audit.auditing import AuditSettings
     from kinematics_service.diagnosis.audit.frames import FrameSettings
 
     nanoseconds = BEGIN + np.rint(1e9 * t).astype(np.int64)
     block = Block(robot.joint_names, nanoseconds, nanoseconds, q, np.zeros((len(q), 0)))
     track = PoseTrack('/tcp', '', stamps, poses)
     source = RecordingSource('bag', '/joint_states', False, len(q), iter([block]), lambda: track)
-    return audit(source, robot, 'made up', frame_settings=FrameSettings(gap))
+    return audit(source, robot, 'made up', AuditSettings(frames=FrameSettings(gap)))
 
 
 def test_poses_between_joint_states_far_apart_cost_the_frames_not_the_audit():

@@ -19,11 +19,10 @@ from calibrated_arms import (
 
 from kinematics_service.__main__ import main
 from kinematics_service.diagnosis.calibration.board_views import board_poses, board_views, moved
-from kinematics_service.diagnosis.calibration.checking import apart
 from kinematics_service.diagnosis.calibration.proposal import propose_poses
 from kinematics_service.errors import CalibrationError
 from kinematics_service.formats.images.board import SeenCorners
-from kinematics_service.rigid_motion import exponential, pose_of
+from kinematics_service.rigid_motion import apart, exponential, pose_of
 
 cv2 = pytest.importorskip('cv2')
 from pictures import picture, ros_file, written  # noqa: E402

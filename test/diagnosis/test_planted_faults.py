@@ -12,10 +12,9 @@ from folders import RECORDINGS as REAL_RECORDINGS
 from recordings import recorded
 from scipy.spatial.transform import Rotation
 
+from kinematics_service.diagnosis.audit.auditing import AuditSettings
 from kinematics_service.diagnosis.audit.dataset.dataset_run import rows_of_dataset
 from kinematics_service.diagnosis.audit.dataset.episode_audit import EpisodeWork
-from kinematics_service.diagnosis.audit.frames import FrameSettings
-from kinematics_service.estimation.estimator import EstimatorSettings
 from kinematics_service.formats.recordings.pose_format import pose_format
 from kinematics_service.formats.recordings.source import Selection
 from kinematics_service.robot.measures import Level
@@ -242,7 +241,7 @@ def findings(tmp_path, one):
         elements['observation.ee_pose'] = list(RPY)
     folder = write_lerobot(tmp_path / 'dataset', [vectors], elements, one.fps)
     reading = Selection(one.robot, pose_format=pose_format('rpy'))
-    work = EpisodeWork(reading, EstimatorSettings(), FrameSettings(), None)
+    work = EpisodeWork(reading, AuditSettings(), None)
     rows = rows_of_dataset(folder, work, 1, None, None)
     assert not any(row.error for row in rows), rows
     return [

@@ -6,11 +6,13 @@ import sys
 from collections.abc import Mapping
 from datetime import datetime
 from enum import Enum
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Optional
 
 import typer
 
+from ..diagnosis.audit.auditing import AuditSettings
 from ..diagnosis.audit.dataset.episode_audit import EpisodeWork
 from ..diagnosis.audit.report.audit_runs import Outcome, Run, outcomes
 from ..diagnosis.audit.report.summary import print_summary
@@ -19,7 +21,7 @@ from ..errors import KinematicsError
 from ..estimation.estimator import EstimatorSettings
 from ..formats.datasets.episodes import is_dataset
 from ..kinematics.servo_rule import ServoRule
-from ..output_file import say_written, write_file
+from ..output_file import write_documents
 from ..robot.measures import thresholds_for
 from ..robot.robot import Robot, with_singularity
 from .dataset_audit import DatasetOutputs, audit_dataset
@@ -156,14 +158,17 @@ def audit(
     of_others = (out, topic, pose_topic, slowed, speed_limit, speed_of)
     dataset = _dataset_of(files, of_dataset, of_others)
     arm = _judged(ending_at(given_robot(robot), of), warn, stop)
-    frames = given_frames(pose_gap, pose_warn, pose_stop)
-    plans = given_plans(arm, failures, speed_limit, speed_of)
     words = TableWords(columns, pose_format, joint_format, stamps)
     reading = given_selection(arm, topic, pose_topic, joint_prefix, words)
-    settings = EstimatorSettings(joint_prefix, velocity_source.value, round(timeout * 1e9))
+    settings = AuditSettings(
+        EstimatorSettings(joint_prefix, velocity_source.value, round(timeout * 1e9)),
+        given_frames(pose_gap, pose_warn, pose_stop),
+        given_plans(arm, failures, speed_limit, speed_of),
+        SlowingSettings(reduced, ServoRule() if servo else None) if slowed else None,
+    )
     date = datetime.now().astimezone().isoformat(' ', 'seconds')
     if dataset is not None:
-        work = EpisodeWork(reading, settings, frames, failures, labels, clearance)
+        work = EpisodeWork(reading, settings, failures, labels, clearance)
         written = DatasetOutputs(html, json, resume)
         audit_dataset(dataset, robot, date, work, written, jobs or 1, workers)
         return
@@ -176,25 +181,10 @@ def audit(
         for path in own:
             if path is not None and any(_belongs_to(path, file) for file in files):
                 raise WrongUsage(f'--{name}: {path} is the recording itself')
-    slowing = None
-    if scale or reduced or servo:
-        slowing = SlowingSettings(reduced, ServoRule() if servo else None)
+    wanted = html is not None, json is not None
     runs = [
-        Run(
-            file,
-            robot,
-            date,
-            reading,
-            settings,
-            frames,
-            plans,
-            slowing,
-            failures,
-            html is not None,
-            json is not None,
-            out,
-        )
-        for file, html, json, out in zip(files, paths['html'], paths['json'], paths['out'])
+        Run(file, robot, date, reading, settings, failures, *wanted, own)
+        for file, own in zip(files, paths['out'])
     ]
     failed = False
     for k, outcome in enumerate(outcomes(runs, jobs or 1, workers)):
@@ -286,16 +276,7 @@ def _report(outcome: Outcome, html: Path | None, json: Path | None) -> None:
     if outcome.summary is None:
         print(f'{outcome.error}', file=sys.stderr)
         return
-    printed = json is not None and str(json) == '-'
-    texts = {html: outcome.html, None if printed else json: f'{outcome.json}\n'}
-    files = {file: text for file, text in texts.items() if file is not None}
-    for file, text in files.items():
-        write_file(file, text)
-    if printed:
-        print(outcome.json)
-    else:
-        print_summary(outcome.summary)
-    for file in files:
-        say_written(file, sys.stderr if printed else None)
+    report = partial(print_summary, outcome.summary)
+    write_documents(html, outcome.html, json, outcome.json, report)
     if outcome.error:
         print(outcome.error, file=sys.stderr)

@@ -145,21 +145,21 @@ def _entry(file: str, found: FileCheck) -> dict[str, Any]:
 
 def _print_robot(out: Output, robot: Robot) -> None:
     description, convention = robot.description, CONVENTIONS[robot.convention]
-    about = facts()
-    about.add_row('  source', plain(robot.source) or 'not said')
-    about.add_row('  convention', convention.formula)
-    if not convention.product:
-        about.add_row('  units', f'{description.angle_unit}, {description.length_unit}')
-    if description.constants:
-        about.add_row('  constants', ', '.join(_constants(robot)))
+    units = f'{description.angle_unit}, {description.length_unit}'
+    about = (
+        ('source', robot.source or 'not said'),
+        ('convention', convention.formula),
+        ('units', '' if convention.product else units),
+        ('constants', ', '.join(_constants(robot))),
+    )
     title = heading(f'{robot.name} ({description.file})')
-    out.print(title, about, '', textbook_table(description), '', _joint_table(robot), '')
+    out.print(title, facts(about), '', textbook_table(description), '', _joint_table(robot), '')
 
 
 def _constants(robot: Robot) -> Iterator[str]:
     for constant in robot.description.constants:
-        text, value = plain(constant.text), f'{constant.value:.6g}'
-        yield f'{constant.name} = {text}' + (f' = {value}' if _is_formula(text) else '')
+        value = f' = {constant.value:.6g}' if _is_formula(constant.text) else ''
+        yield f'{constant.name} = {constant.text}{value}'
 
 
 def _is_formula(text: str) -> bool:
@@ -210,42 +210,34 @@ def _range(limits: Floats) -> str:
 def _print_arm(out: Output, robot: Robot, errors: Sequence[PoseError]) -> None:
     task, description = robot.task, robot.description
     full = min(len(task.rows), robot.dof)
-    arm = facts()
-    arm.add_row('  joints', f'{robot.dof}, {joint_letters(description.joints)} from the base')
-    arm.add_row('  base', _placement(description.base, "the table's frame 0"))
-    arm.add_row('  tool', _placement(description.tool, "the last row's frame"))
-    if description.points:
-        arm.add_row('  points', '\n'.join(map(_point, description.points)))
-    arm.add_row(
-        '  reach', f'{task.reach:.4g} m from frame 0, the farthest of {SEEDED_POSES} poses'
+    factors = (
+        f'{factor.name} = {factor.text}{", approximate" if factor.approximate else ""}'
+        for factor in description.singularity.factors
     )
-    if description.loops:
-        arm.add_row('  loops', plain('\n'.join(_loops(robot))))
-    arm.add_row('  task', f'rows {" ".join(task.rows)} of the Jacobian')
-    arm.add_row('  length', f'{task.length:.4g} m, the characteristic length')
-    arm.add_row('  rank', f'{task.generic_rank} of {full} at almost every pose')
-    if structure := _structure(robot):
-        arm.add_row('  structure', plain(structure))
-    arm.add_row('  measure', threshold_words(robot.thresholds))
-    if description.singularity.factors:
-        factors = (
-            f'{factor.name} = {factor.text}{", approximate" if factor.approximate else ""}'
-            for factor in description.singularity.factors
-        )
-        arm.add_row('  singular factors', plain('\n'.join(factors)))
-    if off := list(uncertainty_in_words(robot)):
-        arm.add_row('  uncertainty', plain('\n'.join(off)))
-    if made := tolerances_in_words(description.tolerances):
-        arm.add_row('  tolerance', plain(made))
-    arm.add_row('  known poses', _known(errors))
-    if description.remarks:
-        arm.add_row('  remarks', plain('\n'.join(description.remarks)))
-    out.print(arm, '')
+    arm = (
+        ('joints', f'{robot.dof}, {joint_letters(description.joints)} from the base'),
+        ('base', _placement(description.base, "the table's frame 0")),
+        ('tool', _placement(description.tool, "the last row's frame")),
+        ('points', '\n'.join(map(_point, description.points))),
+        ('reach', f'{task.reach:.4g} m from frame 0, the farthest of {SEEDED_POSES} poses'),
+        ('loops', '\n'.join(_loops(robot))),
+        ('task', f'rows {" ".join(task.rows)} of the Jacobian'),
+        ('length', f'{task.length:.4g} m, the characteristic length'),
+        ('rank', f'{task.generic_rank} of {full} at almost every pose'),
+        ('structure', _structure(robot)),
+        ('measure', threshold_words(robot.thresholds)),
+        ('singular factors', '\n'.join(factors)),
+        ('uncertainty', '\n'.join(uncertainty_in_words(robot))),
+        ('tolerance', tolerances_in_words(description.tolerances)),
+        ('known poses', _known(errors)),
+        ('remarks', '\n'.join(description.remarks)),
+    )
+    out.print(facts(arm), '')
 
 
 def _placement(placement: Placement, other: str) -> str:
     where = motion_text(placement.motion)
-    return f'{plain(placement.frame)}, ' + (f'at {other}' if where == 'identity' else where)
+    return f'{placement.frame}, ' + (f'at {other}' if where == 'identity' else where)
 
 
 def _point(point: PointDescription) -> str:
@@ -255,9 +247,11 @@ def _point(point: PointDescription) -> str:
 
 
 def _loops(robot: Robot) -> Iterator[str]:
+    if not robot.description.loops:
+        return
     start = robot.chain.closure.assembled()
     closure = evaluate(robot, start).closure
-    assert closure is not None  # the arm has loops
+    assert closure is not None
     at = 0
     for g, group in enumerate(loop_groups(robot.description.loops)):
         passive = passive_of(group)

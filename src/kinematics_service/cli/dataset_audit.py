@@ -1,8 +1,8 @@
 """The command `audit` of a dataset: one table and one page for all its episodes."""
 
 import hashlib
-import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ from ..diagnosis.audit.dataset.dataset_report import (
 )
 from ..diagnosis.audit.dataset.dataset_run import Journal, rows_of_dataset
 from ..diagnosis.audit.dataset.episode_audit import EpisodeWork
-from ..output_file import say_written, write_file
+from ..output_file import write_documents
 from ..printing import json_text
 from ..robot.bundled import find_robot_file
 from ..version import __version__
@@ -47,21 +47,9 @@ def audit_dataset(
     journal = Journal(outputs.resume, _asked(path, robot, work)) if outputs.resume else None
     rows = rows_of_dataset(path, work, jobs, workers, journal)
     report = report_of(str(path), work.reading.robot.name, rows)
-    printed = str(outputs.json) == '-'
-    files = {}
-    if outputs.html is not None:
-        files[outputs.html] = page_of_dataset(report, date)
-    if outputs.json is not None:
-        text = json_text(document_of_dataset(report))
-        if printed:
-            print(text)
-        else:
-            files[outputs.json] = f'{text}\n'
-    if not printed:
-        print_report(report)
-    for file, text in files.items():
-        write_file(file, text)
-        say_written(file, sys.stderr if printed else None)
+    page = page_of_dataset(report, date) if outputs.html else ''
+    document = json_text(document_of_dataset(report)) if outputs.json else ''
+    write_documents(outputs.html, page, outputs.json, document, partial(print_report, report))
     if report.failed:
         raise typer.Exit(1)
 

@@ -32,8 +32,7 @@ def export(
     text = export_urdf(arm)
     write_document(urdf, text)
     if arm.passive_joint_names:
-        loops = ', '.join(repr(loop.name) for loop in arm.description.loops)
-        print(without_loops(loops, arm.passive_joint_names), file=sys.stderr)
+        print(without_loops(arm), file=sys.stderr)
     if urdf != '-':
         links, joints = (len(re.findall(f'<{part} ', text)) for part in ('link', 'joint'))
         print(f'wrote {urdf}: {arm.name}, {counted(links, "link")}, {counted(joints, "joint")}')

@@ -83,12 +83,14 @@ def _document(state: ToolState, singularity: Singularity) -> str:
 def _print_pose(out: Output, state: ToolState, singularity: Singularity) -> None:
     robot = state.robot
     rpy = roll_pitch_yaw(state.pose[:3, :3])
-    pose = facts()
-    pose.add_row('  position x y z', f'{numbers(state.position)}  m')
-    pose.add_row('  quaternion x y z w', numbers(state.quaternion_xyzw))
-    pose.add_row('  roll pitch yaw', f'{numbers(rpy)}  rad\n{numbers(rpy * DEGREES, 4)}  deg')
-    pose.add_row('  matrix', _matrix_text(state.pose))
-    out.print(heading(f'{robot.name}: pose of {robot.tool_frame} in {robot.base_frame}'), pose)
+    pose = (
+        ('position x y z', f'{numbers(state.position)}  m'),
+        ('quaternion x y z w', numbers(state.quaternion_xyzw)),
+        ('roll pitch yaw', f'{numbers(rpy)}  rad\n{numbers(rpy * DEGREES, 4)}  deg'),
+        ('matrix', _matrix_text(state.pose)),
+    )
+    title = heading(f'{robot.name}: pose of {robot.tool_frame} in {robot.base_frame}')
+    out.print(title, facts(pose))
     print_singularity(out, state, singularity)
 
 

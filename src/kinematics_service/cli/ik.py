@@ -2,11 +2,11 @@
 
 import math
 import re
+from collections.abc import Iterator
 from typing import Annotated, Any, Optional
 
 import numpy as np
 import typer
-from rich.table import Table
 
 from ..kernel import Floats
 from ..kinematics.inverse.result import IkArc, IkFamily, IkResult, IkSolution
@@ -136,8 +136,6 @@ def ik(
                                      and limit, windings, ranges, largest_margin)
       nearest                        null, or q, residual, position_error, rotation_error
     """
-    if rpy is not None and quaternion is not None:
-        raise WrongUsage('--rpy and --quaternion both say how the tool is turned: give one')
     if one and everything:
         raise WrongUsage('--one and --all: give one of them')
     if one and family:
@@ -177,6 +175,8 @@ def target_from(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool
         An option is not as many numbers as it takes, or two of them exclude each other.
     """
     position = given_numbers('--xyz', xyz, 3)
+    if rpy is not None and quaternion is not None:
+        raise WrongUsage('--rpy and --quaternion both say how the tool is turned: give one')
     if rpy is not None:
         R = rotation_of_roll_pitch_yaw(given_numbers('--rpy', rpy, 3, True, degrees))
     elif quaternion is not None:
@@ -240,8 +240,7 @@ def _entry(one: IkSolution | IkFamily) -> dict[str, Any]:
 
 def _arc_entry(arc: IkArc) -> dict[str, Any]:
     return {
-        **attributes(arc, 'q', 's', 'length', 'closed', 'windings', 'ranges'),
-        'ends': [end._asdict() for end in arc.ends],
+        **attributes(arc, 'q', 's', 'length', 'closed', 'windings', 'ranges', 'ends'),
         'largest_margin': arc.with_largest_margin(),
     }
 
@@ -261,19 +260,20 @@ def _print_result(
             f'  residuals up to {worst:.1e}',
             '',
             heading(f'     joints [{_units(robot, degrees)}], {order}'),
-            _solution_rows(out, robot, result.solutions, degrees),
+            facts(_solution_rows(out, robot, result.solutions, degrees)),
         )
     for family in result.families:
-        _print_family(out, robot, family, degrees)
+        out.print('', facts(_family_words(robot, family, degrees)))
     nearest = result.nearest
     if nearest is None or result.status == 'family':
         return
-    errors = facts()
-    errors.add_row('  nearest pose', f'{nearest.position_error:.4g} m off in position')
     turned = nearest.rotation_error * (DEGREES if degrees else 1.0)
-    errors.add_row('', f'{turned:.4g} {"deg" if degrees else "rad"} off in orientation')
-    errors.add_row('  at', plain(_positions(robot, nearest.q, degrees)))
-    out.print('', errors)
+    errors = (
+        ('nearest pose', f'{nearest.position_error:.4g} m off in position'),
+        ('', f'{turned:.4g} {"deg" if degrees else "rad"} off in orientation'),
+        ('at', _positions(robot, nearest.q, degrees)),
+    )
+    out.print('', facts(errors))
 
 
 def _units(robot: Robot, degrees: bool) -> str:
@@ -301,19 +301,17 @@ def _times(multiplicity: int) -> str:
 
 def _solution_rows(
     out: Output, robot: Robot, solutions: tuple[IkSolution, ...], degrees: bool
-) -> Table:
+) -> Iterator[tuple[str, str]]:
     # A solution is a line, or two where the terminal is too narrow for one.
     rows = [_joint_texts(robot, solution.q, degrees) for solution in solutions]
     width = max(len(text) for row in rows for text in row)
-    lines = facts()
     for k, (row, solution) in enumerate(zip(rows, solutions), 1):
         joints = '  '.join(text.rjust(width) for text in row)
         residual = '' if solution.exact else f'residual {solution.residual:.1e}'
         margin, times = _margin(robot, solution, degrees), _times(solution.multiplicity)
         words = '; '.join(filter(None, (str(solution.posture), margin, residual, times)))
         fits = len(f'  {len(rows)}  {joints}  {words}') <= out.width
-        lines.add_row(f'  {k}', f'{joints}{"  " if fits else chr(10)}{plain(words)}')
-    return lines
+        yield str(k), f'{joints}{"  " if fits else chr(10)}{words}'
 
 
 def _joint_texts(robot: Robot, q: Floats, degrees: bool) -> list[str]:
@@ -336,26 +334,24 @@ def _margin(robot: Robot, solution: IkSolution, degrees: bool) -> str:
     return f'{margin:.3g} {"deg" if degrees else "rad"} to a limit'
 
 
-def _print_family(out: Output, robot: Robot, family: IkFamily, degrees: bool) -> None:
-    about = facts()
+def _family_words(robot: Robot, family: IkFamily, degrees: bool) -> Iterator[tuple[str, str]]:
     kind = 'a straight line' if family.straight else 'a curve'
     if len(family.motions) > 1:
         kind = f'{len(family.motions)} dimensions'
     verb = 'moves' if len(family.joints) == 1 else 'move together'
-    about.add_row('  family', plain(f'{kind}; {", ".join(family.joints)} {verb}'))
-    about.add_row('  at', plain(_positions(robot, family.q, degrees)))
+    yield 'family', f'{kind}; {", ".join(family.joints)} {verb}'
+    yield 'at', _positions(robot, family.q, degrees)
     for motion in family.motions:
-        about.add_row('  along', plain(_positions(robot, motion, False)))
+        yield 'along', _positions(robot, motion, False)
     if family.beyond:
-        about.add_row('', plain(f'beyond the limits of {", ".join(family.beyond)}'))
+        yield '', f'beyond the limits of {", ".join(family.beyond)}'
     for k, arc in enumerate(family.intervals, 1):
-        about.add_row(f'  arc {k}', plain(_arc_words(arc)))
+        yield f'arc {k}', _arc_words(arc)
         low, high = (_joint_texts(robot, q, degrees) for q in arc.ranges.T)
         ranges = (f'{name} {a} .. {b}' for name, a, b in zip(robot.joint_names, low, high))
-        about.add_row('', plain('  '.join(ranges)))
+        yield '', '  '.join(ranges)
         best = _positions(robot, arc.with_largest_margin(), degrees)
-        about.add_row('', plain(f'farthest from the limits: {best}'))
-    out.print('', about)
+        yield '', f'farthest from the limits: {best}'
 
 
 def _arc_words(arc: IkArc) -> str:

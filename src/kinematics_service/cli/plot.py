@@ -138,8 +138,6 @@ def plot(
     if kind in TARGETS and xyz is None:
         raise WrongUsage(f'plot {kind}: say where the tool should be: --xyz 0.3,0.1,0.4')
     most = _points(kind, points)
-    if rpy is not None and quaternion is not None:
-        raise WrongUsage('--rpy and --quaternion both say how the tool is turned: give one')
     if save is not None:
         with _wrong_usage():
             suffix_of(save)

@@ -61,7 +61,7 @@ def postures(
                 {
                     **arm_json(arm),
                     **attributes(change, 'verdict', 'reason', 'target', 'aspects'),
-                    'groups': [group._asdict() for group in change.groups],
+                    'groups': change.groups,
                     'path': path and path.q,
                     'clearance': path and path.check.singularity.lower,
                 }
@@ -74,20 +74,19 @@ def postures(
 def _print(out: Output, arm: Robot, change: PostureChange, degrees: bool) -> None:
     scale = np.where(arm.prismatic, 1.0, DEGREES) if degrees else np.ones(arm.dof)
     unit, places = ('deg', 2) if degrees else ('rad', 4)
-    about = facts()
+    about = []
     for group in change.groups:
         aspect = f'aspect {group.aspect}' if group.aspect else ''
-        about.add_row(
-            f'  {", ".join(filter(None, (group.signs, aspect)))}', _rows(group.q * scale, places)
-        )
+        label = ', '.join(filter(None, (group.signs, aspect)))
+        about.append((label, _rows(group.q * scale, places)))
     if change.path is not None:
-        about.add_row('  path', _rows(change.path.q * scale, places))
+        about.append(('path', _rows(change.path.q * scale, places)))
     out.print(
         heading(f'{arm.name} {SENTENCES[change.verdict]}'),
         f'  {plain(change.reason)}',
         '',
         heading(f'     joints [{unit}{", m" if any(arm.prismatic) else ""}] of one target'),
-        about,
+        facts(about),
     )
 
 

@@ -104,10 +104,7 @@ def print_singularity(out: Output, state: ToolState, singularity: Singularity) -
         heading('Singularity  ')
         + Text(f'level {singularity.level.name}', style=LEVEL_STYLES[singularity.level]),
     )
-    measures = facts()
-    for label, words in _measure_words(robot, singularity):
-        measures.add_row(f'  {label}', words)
-    out.print(measures, '')
+    out.print(facts(_measure_words(robot, singularity)), '')
     _print_joints(out, state, singularity)
 
 
@@ -165,23 +162,23 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
     )
     yield from _loop_words(robot, singularity)
     if task.structurally_deficient:
-        yield 'at every pose', plain(structure_in_words(robot))
+        yield 'at every pose', structure_in_words(robot)
     yield 'task', f'{" ".join(task.rows)}, characteristic length {task.length:.4g} m'
     yield 'watched', threshold_words(robot.thresholds)
     loop = flat_loop(robot, singularity)
     if loop and singularity.level != Level.OK:
-        yield 'near', plain(f'{flat_position(loop)}: {lost_hold(loop)}')
+        yield 'near', f'{flat_position(loop)}: {lost_hold(loop)}'
     near = at_pose or singularity.level != Level.OK and not loop
     direction = singularity.lost_direction
     yield (
         'lost direction' if near else 'weakest direction',
         f'{direction_in_words(direction)}\n'
-        f'linear   {numbers(direction[:3], 3)}  in {plain(robot.base_frame)}\n'
+        f'linear   {numbers(direction[:3], 3)}  in {robot.base_frame}\n'
         f'angular  {numbers(direction[3:], 3)}  times length',
     )
     yield (
         'joints against each other' if near else 'weakest motion',
-        plain(joints_in_words(robot.joint_names, singularity.joint_motion)),
+        joints_in_words(robot.joint_names, singularity.joint_motion),
     )
     if singularity.rate is not None:
         yield 'along qdot', _motion_words(robot, singularity)
@@ -194,7 +191,7 @@ def _loop_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, s
         return
     for name, value in zip(factors.names, factors.values.tolist()):
         if name in loops:
-            yield plain(group_in_words(name)), f'det {value:.4g}'
+            yield group_in_words(name), f'det {value:.4g}'
 
 
 def _end_words(robot: Robot, singularity: Singularity) -> str:

@@ -103,6 +103,28 @@ class Audit:
         return any(remark.level == Level.ERROR for remark in self.remarks)
 
 
+class AuditSettings(NamedTuple):
+    """
+    What is asked of an audit.
+
+    Attributes
+    ----------
+    estimator
+        How messages become states.
+    frames
+        How a second source of poses is matched and judged.
+    plans
+        What is asked of plans.
+    slowing
+        How motions are slowed; None where nobody asks.
+    """
+
+    estimator: EstimatorSettings = EstimatorSettings()
+    frames: FrameSettings = FrameSettings()
+    plans: PlanSettings = PlanSettings()
+    slowing: SlowingSettings | None = None
+
+
 class AuditProgress(NamedTuple):
     """
     Callbacks of the work in progress: with the number of messages, and then of plans that are
@@ -113,15 +135,15 @@ class AuditProgress(NamedTuple):
     part: Callable[[TimelineBatch], None] = lambda part: None
 
 
+DEFAULT, UNHEARD = AuditSettings(), AuditProgress()
+
+
 def audit(
     source: RecordingSource,
     robot: Robot,
     file: str,
-    settings: EstimatorSettings | None = None,
-    listener: AuditProgress | None = None,
-    frame_settings: FrameSettings | None = None,
-    plan_settings: PlanSettings | None = None,
-    slowing_settings: SlowingSettings | None = None,
+    settings: AuditSettings = DEFAULT,
+    listener: AuditProgress = UNHEARD,
 ) -> Audit:
     """
     Return the audit of an open recording or planned trajectory.
@@ -132,13 +154,11 @@ def audit(
         No message makes a state of the arm, the file is damaged, or something is asked of a
         recording that only a plan can be asked.
     """
-    asked = plan_settings or PlanSettings()
-    if not source.planned and (asked.speed_limit is not None or asked.speed_of):
+    asked, prefix = settings.plans, settings.estimator.joint_prefix
+    if not source.planned and asked.speeds_told:
         raise RecordingError(f'{file}: speeds are asked of plans, and this is a recording')
-    settings = settings or EstimatorSettings()
-    listener = listener or AuditProgress()
-    ingest = Ingest(robot, Estimator(robot, settings))
-    names = tuple(settings.joint_prefix + name for name in robot.joint_names)
+    ingest = Ingest(robot, Estimator(robot, settings.estimator))
+    names = tuple(prefix + name for name in robot.joint_names)
     watch = StreamWatch(names)
     heard: dict[str, None] = {}
 
@@ -150,7 +170,7 @@ def audit(
             listener.part(part)
         listener.progress(len(block))
 
-    computer = Computer(robot, ingest, robot.base_frame, settings.joint_prefix)
+    computer = Computer(robot, ingest, robot.base_frame, prefix)
     try:
         timeline = computer.run(source.blocks, each)
     except NoStateError:
@@ -161,8 +181,8 @@ def audit(
     joints = joint_reports(robot, timeline)
     track, frames = source.poses(), None
     if track is not None:
-        frames = frames_of(robot, track, timeline, frame_settings or FrameSettings())
-    plans = checks_of(robot, source, settings.joint_prefix, asked, listener.progress)
+        frames = frames_of(robot, track, timeline, settings.frames)
+    plans = checks_of(robot, source, prefix, asked, listener.progress)
     return Audit(
         robot=robot,
         file=file,
@@ -183,7 +203,7 @@ def audit(
         trajectories=len(source.plans),
         plans=plans,
         asked=asked,
-        slowing=slowing_settings and slowing_of(robot, timeline, slowing_settings),
+        slowing=settings.slowing and slowing_of(robot, timeline, settings.slowing),
     )
 
 

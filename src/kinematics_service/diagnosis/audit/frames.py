@@ -10,7 +10,7 @@ from ...formats.recordings.block import Flags, Times
 from ...formats.recordings.source import MOST_POSES, PoseTrack
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
-from ...rigid_motion import rotation_vector
+from ...rigid_motion import apart
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FINE, FrameDiagnosis, diagnose_frames
@@ -140,7 +140,7 @@ def frames_of(
     except KinematicsError as error:
         return none._replace(reason=str(error))
     M = diagnosis.base_offset @ evaluate(robot, q).pose @ diagnosis.tool_offset
-    turned = rotation_vector(poses[:, :3, :3] @ np.swapaxes(M[:, :3, :3], 1, 2))
+    position, rotation = apart(poses, M)
     return FrameReport(
         name=track.name,
         frame=track.frame,
@@ -154,8 +154,8 @@ def frames_of(
         sentence=settings.limits.sentence(diagnosis),
         limits=settings.limits,
         t=found.t[chosen],
-        position=np.linalg.norm(poses[:, :3, 3] - M[:, :3, 3], axis=1),
-        rotation=np.linalg.norm(turned, axis=1),
+        position=position,
+        rotation=rotation,
     )
 
 

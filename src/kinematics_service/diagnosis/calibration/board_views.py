@@ -13,11 +13,11 @@ from ...formats.images.opencv import opencv
 from ...formats.recordings.block import Flags
 from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics
-from ...rigid_motion import exponential, inverses
+from ...rigid_motion import apart, exponential, inverses
 from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
 from .camera import ON_TOOL, Camera
-from .checking import LEAST, apart
+from .checking import LEAST
 from .placing import Free, offsets_of
 
 # A flat board looks nearly alike from two sides: the second pose is not excluded by corners that

@@ -10,7 +10,6 @@ from ...errors import CalibrationError, FramesError
 from ...formats.recordings.source import MOST_POSES
 from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics
-from ...rigid_motion import rotation_vector
 from ...robot.file.parts.parameters import GEARS, LAG, ArmParameter
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis, check_rotations, diagnose_frames
@@ -337,10 +336,3 @@ def value_in_words(group: str, angle: bool, value: float) -> str:
     if group == GEARS:
         return f'{100.0 * value:.3g} %'
     return angle_in_words(value) if angle else length_in_words(value)
-
-
-def apart(one: Floats, other: Floats) -> tuple[Floats, Floats]:
-    """Return the distances (...,), m, and the angles (...,), rad, between poses (..., 4, 4)."""
-    R = one[..., :3, :3] @ np.swapaxes(other[..., :3, :3], -1, -2)
-    distances = np.linalg.norm(one[..., :3, 3] - other[..., :3, 3], axis=-1)
-    return distances, np.asarray(np.linalg.norm(rotation_vector(R), axis=-1))

@@ -28,6 +28,7 @@ from ...robot.file.parts.parameters import WITH_EXTRA, ArmParameter
 from ...robot.file.parts.tolerances import EXTRA, GEAR
 from ...robot.file.text.expressions import Affine, Expression
 from ...robot.robot import Robot, build_robot
+from ...typography import number_text
 
 ZERO = Expression('0', Affine(0.0, ()))
 # By row of the table and place in it: the correction, rad or m.
@@ -120,11 +121,6 @@ def in_file_units(value: float, angle: bool, description: RobotDescription) -> f
     if angle:
         return round(math.degrees(value), DIGITS) if description.angle_unit == 'deg' else value
     return round(1e3 * value, DIGITS) if description.length_unit == 'mm' else value
-
-
-def number_text(value: float) -> str:
-    """Return a number that reads back the same, without a negative zero."""
-    return repr(float(value) + 0.0).removesuffix('.0')
 
 
 def _geared(description: RobotDescription, found: Corrections) -> RobotDescription:

@@ -9,12 +9,13 @@ from ...errors import CalibrationError
 from ...formats.recordings.block import Flags
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
+from ...rigid_motion import apart
 from ...robot.robot import Robot
 from ..frame_check.angle_orders import order_hypotheses_of
 from ..frame_check.errors import MOST, NOMINAL, Errors
 from ..frame_check.hypotheses import ComparedData, Hypothesis, hypotheses_of, joint_hypotheses_of
 from ..frame_check.offsets import fit_offsets
-from .checking import AS_WELL, DECISIVE, Measured, apart, in_words
+from .checking import AS_WELL, DECISIVE, Measured, in_words
 from .placing import Free, offsets_of
 
 # Rows by which mistakes are compared, besides as many that were left out, and mistakes that are

@@ -14,13 +14,12 @@ from ...errors import CalibrationError
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...kinematics.uncertainty.parameters import parameters_of
-from ...rigid_motion import screw_z
+from ...rigid_motion import apart, screw_z
 from ...robot.file.parts.description import DhRow
 from ...robot.file.parts.parameters import ENDS
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from .calibration import calibrate
-from .checking import apart
 from .corrections import corrected_robot
 from .robot_text import CalibrationOrigin, Frames, calibrated_text, placed_robot
 from .ur_calibration import JOINTS, UrCalibration, read_ur_calibration

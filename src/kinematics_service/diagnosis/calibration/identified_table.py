@@ -12,7 +12,7 @@ from ...kinematics.tool_state import evaluate
 from ...kinematics.uncertainty.arm_errors import TableErrors, joint_screws, screws_in_frames
 from ...kinematics.uncertainty.corrected_chain import CorrectedChain, motion_of, poses_of
 from ...kinematics.uncertainty.parameters import parameters_of, placement
-from ...rigid_motion import inverse
+from ...rigid_motion import apart, inverse
 from ...robot.chain import FrozenArrays
 from ...robot.file.parts.parameters import (
     ENDS,
@@ -24,7 +24,7 @@ from ...robot.file.parts.parameters import (
     end_parameters,
 )
 from ...robot.robot import Robot
-from .checking import apart, value_in_words
+from .checking import value_in_words
 
 # A robot is the calibrated one if its poses are (m, rad): its file has printed digits.
 SAME = 1e-8

@@ -125,7 +125,7 @@ def read_positions(file: Path, wanted: Selection, settings: EstimatorSettings) -
         return _states(source, wanted.robot, settings).q[:]
 
 
-class _States:
+class _StateColumns:
     # Columns that grow while a source is read; their times do not matter here.
     def __init__(self, robot: Robot) -> None:
         self.stamps, self.t, self.q = Column(np.int64), Column(np.float64), StateTable(robot.dof)
@@ -134,9 +134,9 @@ class _States:
         return len(self.stamps)
 
 
-def _states(source: RecordingSource, robot: Robot, settings: EstimatorSettings) -> _States:
+def _states(source: RecordingSource, robot: Robot, settings: EstimatorSettings) -> _StateColumns:
     ingest = Ingest(robot, Estimator(robot, settings))
-    states = _States(robot)
+    states = _StateColumns(robot)
     for block in source.blocks:
         if isinstance(block, UnreadableMessage):
             ingest.refuse(block)
@@ -153,7 +153,7 @@ def _joined(
     file: str,
     robot: Robot,
     track: PoseTrack,
-    states: _States,
+    states: _StateColumns,
     gap: float | None,
     remarks: list[str],
 ) -> MeasuredRecording:
@@ -221,17 +221,14 @@ def without_lag(robot: Robot, given: MeasuredRecording) -> MeasuredRecording:
     joints = SampledMotion(*given.motion, robot.continuous).at(given.stamps + cause.value)
     side = 'behind' if cause.value < 0.0 else 'ahead of'
     remark = f'the poses are {time_in_words(abs(cause.value))} {side} the joint states: undone'
-    return MeasuredRecording(
-        given.file,
-        given.name,
-        joints.q[joints.known],
-        given.poses[joints.known],
-        given.kind,
-        given.stamps[joints.known],
-        given.motion,
-        joints.rates[joints.known],
-        (*given.remarks, remark),
-        None if given.rows is None else given.rows[joints.known],
+    return replace(
+        given,
+        q=joints.q[joints.known],
+        poses=given.poses[joints.known],
+        stamps=given.stamps[joints.known],
+        rates=joints.rates[joints.known],
+        remarks=(*given.remarks, remark),
+        rows=None if given.rows is None else given.rows[joints.known],
     )
 
 

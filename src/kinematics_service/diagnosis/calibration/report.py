@@ -8,12 +8,13 @@ import numpy as np
 from ...printing import attributes
 from ...rigid_motion import roll_pitch_yaw
 from ...robot.file.parts.parameters import ENDS, TABLE_GROUPS, end_parameters
+from ...typography import listed
 from ..frame_check.errors import Errors, length_in_words
 from .board_views import view_document
-from .calibration import BLOCKS, Calibration, FitErrors
+from .calibration import BLOCKS, Calibration
 from .checking import in_words
 from .identified_table import CalibratedParameter
-from .optional_terms import TermValue, TriedTerm
+from .optional_terms import TermValue
 from .placed_camera import camera_sentences, placed_camera
 from .term_sentences import term_sentences, value_in_words, value_name
 
@@ -118,15 +119,14 @@ def _starts(found: Calibration) -> Iterator[str]:
 
 
 def _outliers(found: Calibration) -> str:
-    rows = found.outliers[:MOST_NAMED]
+    rows = found.outliers
     images = () if found.views is None else found.views.seen
     names = {k: f'{k} {images[k].name}' if images else f'{k}' for k in rows}
-    named = ', '.join(f'{names[k]} ({found.distances[k]:.0f} sigma)' for k in rows)
-    more = len(found.outliers) - len(rows)
+    named = [f'{names[k]} ({found.distances[k]:.0f} sigma)' for k in rows]
     row = 'touch' if found.points else 'pose'
-    what = 'outlier is' if len(found.outliers) == 1 else 'outliers are'
-    rest = f' and {more} more' if more else ''
-    return f'{len(found.outliers)} {what} left out, counted from 0: {row} {named}{rest}'
+    what = 'outlier is' if len(rows) == 1 else 'outliers are'
+    shown = listed(named, MOST_NAMED)
+    return f'{len(rows)} {what} left out, counted from 0: {row} {shown}'
 
 
 def cells_of(one: CalibratedParameter) -> tuple[str, str, str, str]:
@@ -159,14 +159,11 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
         'poses': found.count,
         'positions_only': found.positions,
         **attributes(found, 'accepted', 'refusals'),
-        'explained': {
-            **attributes(found.explained, 'decided', 'sentences'),
-        },
+        'explained': attributes(found.explained, 'decided', 'sentences'),
         'outliers': found.outliers,
-        'errors': {'as_given': found.as_given._asdict(), **_errors(found.without)},
-        'errors_with_outliers': _errors(found.with_outliers),
-        'noise': found.noise._asdict(),
-        **attributes(found, 'known', 'possible', 'singular_values'),
+        'errors': {'as_given': found.as_given, **found.without._asdict()},
+        'errors_with_outliers': found.with_outliers,
+        **attributes(found, 'noise', 'known', 'possible', 'singular_values'),
         'parameters': [attributes(one, *OF_PARAMETER) for one in found.parameters],
         'covariance': found.covariance,
         'combinations': [
@@ -185,23 +182,10 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
         'camera': [
             attributes(one, 'name', 'frame', 'pose', 'deviation') for one in placed_camera(found)
         ],
-        'terms': [_term(one) for one in found.terms],
+        'terms': found.terms,
         'images': None
         if found.views is None
         else view_document(found.views, found.held_out_remainders),
         'remarks': found.remarks,
         'sentences': list(sentences_of(found)),
     }
-
-
-def _term(one: TriedTerm) -> dict[str, Any]:
-    errors = {'without': one.without, 'with_term': one.with_term}
-    return {
-        **one._asdict(),
-        **{name: None if own is None else own._asdict() for name, own in errors.items()},
-        'values': [value._asdict() for value in one.values],
-    }
-
-
-def _errors(errors: FitErrors) -> dict[str, Any]:
-    return {name: one._asdict() for name, one in errors._asdict().items()}

@@ -25,12 +25,13 @@ from ...robot.file.writing.sections import (
     with_sections,
 )
 from ...robot.robot import Robot, build_robot, robot_from_text
+from ...typography import number_text
 from ...version import __version__
 from ..frame_check.errors import MOST
 from .calibration import BLOCKS, Calibration
 from .camera import ON_TOOL
 from .checking import in_words
-from .corrections import built_nearly, in_file_units, number_text, rigid_motion
+from .corrections import built_nearly, in_file_units, rigid_motion
 from .fitting import OUTLIER
 from .report import kind_of
 from .uncertainty_text import uncertainty_section

@@ -9,8 +9,9 @@ from ...kinematics.uncertainty.arm_errors import named_errors
 from ...robot.file.parts.description import RobotDescription, Uncertainty
 from ...robot.file.parts.parameters import GEARS, ArmParameter
 from ...robot.robot import Robot
+from ...typography import number_text
 from .calibration import Calibration
-from .corrections import number_text, of_joints_alone
+from .corrections import of_joints_alone
 from .fitting import widened
 from .identified_table import calibrated_errors
 

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ...errors import RecordingError
-from ..recordings.arm_columns import SHOWN, listed
+from ...typography import listed
+from ..recordings.arm_columns import SHOWN
 from ..recordings.source import Selection
 
 

@@ -2,11 +2,11 @@
 
 import re
 from collections import Counter
-from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from ...errors import RecordingError
+from ...typography import listed
 from .joint_format import STATE, JointFormat
 from .pose_format import ACCEPTED_POSES, MAKERS, PoseFormat, pose_columns, pose_of_columns
 from .source import Selection
@@ -290,12 +290,6 @@ def _given(text: str) -> dict[str, str]:
             )
         given[key] = value.rstrip('*')
     return given
-
-
-def listed(names: Sequence[str], most: int) -> str:
-    """Return names one after another, at most so many, and how many there are more."""
-    more = len(names) - most
-    return ', '.join(names[:most]) + (f' and {more} more' if more > 0 else '')
 
 
 def _cut(name: str) -> str:

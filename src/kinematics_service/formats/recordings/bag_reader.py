@@ -11,7 +11,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from ...errors import KinematicsError, RecordingError
 from ...estimation.joint_sample import JointSample
-from .arm_columns import listed
+from ...typography import listed
 from .bag_checks import checked, missing
 from .bag_poses import POSES, track_of_messages
 from .between_points import PlannedTrajectory

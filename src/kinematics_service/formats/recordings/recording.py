@@ -9,7 +9,7 @@ import numpy.typing as npt
 from ...errors import RecordingError
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .arm_columns import listed
+from ...typography import listed
 from .source import Selection
 from .table_reader import TableReader
 

@@ -14,7 +14,8 @@ from ...errors import UrdfError
 from ...kernel import Floats
 from ...rigid_motion import inverse, turn_about
 from ...robot.file.text.entries import did_you_mean, meant_by
-from .document import XmlElement, shown
+from ...robot.file.text.fault_report import quoted
+from .document import XmlElement
 from .elements import EXTENSION
 from .joints import MOVING, Angle, JointLimits, UrdfJoint, read_joint
 from .tree import UrdfTree, end_of
@@ -154,7 +155,7 @@ def _joint(element: XmlElement, angle: Angle = float) -> UrdfJoint:
 
 
 def _links_of(joint: XmlElement) -> str:
-    parent, child = (shown(end_of(joint, end)) for end in ('parent', 'child'))
+    parent, child = (quoted(end_of(joint, end)) for end in ('parent', 'child'))
     return f'; the joint leads from link {parent} to {child}'
 
 

@@ -6,14 +6,16 @@ declare them: it is refused at its beginning, before anything behind it is read.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 from xml.parsers import expat
 
 from ...errors import Fault, UrdfError
+from ...robot.file.text.fault_report import quoted
 from ...robot.file.translation import MAX_BYTES
+from ...typography import listed
 
 MAX_DEPTH = 64
 MAX_ELEMENTS = 200_000
@@ -71,20 +73,12 @@ class XmlElement:
 def _title(tag: str, attributes: Mapping[str, str]) -> str:
     # As messages call an element: `<joint name='elbow'>`.
     name = attributes.get('name')
-    return f'<{tag}>' if name is None else f'<{tag} name={shown(name)}>'
+    return f'<{tag}>' if name is None else f'<{tag} name={quoted(name)}>'
 
 
-def shown(text: str) -> str:
-    """
-    Return a text of the file in quotes, cut to 60 characters, control characters spelled out.
-    """
-    return repr(text if len(text) <= 60 else f'{text[:57]}...')
-
-
-def listed(names: tuple[str, ...]) -> str:
+def listed_names(names: Iterable[str]) -> str:
     """Return names for a message, the first thirty of them."""
-    more = f' and {len(names) - MOST_LISTED} more' if len(names) > MOST_LISTED else ''
-    return ', '.join(shown(name)[1:-1] for name in names[:MOST_LISTED]) + more or 'none'
+    return listed([quoted(name)[1:-1] for name in names], MOST_LISTED) or 'none'
 
 
 def read_urdf(path: Path) -> XmlElement:

@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ...errors import Fault
-from .document import shown
+from ...robot.file.text.fault_report import quoted
+from ...typography import listed
 from .joints import MOVING, WHY_NOT
 from .tree import UrdfTree, end_of
 
@@ -63,7 +64,7 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
         ways = {link: way for link, way in ways.items() if way.base == base}
     moving = {link: _moving(tree, way.joints) for link, way in ways.items()}
     if not any(moving.values()):
-        where = f'below {shown(base)}' if base else 'in it'
+        where = f'below {quoted(base)}' if base else 'in it'
         tree.root.refuse(f'no joint moves anything {where}')
     tip = _tip(tree, ways, moving)
     base = _way(tree, tip, base).base
@@ -74,15 +75,14 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
     )
     if not others:
         return ChainEnds(base, tip)
-    named = ', '.join(f'{link} ({moving[link]})' for link in others[:MOST_NAMED])
-    more = f' and {len(others) - MOST_NAMED} more' if len(others) > MOST_NAMED else ''
+    named = listed([f'{link} ({moving[link]})' for link in others], MOST_NAMED)
     joints = _moving(tree, _way(tree, tip, base).joints)
     return ChainEnds(
         base,
         tip,
         tree.root.fault(
             f'the chain taken is {base} to {tip}, with {joints} moving joints; other tips, and '
-            f'their joints: {named}{more}; to take the first of them, write '
+            f'their joints: {named}; to take the first of them, write '
             f'{tree.root.file}:{base}:{others[0]}'
         ),
     )

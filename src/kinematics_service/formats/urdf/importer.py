@@ -12,13 +12,14 @@ import numpy as np
 from ...errors import Fault, RobotFileError, UrdfError
 from ...robot.file.parts.joints import MAX_JOINTS
 from ...robot.file.parts.links import MAX_ROWS
+from ...robot.file.text.fault_report import quoted
 from ...robot.file.text.robot_document import MAX_BYTES
 from ...robot.file.translation import RobotText
 from ...robot.robot import Robot, robot_from_text
 from ...version import __version__
 from .certificate import Certificate, certify, configurations
 from .chain import UrdfChain, read_chain
-from .document import XmlElement, parse_urdf, read_urdf, shown
+from .document import XmlElement, parse_urdf, read_urdf
 from .ends import chain_ends
 from .points import points_text
 from .quantity import as_rounded_part_of_pi
@@ -149,7 +150,7 @@ def _imported(
     ):
         if count > most:
             raise UrdfError(
-                f'{root.file}: the way from {shown(base)} to {shown(tip)} has {count} {what}, '
+                f'{root.file}: the way from {quoted(base)} to {quoted(tip)} has {count} {what}, '
                 f'and a robot file at most {most}'
             )
 

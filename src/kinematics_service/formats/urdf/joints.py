@@ -11,7 +11,8 @@ import numpy as np
 from ...errors import Fault
 from ...kernel import Floats
 from ...rigid_motion import pose_of
-from .document import XmlElement, shown
+from ...robot.file.text.fault_report import quoted
+from .document import XmlElement
 from .elements import UNLIMITED
 
 NUMBER = re.compile(r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
@@ -92,7 +93,7 @@ def read_joint(element: XmlElement, angle: Angle = float) -> UrdfJoint:
     """
     kind = element.attributes.get('type', '')
     if kind not in (*MOVING, 'fixed'):
-        why = WHY_NOT.get(kind, f'its type is {shown(kind)}')
+        why = WHY_NOT.get(kind, f'its type is {quoted(kind)}')
         element.refuse(f'{why} (accepted: {", ".join(MOVING)}, fixed)')
     mimic = None if kind == 'fixed' else element.first('mimic')
     followed = '' if mimic is None else mimic.attributes.get('joint', '')
@@ -127,7 +128,7 @@ def _axis(element: XmlElement) -> Floats:
         direction = np.array(_three(axis, 'xyz', '1 0 0', float))
         length = float(np.linalg.norm(direction))
         if length < SHORTEST_AXIS:
-            axis.refuse(f'xyz={shown(axis.attributes.get("xyz", ""))} has no direction')
+            axis.refuse(f'xyz={quoted(axis.attributes.get("xyz", ""))} has no direction')
         # A vector that is a unit vector up to its last bits stays as it is written.
         if abs(length - 1.0) > 1e-15:
             direction = direction / length
@@ -178,11 +179,11 @@ def _number(element: XmlElement | None, attribute: str, default: float) -> float
 
 def _value(element: XmlElement, attribute: str, text: str, worth: Angle) -> float:
     if '$' in text:
-        element.refuse(f'{attribute}={shown(text)} is xacro: expand the file first')
+        element.refuse(f'{attribute}={quoted(text)} is xacro: expand the file first')
     if not NUMBER.fullmatch(text) or not abs(float(text)) <= UNLIMITED:
         if attribute in ('lower', 'upper', 'velocity') and NUMBER.fullmatch(text):
             return math.copysign(UNLIMITED, float(text))
-        element.refuse(f'{attribute}: {shown(text)} is not a number (at most {UNLIMITED:g})')
+        element.refuse(f'{attribute}: {quoted(text)} is not a number (at most {UNLIMITED:g})')
     return worth(text)
 
 
@@ -192,8 +193,9 @@ def _three(element: XmlElement, attribute: str, default: str, worth: Angle) -> l
     separated = ' '.join(text.replace(',', ' ').split())
     if ',' in text and len(separated.split()) == 3:
         element.refuse(
-            f'{attribute}: {shown(text)} has commas between its numbers: write {shown(separated)}'
+            f'{attribute}: {quoted(text)} has commas between its numbers: '
+            f'write {quoted(separated)}'
         )
     if len(words) != 3 and '$' not in text:
-        element.refuse(f'{attribute}: expected three numbers, not {shown(text)}')
+        element.refuse(f'{attribute}: expected three numbers, not {quoted(text)}')
     return [_value(element, attribute, word, worth) for word in words]

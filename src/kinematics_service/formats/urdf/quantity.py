@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
+from ...typography import number_text
+
 # Round-off of products of a few dozen rotations and lengths near 1.
 ROUND_OFF = 2e-15
 DECIMALS = 12  # a value that is this round within ROUND_OFF is taken as round
@@ -18,11 +20,6 @@ class WrittenNumber:
 
     text: str
     value: float
-
-
-def number_text(value: float) -> str:
-    """Return a number so that it is read back to the last bit; 2 for 2.0, 0 for -0.0."""
-    return repr(float(value) + 0.0).removesuffix('.0')
 
 
 def length_of(value: float) -> WrittenNumber:

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from ...kernel import Floats
 from ...rigid_motion import exact_rpy
 from ...robot.file.text.expression_syntax import why_no_name
+from ...typography import number_text
 from .chain import UrdfChain, Variable
-from .quantity import WrittenNumber, number_text
+from .quantity import WrittenNumber
 from .table import ConstantPose, UrdfRow, UrdfTable
 
 # Longer joint names make a table unreadable: then the variables are q1, q2, ...

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from ...errors import UrdfError
 from ...robot.file.text.entries import did_you_mean, meant_by
-from .document import XmlElement, listed, shown
+from ...robot.file.text.fault_report import quoted
+from .document import XmlElement, listed_names
 
 
 class UrdfWay(NamedTuple):
@@ -51,8 +52,8 @@ class UrdfTree:
         for link, option in ((base, 'base'), (tip, 'tip')):
             if link not in self.links:
                 hint = did_you_mean(meant_by(link, tuple(self.links)))
-                names = listed(tuple(self.links))
-                self.root.refuse(f'no link {shown(link)} for the {option}{hint} (links: {names})')
+                names = listed_names(self.links)
+                self.root.refuse(f'no link {quoted(link)} for the {option}{hint} (links: {names})')
         joints = self._joints_above(tip, base)
         links = [tip, *(end_of(joint, 'parent') for joint in joints)]
         if links[-1] == base:
@@ -60,8 +61,8 @@ class UrdfTree:
         up = self._joints_above(base, *links)
         meets = end_of(up[-1], 'parent') if up else base
         if meets not in links[1:]:
-            above = f'; it is below: {listed(tuple(links[1:]))}' if links[1:] else ''
-            self.root.refuse(f'{shown(tip)} is not below {shown(base)}{above}')
+            above = f'; it is below: {listed_names(links[1:])}' if links[1:] else ''
+            self.root.refuse(f'{quoted(tip)} is not below {quoted(base)}{above}')
         return UrdfWay(up, tuple(reversed(joints[: links.index(meets)])))
 
     def _joints_above(self, link: str, *ends: str) -> tuple[XmlElement, ...]:
@@ -69,9 +70,9 @@ class UrdfTree:
         joints: list[XmlElement] = []
         while link not in ends and (above := self.above.get(link, ())):
             if len(above) > 1:
-                names = ' and '.join(shown(joint.attributes['name']) for joint in above)
+                names = ' and '.join(quoted(joint.attributes['name']) for joint in above)
                 above[1].refuse(
-                    f'a loop: link {shown(link)} is the child of {names}; '
+                    f'a loop: link {quoted(link)} is the child of {names}; '
                     'a robot file takes chains'
                 )
             joints.append(above[0])
@@ -116,8 +117,8 @@ def read_tree(root: XmlElement) -> UrdfTree:
     for joint in joints.values():
         for end in ('parent', 'child'):
             if end_of(joint, end) not in links:
-                names = listed(tuple(links))
-                joint.refuse(f'its {end} {shown(end_of(joint, end))} is no link (links: {names})')
+                names = listed_names(links)
+                joint.refuse(f'its {end} {quoted(end_of(joint, end))} is no link (links: {names})')
         above.setdefault(end_of(joint, 'child'), []).append(joint)
     tree = UrdfTree(root, links, joints, above)
     _refuse_circle(tree)
@@ -149,7 +150,7 @@ def _refuse_circle(tree: UrdfTree) -> None:
         )
         way.append(end_of(joint, 'parent'))
     circle = way[way.index(way[-1]) :]
-    joint.refuse(f'a loop: link {shown(circle[0])} is below itself ({listed(tuple(circle))})')
+    joint.refuse(f'a loop: link {quoted(circle[0])} is below itself ({listed_names(circle)})')
 
 
 def _named(root: XmlElement, tag: str, plain: Callable[[str], str]) -> dict[str, XmlElement]:

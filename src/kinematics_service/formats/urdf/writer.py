@@ -1,7 +1,7 @@
 """A robot written as URDF, exact: every frame of the table is a link."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from xml.etree import ElementTree
 
 import numpy as np
@@ -10,10 +10,10 @@ from ...kernel import Floats
 from ...rigid_motion import exact_rpy
 from ...robot.loops import opened
 from ...robot.robot import AnyRobot, Robot, as_robot, build_robot
+from ...typography import number_text
 from ...version import __version__
 from .elements import AS_IN_THE_FILE, EXTENSION, UNLIMITED, FrameNames, PlannedJoint, UrdfPlan
 from .plan import plan_of
-from .quantity import number_text
 from .shapes import Shape, shapes_of
 
 # Okabe and Ito 2008, told apart by colour-blind people too; red green blue alpha.
@@ -44,16 +44,12 @@ def export_urdf(robot: AnyRobot, names: FrameNames = AS_IN_THE_FILE) -> str:
         Other names of base and tool, prefixes of frames and joints.
     """
     robot = as_robot(robot)
-    passive = robot.passive_joint_names
-    if passive:
-        loops = ', '.join(repr(loop.name) for loop in robot.description.loops)
+    loops = [without_loops(robot)] if robot.passive_joint_names else []
+    if loops:
         robot = build_robot(opened(robot.description))
     plan = plan_of(robot, names)
     root = ElementTree.Element('robot', name=robot.name)
-    for sentence in _about(robot, plan):
-        root.append(ElementTree.Comment(_comment(sentence)))
-    if passive:
-        sentence = without_loops(loops, passive)
+    for sentence in (*_about(robot, plan), *loops):
         root.append(ElementTree.Comment(_comment(sentence)))
     if plan.joint_order:
         ElementTree.SubElement(root, EXTENSION, joint_order=' '.join(plan.joint_order))
@@ -71,11 +67,13 @@ def export_urdf(robot: AnyRobot, names: FrameNames = AS_IN_THE_FILE) -> str:
     return f'<?xml version="1.0"?>\n{ElementTree.tostring(root, encoding="unicode")}\n'
 
 
-def without_loops(loops: str, passive: Sequence[str]) -> str:
+def without_loops(robot: Robot) -> str:
     """Return what a URDF says, and does not say, of the closed loops of an arm."""
+    loops = ', '.join(repr(loop.name) for loop in robot.description.loops)
+    passive = ', '.join(robot.passive_joint_names)
     return (
         f'URDF has no closed loops: what closes {loops} is left out. Of the passive joints, those '
-        f'of the table are joints like others ({", ".join(passive)}): nothing moves them but '
+        f'of the table are joints like others ({passive}): nothing moves them but '
         'positions that somebody publishes.'
     )
 

@@ -22,33 +22,23 @@ def description_of(
 
     robot = settings.robot
     tool = robot.description.tool.motion.matrix
+    joints = {
+        'name': settings.joint_names,
+        'variable': robot.variables,
+        'type': robot.joint_types,
+        'lower': map(_finite, robot.limits[:, 0]),
+        'upper': map(_finite, robot.limits[:, 1]),
+        'velocity': map(_finite, robot.velocity_limits),
+        'acceleration': map(_finite, robot.acceleration_limits),
+        'unit': robot.units,
+    }
     return {
         'robot': robot.name,
         'file': {'path': robot.description.file, 'sha256': robot.description.sha256},
         'source': robot.source,
         'convention': robot.convention,
         'dof': robot.dof,
-        'joints': [
-            {
-                'name': name,
-                'variable': variable,
-                'type': kind,
-                'lower': _finite(low),
-                'upper': _finite(high),
-                'velocity': _finite(velocity),
-                'acceleration': _finite(acceleration),
-                'unit': unit,
-            }
-            for name, variable, kind, unit, (low, high), velocity, acceleration in zip(
-                settings.joint_names,
-                robot.variables,
-                robot.joint_types,
-                robot.units,
-                robot.limits,
-                robot.velocity_limits,
-                robot.acceleration_limits,
-            )
-        ],
+        'joints': [dict(zip(joints, one)) for one in zip(*joints.values())],
         'frames': {'base': settings.base_frame, 'tool': settings.tool_frame},
         'tool': {'xyz': tool[:3, 3].tolist(), 'rpy': list(exact_rpy(tool[:3, :3]))},
         'points': {name: point.tool_frame for name, point in settings.points.items()},

@@ -48,7 +48,7 @@ class Work:
         return self.total / self.count if self.count else 0.0
 
 
-class Heard(NamedTuple):
+class InputState(NamedTuple):
     """
     What was heard since the last diagnostics.
 
@@ -84,7 +84,7 @@ class Heard(NamedTuple):
 
 
 def input_status(
-    arm: estimator.Estimator, subscription: BestSubscription, heard: Heard
+    arm: estimator.Estimator, subscription: BestSubscription, heard: InputState
 ) -> StatusText:
     """Return level, sentence and values of the input of an arm."""
     level, sentence = _verdict(arm, subscription.topic_name, heard)
@@ -127,11 +127,11 @@ def input_status(
     return StatusText(level, sentence, tuple(values))
 
 
-def _disputed(arm: estimator.Estimator, heard: Heard) -> Sequence[str]:
+def _disputed(arm: estimator.Estimator, heard: InputState) -> Sequence[str]:
     return arm.disputed(heard.arrival) if len(heard.publishers) > 1 else ()
 
 
-def _verdict(arm: estimator.Estimator, topic: str, heard: Heard) -> tuple[Level, str]:
+def _verdict(arm: estimator.Estimator, topic: str, heard: InputState) -> tuple[Level, str]:
     if heard.silent:
         return Level.OK, heard.silent
     if missing := ', '.join(arm.missing(heard.arrival)):
@@ -151,7 +151,7 @@ def _verdict(arm: estimator.Estimator, topic: str, heard: Heard) -> tuple[Level,
     return Level.OK, 'fine'
 
 
-def _warnings(arm: estimator.Estimator, heard: Heard) -> Iterator[str]:
+def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
     if disputed := _disputed(arm, heard):
         yield (
             f'publishers disagree about {", ".join(disputed)}: '

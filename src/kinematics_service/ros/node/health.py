@@ -12,7 +12,7 @@ from ...estimation.status_text import StatusText
 from ..messages.messages import full_name, status_message
 from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS
 from .best_subscription import BestSubscription
-from .diagnostics import RECENT, Heard, Work, input_status
+from .diagnostics import RECENT, InputState, Work, input_status
 from .steady_time import Throttle, steady_timer
 
 PERIOD = 1.0
@@ -129,7 +129,7 @@ class Health:
         names = sorted(
             f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in publishers
         )
-        heard = Heard(
+        heard = InputState(
             counts,
             news,
             interval,

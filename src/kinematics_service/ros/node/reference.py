@@ -11,7 +11,6 @@ import numpy as np
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
 
-from ...diagnosis.calibration.collecting import CollectedPoses, PoseCollector
 from ...errors import KinematicsError, RefusedTargetError, WireError
 from ...estimation.estimator import EstimatorOutput
 from ...estimation.status_text import StatusText
@@ -26,6 +25,7 @@ from ..messages.topics import REFERENCE_POSE, TARGET_POSE_QOS, overridable
 from ..parameters.settings import ReferenceLimits
 
 if TYPE_CHECKING:
+    from ...diagnosis.calibration.collecting import CollectedPoses, PoseCollector
     from ...diagnosis.frame_check.diagnosis import FrameDiagnosis
     from ...diagnosis.frame_check.other_robots import FirstLook
 
@@ -110,6 +110,9 @@ class Reference:
             return
         self.is_there = True
         if self._poses is None:
+            # Imported if there is a second source: most nodes have none.
+            from ...diagnosis.calibration.collecting import PoseCollector
+
             self._poses = PoseCollector(self._robot(), MOST)
         self._poses.note_pose(stamp, pose)
 
@@ -154,7 +157,7 @@ class Reference:
             return StatusText(Level.OK, f'{count} of {FIRST} different poses collected', ())
         return None
 
-    def _look(self, robot: Robot, limits: ReferenceLimits, poses: CollectedPoses) -> None:
+    def _look(self, robot: Robot, limits: ReferenceLimits, poses: 'CollectedPoses') -> None:
         # Imported if there is a second source: most nodes have none.
         from ...diagnosis.frame_check.errors import PoseLimit
         from ...diagnosis.frame_check.other_robots import first_look
@@ -165,7 +168,7 @@ class Reference:
             self._first_look = found
 
     def _diagnose(
-        self, robot: Robot, poses: CollectedPoses, way: list[tuple[int, Floats]]
+        self, robot: Robot, poses: 'CollectedPoses', way: list[tuple[int, Floats]]
     ) -> None:
         # Imported if there is a second source: most nodes have none.
         from ...diagnosis.frame_check.diagnosis import diagnose_frames

@@ -9,6 +9,7 @@ from ...kinematics.singularity import singularity
 from ...printing import plain
 from ...robot.measures import MEASURES
 from ...robot.robot import Robot
+from ...typography import listed
 from ..messages.readings import WarningReading, pose_of, scale_of, warned_of
 from ..process.standard_output import StandardOutput
 from .demo_listener import DemoListener
@@ -117,9 +118,7 @@ def summary(listener: DemoListener, sent: int) -> list[str]:
         away = _distance(nearest.distance, listener.decided)
         lines.append(f'nearest to a singular pose at {nearest.time:.1f} s: {away}{where}')
     if listener.levels:
-        shown = ' > '.join(listener.levels[:LEVELS])
-        more = len(listener.levels) - LEVELS
-        lines.append(f'levels: {shown}' + (f' and {more} more' if more > 0 else ''))
+        lines.append(f'levels: {listed(listener.levels, LEVELS, " > ")}')
     return lines
 
 

@@ -14,7 +14,6 @@ from ..messages.readings import (
     ACCELERATION,
     TWIST,
     WRENCH,
-    Stamp,
     jacobian_of,
     pose_of,
     scale_of,
@@ -60,9 +59,9 @@ class EchoTopic:
 
     def document(self, message: Any) -> dict[str, Any]:
         """Return what `--json` prints of a message; LayoutError if it cannot be read."""
-        content = self.reading(message)._asdict()
+        content: dict[str, Any] = self.reading(message)._asdict()
         content |= content.pop('vectors', {})
-        return {key: x._asdict() if isinstance(x, Stamp) else x for key, x in content.items()}
+        return content
 
 
 ECHO_TOPICS = {

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ....errors import KinematicsError
-from ....estimation.estimator import EstimatorSettings
 from ....formats.datasets.arms import DatasetArm, arms_of, crossed_with
 from ....formats.datasets.episodes import Episode
 from ....formats.datasets.open_episode import open_episode
@@ -20,9 +19,9 @@ from ....rigid_motion import rotation_vector
 from ....robot.measures import Level
 from ....typography import counted
 from ...frame_check.errors import PoseLimit, angle_in_words, length_in_words
-from ..auditing import Audit, audit
+from ..auditing import Audit, AuditSettings, audit
 from ..findings import Finding
-from ..frames import FrameReport, FrameSettings
+from ..frames import FrameReport
 from ..joints import look_like_degrees
 from ..report.audit_runs import failed_by, no_frames
 from ..verdict import verdict_of
@@ -43,7 +42,7 @@ class EpisodeWork:
 
     Attributes
     ----------
-    reading, settings, frames
+    reading, settings
         As of an audit.
     failures
         Findings that fail it; None for those that are usual.
@@ -54,8 +53,7 @@ class EpisodeWork:
     """
 
     reading: Selection
-    settings: EstimatorSettings
-    frames: FrameSettings
+    settings: AuditSettings
     failures: tuple[str, ...] | None
     labels: Path | None = None
     clearance: bool = False
@@ -112,10 +110,11 @@ class EpisodeBatch(NamedTuple):
 
 def rows_of_batch(batch: EpisodeBatch) -> list[list[EpisodeRow]]:
     """Return the rows of each episode; one that cannot be read is a row, too."""
-    frames, found, left = batch.work.frames, [], batch.most
+    frames, found, left = batch.work.settings.frames, [], batch.most
     for episode, sought in zip(batch.episodes, batch.sought):
         fine = frames.fine if sought else frames.limits.warn if left > 0 else ANY
-        work = replace(batch.work, frames=frames._replace(fine=fine))
+        settings = batch.work.settings._replace(frames=frames._replace(fine=fine))
+        work = replace(batch.work, settings=settings)
         found.append(_rows(work, episode))
         left -= any(row.disagrees for row in found[-1])
     return found
@@ -143,7 +142,7 @@ def _row(
 ) -> EpisodeRow:
     source = open_episode(episode, columns, arm)
     robot = work.reading.robot
-    finished = audit(source, robot, episode.name, work.settings, None, work.frames)
+    finished = audit(source, robot, episode.name, work.settings)
     found = [*_rows_at_fault(finished), *_breaks(finished)]
     if missing := no_frames(finished, work.failures):
         found.append(Finding(Level.ERROR, missing))
@@ -155,7 +154,7 @@ def _row(
             for other in arms
             if other is not arm
         ]
-        if work.frames.fine != ANY:
+        if work.settings.frames.fine != ANY:
             found += _frames(finished, finished.frames, source, crossed)
     # What is a cause comes before what it does to the motion.
     found = sorted([*found, *verdict_of(finished).sentences], key=lambda one: -one.level)

@@ -16,18 +16,14 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 
 from ....errors import KinematicsError
-from ....estimation.estimator import EstimatorSettings
 from ....formats.recordings.open_file import open_source
 from ....formats.recordings.source import Selection
 from ....kinematics.plans.verdicts import PlanCheck
 from ....kinematics.sweep import results_of_workers
 from ....printing import json_text
 from ....robot.measures import Level
-from ..auditing import Audit, AuditProgress, audit
-from ..frames import FrameSettings
+from ..auditing import Audit, AuditProgress, AuditSettings, audit
 from ..plan_findings import joints_refuted
-from ..planned import PlanSettings
-from ..slowing import SlowingSettings
 from .bag_writer import open_writer
 from .document import document_of
 from .page import page_of
@@ -54,12 +50,6 @@ class Run:
         Its name: a file, or a bundled robot.
     date
         Date of the audit, in words.
-    frames
-        How a second source of poses is matched and judged.
-    plans
-        What is asked of plans.
-    slowing
-        How motions are slowed; None where nobody asks.
     failures
         Findings that fail it; None for those that are usual for its kind.
     html, json
@@ -72,10 +62,7 @@ class Run:
     robot: str
     date: str
     reading: Selection
-    settings: EstimatorSettings
-    frames: FrameSettings
-    plans: PlanSettings
-    slowing: SlowingSettings | None
+    settings: AuditSettings
     failures: tuple[str, ...] | None
     html: bool
     json: bool
@@ -118,17 +105,8 @@ def _audited(run: Run, bar: Bar) -> Audit:
             writer = open_writer(run.out, reading.robot, reading.joint_prefix)
             part = stack.enter_context(writer).write
         progress = stack.enter_context(bar(source.total))
-        listener, file = AuditProgress(progress, part), str(run.file)
-        return audit(
-            source,
-            reading.robot,
-            file,
-            run.settings,
-            listener,
-            run.frames,
-            run.plans,
-            run.slowing,
-        )
+        listener = AuditProgress(progress, part)
+        return audit(source, reading.robot, str(run.file), run.settings, listener)
 
 
 def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:

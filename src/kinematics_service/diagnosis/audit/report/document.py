@@ -1,6 +1,5 @@
 """An audit as one JSON object."""
 
-import dataclasses
 from collections.abc import Callable
 from typing import Any
 
@@ -65,11 +64,9 @@ def document_of(audit: Audit) -> dict[str, Any]:
             'states': len(timeline),
             'refused': sum(audit.refused.values()),
             'by_outcome': audit.counts,
-            'first_refused': {
-                reason: example._asdict() for reason, example in audit.examples.items()
-            },
+            'first_refused': audit.examples,
         },
-        'stream': _stream(audit),
+        'stream': {'rate': audit.stream.rate, **vars(audit.stream)},
         'intervals': [
             {
                 'factor': interval.factor or None,
@@ -98,8 +95,8 @@ def document_of(audit: Audit) -> dict[str, Any]:
             }
             for interval in audit.intervals
         ],
-        'joints': [_joint(joint) for joint in audit.joints],
-        'jumps': {'count': audit.jump_count, 'first': [jump._asdict() for jump in audit.jumps]},
+        'joints': audit.joints,
+        'jumps': {'count': audit.jump_count, 'first': audit.jumps},
         'worst_moments': [
             {
                 **attributes(moment, 'what', 'value'),
@@ -191,21 +188,6 @@ def _moment(moment: PlanMoment) -> dict[str, Any]:
     return {'t': moment.time, 'point': moment.point, 'q': moment.q}
 
 
-def _stream(audit: Audit) -> dict[str, Any]:
-    stream = {
-        field.name: getattr(audit.stream, field.name) for field in dataclasses.fields(audit.stream)
-    }
-    stream['gaps'] = [gap._asdict() for gap in audit.stream.gaps]
-    stream['orders'] = [order._asdict() for order in audit.stream.orders]
-    return {'rate': audit.stream.rate, **stream}
-
-
-def _joint(joint: Any) -> dict[str, Any]:
-    values: dict[str, Any] = joint._asdict()
-    values['check'] = None if joint.check is None else joint.check._asdict()
-    return values
-
-
 def _frames(audit: Audit) -> dict[str, Any] | None:
     report = audit.frames
     if report is None:
@@ -219,13 +201,10 @@ def _frames(audit: Audit) -> dict[str, Any] | None:
         **attributes(report, 'considered', 'matched', 'unmatched', 'doubts'),
         'level': report.level.name,
         'sentence': report.sentence,
-        'warn': report.limits.warn._asdict(),
-        'bad': report.limits.bad._asdict(),
-        'as_given': diagnosis.as_given._asdict(),
-        'errors': diagnosis.errors._asdict(),
+        **attributes(report.limits, 'warn', 'bad'),
+        **attributes(diagnosis, 'as_given', 'errors', 'undetermined'),
         'base_offset': offset_of(diagnosis.base_offset),
         'tool_offset': offset_of(diagnosis.tool_offset),
-        'undetermined': diagnosis.undetermined,
         'cause': diagnosis.cause.key if diagnosis.cause else None,
         'causes': [_cause(cause) for cause in diagnosis.causes],
         'likely': [_cause(cause) for cause in diagnosis.likely],
@@ -234,8 +213,7 @@ def _frames(audit: Audit) -> dict[str, Any] | None:
 
 def _cause(cause: TestedCause) -> dict[str, Any]:
     return {
-        **attributes(cause, 'key', 'sentence', 'value', 'ratio'),
-        'errors': cause.errors._asdict(),
+        **attributes(cause, 'key', 'sentence', 'value', 'ratio', 'errors'),
         'base_offset': offset_of(cause.base_offset),
         'tool_offset': offset_of(cause.tool_offset),
     }

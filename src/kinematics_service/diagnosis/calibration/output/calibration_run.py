@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, TextIO
 
@@ -16,7 +17,7 @@ from ....formats.images.board import BoardFinder
 from ....formats.recordings.source import Selection
 from ....kernel import Floats
 from ....kinematics.uncertainty.parameters import parameters_of
-from ....output_file import say_written, write_file
+from ....output_file import write_documents, write_file
 from ....printing import Output, heading, json_text, plain, table
 from ....rigid_motion import inverses
 from ....robot.bundled import find_robot, find_robot_file
@@ -145,14 +146,9 @@ class CalibrationOutputs(NamedTuple):
     anyway: bool
 
     @property
-    def printed(self) -> bool:
-        """Return whether the document is the standard output."""
-        return str(self.json) == '-'
-
-    @property
     def stream(self) -> TextIO:
         """Return where lines for a person go."""
-        return sys.stderr if self.printed else sys.stdout
+        return sys.stderr if str(self.json) == '-' else sys.stdout
 
 
 class CalibratedPoses(NamedTuple):
@@ -380,27 +376,14 @@ def write_robot_file(data: CalibratedPoses, robot: str, outputs: CalibrationOutp
 
 def write_report(data: CalibratedPoses, robot: str, outputs: CalibrationOutputs) -> None:
     """Write page and document of a calibration, and print what was found."""
-    found = data.found
-    if outputs.html is not None:
-        date = datetime.now().astimezone().isoformat(' ', 'seconds')
-        origin = PageOrigin(
-            tuple(data.files), str(find_robot_file(robot)), date, tuple(data.remarks)
-        )
-        write_file(outputs.html, page_of(found, origin))
-    if outputs.json is not None:
-        document = {**document_of(found, data.files), 'reading': data.remarks}
-        if data.zeros:
-            document['zeros'] = [one._asdict() for one in data.zeros]
-        text = json_text(document)
-        if outputs.printed:
-            print(text)
-        else:
-            write_file(outputs.json, text + '\n')
-    if not outputs.printed:
-        _print_report(data, outputs)
-    for file in (outputs.html, None if outputs.printed else outputs.json):
-        if file is not None:
-            say_written(file, outputs.stream)
+    date = datetime.now().astimezone().isoformat(' ', 'seconds')
+    origin = PageOrigin(tuple(data.files), str(find_robot_file(robot)), date, tuple(data.remarks))
+    page = page_of(data.found, origin) if outputs.html else ''
+    document = {**document_of(data.found, data.files), 'reading': data.remarks}
+    if data.zeros:
+        document['zeros'] = data.zeros
+    report = partial(_print_report, data, outputs)
+    write_documents(outputs.html, page, outputs.json, json_text(document), report)
 
 
 def _print_report(data: CalibratedPoses, outputs: CalibrationOutputs) -> None:
