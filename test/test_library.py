@@ -7,6 +7,7 @@ import re
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from arms import BUNDLED, robot_of
 from closed_forms import craig_jacobian_in_tool_axes
@@ -14,6 +15,7 @@ from tolerances import ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service import kernel
+from kinematics_service.robot.chain import FrozenArrays
 
 FUNCTIONS = {
     'forward_kinematics': lambda robot, q: ks.forward_kinematics(robot, q),
@@ -255,6 +257,26 @@ def test_a_robot_is_frozen_down_to_its_arrays():
     for array in frozen_arrays(robot):
         with pytest.raises(ValueError, match='read-only'):
             array[0] = 0
+
+
+def test_every_field_of_a_frozen_record_that_is_an_array_is_frozen():
+    @dataclasses.dataclass(frozen=True, eq=False)
+    class Record(FrozenArrays):
+        name: str
+        q: kernel.Floats
+
+    @dataclasses.dataclass(frozen=True, eq=False)
+    class Longer(Record):
+        which: npt.NDArray[np.bool_]
+        rows: kernel.Integers
+
+    for record in (
+        Record('a', np.zeros(2)),
+        copy.deepcopy(Longer('a', np.zeros(2), np.zeros(2, bool), np.zeros(2, int))),
+    ):
+        arrays = [value for value in vars(record).values() if isinstance(value, np.ndarray)]
+        assert len(arrays) == len(dataclasses.fields(record)) - 1
+        assert not any(array.flags.writeable for array in arrays)
 
 
 def test_results_are_the_callers_own():

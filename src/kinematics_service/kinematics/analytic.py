@@ -51,8 +51,6 @@ class AnalyticJacobian(FrozenArrays):
         whose sign alone changes there.
     """
 
-    READ_ONLY = ('jacobian', 'coordinates', 'amplification', 'singular')
-
     rows: tuple[str, ...]
     jacobian: Floats
     coordinates: Floats

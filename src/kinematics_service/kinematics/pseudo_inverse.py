@@ -47,8 +47,6 @@ class PseudoInverse(FrozenArrays):
         The largest damping in use, as a share of the length: 0 where the pseudo-inverse is exact.
     """
 
-    READ_ONLY = ('matrix', 'singular_values', 'rank', 'damping')
-
     rows: tuple[str, ...]
     matrix: Floats
     singular_values: Floats
@@ -62,8 +60,6 @@ class Inverted(FrozenArrays):
     Singular values inverted: `gains` (..., k) of them, `rank` (...), and the `damping` (..., k) of
     each, as a share of the length.
     """
-
-    READ_ONLY = ('gains', 'rank', 'damping')
 
     gains: Floats
     rank: npt.NDArray[np.int64]

@@ -91,8 +91,6 @@ class MotionScale(FrozenArrays):
         False where a singular pose may be ahead that was not found: the share may be too large.
     """
 
-    READ_ONLY = ('values', 'margins', 'times', 'decided')
-
     value: Any
     cause: Any
     of: Any

@@ -225,21 +225,12 @@ class _TakenMeasures(Singularity):
         square = self._state.robot.task.square
         return _column(self._first, kernel.DETERMINANT) if square else None
 
-    @_cached
-    def manipulability(self) -> Any:
-        return _column(self._first, kernel.MANIPULABILITY)
-
-    @_cached
-    def condition_number(self) -> Any:
-        return _column(self._first, kernel.CONDITION_NUMBER)
-
-    @_cached
-    def smallest_singular_value(self) -> Any:
-        return _column(self._first, kernel.SMALLEST_SINGULAR_VALUE)
-
-    @_cached
-    def singular_values(self) -> Floats:
-        return _part(self._first, self._places.sigma, self._places.judged)
+    manipulability = _cached(lambda one: _column(one._first, kernel.MANIPULABILITY))
+    condition_number = _cached(lambda one: _column(one._first, kernel.CONDITION_NUMBER))
+    smallest_singular_value = _cached(
+        lambda one: _column(one._first, kernel.SMALLEST_SINGULAR_VALUE)
+    )
+    singular_values = _cached(lambda one: _part(one._first, one._places.sigma, one._places.judged))
 
     @_cached
     def rank(self) -> Any:
@@ -250,9 +241,7 @@ class _TakenMeasures(Singularity):
     def generic_rank(self) -> int:
         return self._robot.task.generic_rank
 
-    @_cached
-    def distance(self) -> Any:
-        return _column(self._found, kernel.DISTANCE)
+    distance = _cached(lambda one: _column(one._found, kernel.DISTANCE))
 
     @_cached
     def nearest_singular(self) -> Floats | None:
@@ -269,17 +258,9 @@ class _TakenMeasures(Singularity):
     def clearance(self) -> Any:
         return self._shown(clearances(self._robot, np.array(_flat(self._state.q))))
 
-    @_cached
-    def lost_direction(self) -> Floats:
-        return _part(self._first, self._places.lost, self._places.motion)
-
-    @_cached
-    def joint_motion(self) -> Floats:
-        return _part(self._first, self._places.motion, self._places.way)
-
-    @_cached
-    def way_out(self) -> Floats:
-        return _part(self._first, self._places.way, self._places.sigma)
+    lost_direction = _cached(lambda one: _part(one._first, one._places.lost, one._places.motion))
+    joint_motion = _cached(lambda one: _part(one._first, one._places.motion, one._places.way))
+    way_out = _cached(lambda one: _part(one._first, one._places.way, one._places.sigma))
 
     @_cached
     def rate(self) -> Any:

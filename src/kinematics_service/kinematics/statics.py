@@ -44,8 +44,6 @@ class WrenchEstimate(FrozenArrays):
         characteristic length, at right angles.
     """
 
-    READ_ONLY = ('wrench', 'residual', 'rank', 'damping', 'damped', 'hidden')
-
     wrench: Floats
     residual: Floats
     rank: npt.NDArray[np.int64]

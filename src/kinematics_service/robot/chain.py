@@ -11,22 +11,30 @@ from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import kernel
 from ..kernel import Chain, ChainTable, Closure, Floats, Integers
 from ..rigid_motion import screw_z
 from .conventions import Row
 
+ARRAYS = (Floats, Integers, npt.NDArray[np.bool_])
+
 
 class FrozenArrays:
     """
-    Base of frozen dataclasses whose arrays, those named in `READ_ONLY`, are frozen too.
+    Base of frozen dataclasses whose fields that are arrays are frozen too.
 
     Copies and unpickled ones are rebuilt by the constructor: otherwise their arrays would be
     writable.
     """
 
-    READ_ONLY: ClassVar[tuple[str, ...]]
+    READ_ONLY: ClassVar[tuple[str, ...]] = ()
+
+    def __init_subclass__(cls) -> None:
+        """Find the fields that are arrays."""
+        own = (name for name, kind in cls.__annotations__.items() if kind in ARRAYS)
+        cls.READ_ONLY = (*cls.READ_ONLY, *own)
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""

@@ -58,8 +58,6 @@ class Factors(FrozenArrays):
         The step that holds each factor's value.
     """
 
-    READ_ONLY = ('operations', 'constants', 'ends')
-
     names: tuple[str, ...]
     texts: tuple[str, ...]
     approximate: tuple[bool, ...]

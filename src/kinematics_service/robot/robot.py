@@ -57,8 +57,6 @@ class Robot(FrozenArrays):
         The robot file itself, in SI units.
     """
 
-    READ_ONLY = ('limits', 'velocity_limits', 'acceleration_limits')
-
     name: str
     source: str
     convention: str

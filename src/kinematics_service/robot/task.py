@@ -59,8 +59,6 @@ class Task(FrozenArrays):
         rows and for prismatic joints.
     """
 
-    READ_ONLY = ('axes', 'rotation', 'row_scales', 'column_scales')
-
     rows: tuple[str, ...]
     length: float
     generic_rank: int

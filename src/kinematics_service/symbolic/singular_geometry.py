@@ -244,10 +244,10 @@ def lost_motion(
     if missing > 1:
         if rank == 1 and tuple(task_rows) == (0, 1, 2):
             where = _direction((R0 @ U[good][:, :, :1])[..., 0], frames)
-            text = 'every translation of the tool but that along'
-            found = where or SOMEWHERE
-            lost = Lost(f'{text} {found.text}', found.axis, found.frame, others=True)
-            return lost if where else None
+            if where is None:
+                return None
+            text = f'every translation of the tool but that along {where.text}'
+            return Lost(text, where.axis, where.frame, others=True)
         return Lost(f'{missing} of {len(task_rows)} directions')
     left = U[good][:, :, -1] * scales
     wrench = np.zeros((len(left), 6))

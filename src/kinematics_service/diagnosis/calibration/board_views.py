@@ -64,8 +64,6 @@ class BoardViews(FrozenArrays):
         Sentences on images without a pose.
     """
 
-    READ_ONLY = ('rows', 'poses', 'squares')
-
     camera: Intrinsics
     seen: tuple[SeenCorners, ...]
     rows: Integers

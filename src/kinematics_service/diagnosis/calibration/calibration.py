@@ -144,21 +144,6 @@ class Calibration(IdentifiedTable):
         The board in the images that the poses are from, if there are any.
     """
 
-    READ_ONLY = (
-        'covariance',
-        'distances',
-        'singular_values',
-        'base_offsets',
-        'tool_offsets',
-        'base_starts',
-        'tool_starts',
-        'q',
-        'sets',
-        'remainders_before',
-        'remainders',
-        'held_out_remainders',
-    )
-
     calibrated: Robot
     noise: Noise
     freedom: Noise

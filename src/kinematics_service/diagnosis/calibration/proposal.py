@@ -117,8 +117,6 @@ class ProposedPoses(FrozenArrays):
         Of which of the positions they were proposed among; empty where none were given.
     """
 
-    READ_ONLY = ('q', 'before', 'after', 'rows')
-
     robot: Robot
     q: Floats
     names: tuple[str, ...]

@@ -48,8 +48,6 @@ class Plane(FrozenArrays):
         The plane in words.
     """
 
-    READ_ONLY = ('origin', 'across', 'up')
-
     name: str
     origin: Floats
     across: Floats

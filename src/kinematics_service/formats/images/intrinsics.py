@@ -43,8 +43,6 @@ class Intrinsics(FrozenArrays):
         Of the images.
     """
 
-    READ_ONLY = ('matrix', 'distortion')
-
     file: str
     matrix: Floats
     distortion: Floats

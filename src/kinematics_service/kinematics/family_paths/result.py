@@ -1,7 +1,7 @@
 """What is known of a path of targets: a joint path that follows it, the proof that none does."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
@@ -51,8 +51,6 @@ class FollowedPath(FrozenArrays):
         Of it as a plan with a second for each step: limits and singular poses are proved. Its
         speeds are those of that clock.
     """
-
-    READ_ONLY: ClassVar = ('q',)
 
     q: Floats
     arcs: tuple[int, ...]

@@ -5,7 +5,6 @@ The plan of an arm's inverse: recognised once from its screws, then the same for
 import functools
 import math
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -75,8 +74,6 @@ class InversePlan(FrozenArrays):
     reach, reach_inside
         What the tool never leaves, whatever the joint positions, and inside the limits.
     """
-
-    READ_ONLY: ClassVar = ('scales', 'held', 'idle', 'periods', 'middle', 'limits', 'unlimited')
 
     closed: kernel.ClosedForm | None
     six_joints: kernel.SixJoints | None

@@ -6,7 +6,6 @@ exponentials (Brockett 1984), in which a geometry can be recognised for any conv
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -34,8 +33,6 @@ class Screws(FrozenArrays):
         How far they are from those of the arm at most: rad, and as a share of its size. More than
         round-off where what was nearly so was made exactly so.
     """
-
-    READ_ONLY: ClassVar = ('axes', 'points', 'coupling', 'home')
 
     axes: Floats
     points: Floats

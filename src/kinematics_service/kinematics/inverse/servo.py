@@ -12,7 +12,7 @@ others make up for it.
 import functools
 import math
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -98,8 +98,6 @@ class ServoStep(FrozenArrays):
         The share of the wanted twist, along itself and in the rows of the task, that the arm can
         make before limits: 1 unless directions are damped, or lost at every pose.
     """
-
-    READ_ONLY: ClassVar = ('qdot', 'twist')
 
     qdot: Floats
     twist: Floats

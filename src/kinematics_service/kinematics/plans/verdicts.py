@@ -1,7 +1,7 @@
 """What is known of a plan: proved, refuted by a pose, or not decided."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
@@ -30,8 +30,6 @@ class PlanMoment(FrozenArrays):
     q : shape (n,), rad or m
         Joint positions; read-only.
     """
-
-    READ_ONLY: ClassVar = ('q',)
 
     time: float
     point: int

@@ -29,8 +29,6 @@ from .schema import FloorEntry, UncertaintyEntry
 
 PATH: Path = ('uncertainty',)
 OF_POSITIONS = ('encoder_noise', 'encoder_resolution', 'backlash')
-# Of parameters whose deviations may be given together.
-GROUPS = TABLE_GROUPS
 # Parameters named in a message.
 MOST_NAMED = 60
 
@@ -167,11 +165,11 @@ def _parameters(
         if known is None:
             continue
         of_group = [one for one in known.values() if one.group == name]
-        kinds = {_kind(one) for one in of_group} if name in GROUPS else set()
+        kinds = {_kind(one) for one in of_group} if name in TABLE_GROUPS else set()
         if name in known:
             kinds = {_kind(known[name])}
-        elif name not in GROUPS:
-            _unknown(name, (*path, name), known, GROUPS, quantities)
+        elif name not in TABLE_GROUPS:
+            _unknown(name, (*path, name), known, TABLE_GROUPS, quantities)
             continue
         elif len(kinds) > 1:
             report.fault(

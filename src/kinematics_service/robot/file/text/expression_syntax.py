@@ -92,7 +92,7 @@ def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
         with _ONE_AT_A_TIME:
             tree = ast.parse(source, mode='eval').body
     except (SyntaxError, RecursionError, MemoryError):
-        raise ExpressionError(f'cannot be read as an expression: {_short(text)}') from None
+        raise ExpressionError(f'cannot be read as an expression: {short(text)}') from None
     for node in postorder(tree):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
             wanted = ARGUMENTS_OF[node.func.id]
@@ -141,7 +141,8 @@ def folded(tree: ast.expr, worth: Callable[[ast.expr, list[Worth]], Worth]) -> W
     return values[0]
 
 
-def _short(text: str) -> str:
+def short(text: str) -> str:
+    """Return a text as a message shows it, cut where it is long."""
     return text if len(text) <= 40 else f'{text[:37]}...'
 
 
@@ -184,7 +185,7 @@ def _check_token(token: Token) -> None:
     if token.text == '//':
         raise ExpressionError("'//' is not accepted: write / to divide")
     if token.kind == 'number' and float(token.text) == float('inf'):
-        raise ExpressionError(f'{_short(token.text)} is too large: not a finite number')
+        raise ExpressionError(f'{short(token.text)} is too large: not a finite number')
 
 
 def _check_touching(before: Token, token: Token, text: str, why_not: WhyNot) -> None:
@@ -196,7 +197,7 @@ def _check_touching(before: Token, token: Token, text: str, why_not: WhyNot) -> 
     advice = 'write decimal digits'
     if token.kind == 'name' and why_not(token.text) is None:
         advice = f'write {before.text}*{token.text} for a product'
-    raise ExpressionError(f"'{_short(word)}' is not a number: {advice}")
+    raise ExpressionError(f"'{short(word)}' is not a number: {advice}")
 
 
 def _check_unit(before: Token, token: Token, why_not: WhyNot) -> None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 from ....errors import ExpressionError
 from .entries import did_you_mean, meant_by
-from .expression_syntax import ARGUMENTS_OF, folded, names_in, syntax_tree
+from .expression_syntax import ARGUMENTS_OF, folded, names_in, short, syntax_tree
 
 # What books call the variable of a joint, and the number of one; pi2 is meant as pi/2.
 JOINT = re.compile('(?:theta|th|t|phi|q|d|s|joint|j)_?([0-9]+)', re.IGNORECASE)
@@ -91,7 +91,7 @@ class Scope:
         if not hint and self.variables and JOINT.fullmatch(name):
             hint = ': add a joint of that name to joints, or take one that is there'
         return self.refused.get(name) or (
-            f'unknown name {_short(name)!r}{hint} (known: {_listed(self.known)})'
+            f'unknown name {short(name)!r}{hint} (known: {_listed(self.known)})'
         )
 
     def _meant(self, name: str) -> str | None:
@@ -109,13 +109,9 @@ class Scope:
         return cases.get(name.lower().replace('_', '')) or meant_by(name, self.known)
 
 
-def _short(name: str) -> str:
-    return name if len(name) <= 40 else f'{name[:37]}...'
-
-
 def _listed(names: Sequence[str]) -> str:
     more = [f'and {len(names) - MOST_LISTED} more'] if len(names) > MOST_LISTED else []
-    return ', '.join([*map(_short, names[:MOST_LISTED]), *more]) or 'none'
+    return ', '.join([*map(short, names[:MOST_LISTED]), *more]) or 'none'
 
 
 class _NotLinearError(ExpressionError):

@@ -258,27 +258,15 @@ _OPERATIONS: dict[str, Callable[..., Value]] = {
     'deg': lambda node, value: value * sp.pi / 180,
 }
 
+_OF_SYMPY = ('sin', 'cos', 'tan', 'asin', 'acos', 'atan', 'atan2', 'sqrt')
 _SCALAR: dict[str, Callable[..., Value]] = {
-    'sin': sp.sin,
-    'cos': sp.cos,
-    'tan': sp.tan,
-    'asin': sp.asin,
-    'acos': sp.acos,
-    'atan': sp.atan,
-    'arcsin': sp.asin,
-    'arccos': sp.acos,
-    'arctan': sp.atan,
-    'atan2': sp.atan2,
-    'arctan2': sp.atan2,
+    **{name: getattr(sp, name) for name in _OF_SYMPY},
     'sind': lambda x: sp.sin(x * sp.pi / 180),
     'cosd': lambda x: sp.cos(x * sp.pi / 180),
     'tand': lambda x: sp.tan(x * sp.pi / 180),
     'atan2d': lambda y, x: sp.atan2(y, x) * 180 / sp.pi,
-    'sqrt': sp.sqrt,
     'abs': sp.Abs,
-    'rad': lambda x: x * sp.pi / 180,
-    'radians': lambda x: x * sp.pi / 180,
-    'deg2rad': lambda x: x * sp.pi / 180,
+    **dict.fromkeys(('rad', 'radians', 'deg2rad'), lambda x: x * sp.pi / 180),
 }
 
 
@@ -304,7 +292,7 @@ def _called(node: Node, arguments: list[Value]) -> Value:
         raise node.at.fault(f'{node.text} of a matrix')
     if max(map(_functions_inside, arguments)) >= DEEPEST_CALLS:
         raise node.at.fault(f'functions nested more than {DEEPEST_CALLS} deep')
-    value = _SCALAR[node.text](*arguments)
+    value = _SCALAR[node.text.replace('arc', 'a')](*arguments)
     if not value.is_finite and value.is_number:
         raise node.at.fault(f'{node.text} is not finite here')
     return value
