@@ -95,14 +95,14 @@ class ClosedCurves:
         self.meeting: Flat = arrays.numbers(meeting, 3)
         self.backwards, self.error = backwards, error
         self._arrays: tuple[object, ...] = screws, crossing, meeting
-        self.room: Flat = arrays.scratch(16 + 3 + 2 + 24 + 16 + 8 + 7 * MOST_PIECES + 32)
+        # A motion, a point, four ends of the range of joint 4, eight roots, seven positions.
+        self.room: Flat = arrays.scratch(16 + 3 + 4 + 8 + 7 + 6 * MOST_PIECES)
         self.motion: Flat = self.room
         self.goal: Flat = arrays.after(self.motion, 16)
         self.ends: Flat = arrays.after(self.goal, 3)
         self.roots: Flat = arrays.after(self.ends, 4)
-        self.psi: Flat = arrays.after(self.roots, 16)
-        self.before: Flat = arrays.after(self.psi, 8)
-        self.begins: Flat = arrays.after(self.before, 8)
+        self.psi: Flat = arrays.after(self.roots, 8)
+        self.begins: Flat = arrays.after(self.psi, 7)
         self.stops: Flat = arrays.after(self.begins, MOST_PIECES)
         self.sides: Flat = arrays.after(self.stops, MOST_PIECES)
         self.first: FlatIntegers = arrays.as_whole(arrays.after(self.sides, MOST_PIECES))
@@ -396,12 +396,12 @@ class ClosedCurves:
 
     def _write_row(self, point: CurvePoint, at_end: bool, rows: Flat, count: int) -> bool:
         # Writes the place and the tangent there; at an end, where square roots are, refined.
-        row = arrays.after(rows, 14 * count)
+        row, before = arrays.after(rows, 14 * count), arrays.after(rows, 14 * max(count - 1, 0))
         for j in range(7):
             k = 6 - j if self.backwards else j
             angle = -self.psi[k] if self.backwards else self.psi[k]
             if count > 0:
-                angle -= places.TAU * math.floor((angle - row[j - 14]) / places.TAU + 0.5)
+                angle -= places.TAU * math.floor((angle - before[j]) / places.TAU + 0.5)
             point.psi[j] = angle
         if at_end and not point.improve(curve_point.ANY):
             return False
@@ -411,29 +411,29 @@ class ClosedCurves:
         for j in range(7):
             row[j] = point.psi[j]
             if count > 0:
-                along += (row[j] - row[j - 14]) * point.tangent[j]
+                along += (row[j] - before[j]) * point.tangent[j]
         for j in range(7):
             row[7 + j] = -point.tangent[j] if along < 0.0 else point.tangent[j]
         return True
 
     def _way_to(self, rows: Flat, count: int) -> float:
         # The longest way of a joint since the last row.
-        row = arrays.after(rows, 14 * count)
+        row, before = arrays.after(rows, 14 * count), arrays.after(rows, 14 * (count - 1))
         way: float = 0.0
         for j in range(7):
-            way = max(way, abs(row[j] - row[j - 14]))
+            way = max(way, abs(row[j] - before[j]))
         return way
 
     def _is_next(self, rows: Flat, count: int, away: float) -> bool:
         # Whether the tangent is like the last one, and the wrist is not stretched on the way.
         along: float = 0.0
         ways: float = 0.0
-        row = arrays.after(rows, 14 * count)
+        row, before = arrays.after(rows, 14 * count), arrays.after(rows, 14 * (count - 1))
         for j in range(7):
             k = 6 - j if self.backwards else j
-            along += row[7 + j] * row[j - 7]
+            along += row[7 + j] * before[7 + j]
             if k < 4:
-                ways += abs(row[j] - row[j - 14])
+                ways += abs(row[j] - before[j])
         if count == 1:
             # Nothing tells the direction of the first one.
             along = abs(along)

@@ -119,7 +119,7 @@ def pieces_of(robot: Robot, arcs: Sequence[IkArc]) -> ArcPieces:
     end = np.vstack([none, *(arc.q[1:] for arc in arcs)])
     pieces = ArcPieces(arc, s, begin, end, _spread(arcs, arc, s, end.shape), _away(robot, begin))
     for _ in range(SHORTER):
-        boxed = np.isfinite(pieces.spread).all(axis=1)
+        boxed = np.asarray(np.isfinite(pieces.spread).all(axis=1))
         if boxed.all():
             break
         both = pieces.chosen(boxed), pieces.chosen(~boxed).halves(robot, arcs)

@@ -73,7 +73,7 @@ class JointCurve:
         return before + kernel.nearest_place(self.path, goal, begin - before, end - before)
 
     def spread(self, places: Floats) -> Floats:
-        """Return how far the joints (n,) leave their chord between two places at most, by proof."""
+        """Return how far the joints (n,) leave the chord of two places at most, by proof."""
         laps = np.floor(places / self.last) if self.curve.closed else np.zeros(2)
         widths = self.curve.spread(*places_of(self.path, places - laps * self.last))
         if not math.isfinite(widths[0]):

@@ -1,0 +1,150 @@
+"""Curves of arms with a closed form where one joint is held: beside those of slices."""
+
+import math
+
+import numpy as np
+import pytest
+from redundant_arms import (
+    WHOLE,
+    closed_form_arm,
+    farthest_from_curve,
+    poses_within,
+    redundant_arm,
+)
+
+import kinematics_service as ks
+from kinematics_service.kinematics.inverse.self_motion import CurveSearch
+from kinematics_service.kinematics.inverse.sliced_arm import sliced_arm_of
+from kinematics_service.kinematics.inverse.target import ik_target_of
+
+CLOSED = ('panda', 'fr3', 'kuka_iiwa14', 'xarm7')
+OTHERS = ('kinova_gen3', 'panda-calibrated', 'RRRRRRR-0', 'RRPRRRR-0')
+SLICES = np.linspace(-3.0, 3.0, 25)
+ON_CURVE = 1e-9
+REAL = 1e-9  # imaginary parts of a slice's solutions that are real
+
+
+def search_of(robot, pose, closed=True):
+    arm = sliced_arm_of(robot, WHOLE, '')
+    return CurveSearch(arm if closed else arm._replace(closed=None), ik_target_of(robot, pose))
+
+
+def lost(search, positions=SLICES):
+    """Return how many real solutions of slices are on no curve, and how many there are."""
+    missed, count = 0, 0
+    for slices in search.arm.slices:
+        for position in positions:
+            found = search.arm.solutions(slices, search.target, float(position))
+            for one in found[np.max(np.abs(found[:, :, 1]), axis=1) < REAL, :, 0]:
+                away = [farthest_from_curve(curve, one) for curve in search.curves]
+                missed += min(away, default=math.inf) > ON_CURVE
+                count += 1
+    return missed, count
+
+
+def assert_curves_are_true(search, robot, pose):
+    for curve in search.curves:
+        for psi in curve.psi[:: max(len(curve.psi) // 7, 1)]:
+            q = search.arm.to_joints(psi, robot.dof)
+            assert np.max(np.abs(ks.forward_kinematics(robot, q) - pose)) < 1e-12
+        steps = np.diff(curve.psi, axis=0)
+        assert np.max(np.abs(steps)) <= 0.1 + 1e-12
+        assert np.all(np.sum(steps * curve.tangents[:-1], axis=1) > 0.0)
+        assert np.all(np.sum(steps * curve.tangents[1:], axis=1) > 0.0)
+        turns = (curve.psi[-1] - curve.psi[0]) / math.tau
+        assert np.max(np.abs(turns - np.round(turns))) < 1e-14
+
+
+@pytest.mark.parametrize('name', CLOSED)
+def test_bundled_arms_have_a_closed_form_with_one_joint_held(name):
+    assert sliced_arm_of(redundant_arm(name), WHOLE, '').closed is not None
+
+
+@pytest.mark.parametrize('name', OTHERS)
+def test_other_arms_have_none(name):
+    assert sliced_arm_of(redundant_arm(name), WHOLE, '').closed is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('name', [*CLOSED, *range(8)])
+def test_closed_curves_are_those_of_the_slices(name):
+    robot = redundant_arm(name) if isinstance(name, str) else closed_form_arm(name)
+    proved, counted = 0, 0
+    for q in poses_within(robot, 2):
+        pose = ks.forward_kinematics(robot, q)
+        closed, sliced = search_of(robot, pose), search_of(robot, pose, closed=False)
+        assert closed.prove()
+        assert_curves_are_true(closed, robot, pose)
+        psi = closed.arm.to_screws(q)
+        assert min(farthest_from_curve(curve, psi) for curve in closed.curves) < ON_CURVE
+        missed, count = lost(closed)
+        counted += count
+        assert not missed
+        if sliced.prove():
+            proved += 1
+            assert len(sliced.curves) == len(closed.curves)
+            for curve in sliced.curves:
+                away = [farthest_from_curve(one, curve.psi[0]) for one in closed.curves]
+                assert min(away) < ON_CURVE
+    assert proved
+    assert counted
+
+
+@pytest.mark.parametrize(('name', 'zeros'), [('panda', (1,)), ('kuka_iiwa14', (1,))])
+def test_a_target_with_a_singular_pose_is_left_to_the_slices(name, zeros):
+    robot = redundant_arm(name)
+    q = poses_within(robot, 1)[0]
+    q[list(zeros)] = 0.0
+    search = search_of(robot, ks.forward_kinematics(robot, q))
+    assert not search._take_closed()
+    assert not search.curves
+
+
+@pytest.mark.parametrize('name', ['panda', 'kuka_iiwa14', 'xarm7'])
+def test_a_stretched_elbow_is_not_decided(name):
+    # Where two solutions of joint 4 are one along the whole curve, or about to vanish.
+    robot = redundant_arm(name)
+    q = poses_within(robot, 1)[0]
+    arm = sliced_arm_of(robot, WHOLE, '')
+    reach = []
+    for angle in np.linspace(-math.pi, math.pi, 2001):
+        q[3] = angle
+        T = ks.forward_kinematics(robot, q)
+        reach.append(np.linalg.norm(T[:3, 3] - arm.screws.points[0]))
+    q[3] = np.linspace(-math.pi, math.pi, 2001)[int(np.argmax(reach))]
+    pose = ks.forward_kinematics(robot, q)
+    low, high = 1.0, 1.5
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        moved = pose.copy()
+        moved[:3, 3] *= middle
+        search = search_of(robot, moved)
+        decided = search._take_closed()
+        if not decided:
+            return
+        if search.curves:
+            assert lost(search, SLICES[::4])[0] == 0
+            low = middle
+        else:
+            high = middle
+    pytest.fail('the border between some and none was never undecided')
+
+
+@pytest.mark.parametrize('share', [1e-2, 1e-3, 1e-4])
+def test_closed_curves_that_nearly_meet_stay_apart(share):
+    robot = redundant_arm('panda')
+    q = poses_within(robot, 1)[0]
+    q[1] = share
+    pose = ks.forward_kinematics(robot, q)
+    search = search_of(robot, pose)
+    assert search.prove()
+    assert_curves_are_true(search, robot, pose)
+    psi = search.arm.to_screws(q)
+    assert min(farthest_from_curve(curve, psi) for curve in search.curves) < ON_CURVE
+    assert lost(search, SLICES[::2])[0] == 0
+
+
+def test_axes_that_nearly_meet_are_no_closed_form():
+    assert sliced_arm_of(closed_form_arm(0), WHOLE, '').closed is not None
+    for off in (1e-10, 1e-6):
+        assert sliced_arm_of(closed_form_arm(0, off), WHOLE, '').closed is None
