@@ -15,6 +15,7 @@ from general_arms import DEGREE, TABLES, general_arm, text_of
 from scipy import ndimage
 
 import kinematics_service as ks
+from kinematics_service.kinematics.postures.passage import Passages
 from kinematics_service.kinematics.postures.position_arm import NO_CUSPS
 from kinematics_service.kinematics.postures.proof import (
     PARALLEL_AXES,
@@ -232,6 +233,14 @@ def test_simple_arms_are_proved_to_change_no_posture(name, says):
     # Each sign of the factors is one aspect or more: none has two postures.
     assert sum(len(group.q) for group in change.groups) > 1
     assert all(len(group.q) == 1 for group in change.groups)
+
+
+@pytest.mark.parametrize('name', ['anthropomorphic_3r', 'craig_3r', 'parallelogram_right'])
+def test_aspects_that_touch_in_a_pose_are_told_apart(name):
+    # Two curves of singular poses cross: by signs on a grid, opposite aspects would seem to touch.
+    change = ks.posture_change(name)
+    assert change.aspects == 4
+    assert sorted(group.aspect for group in change.groups) == [1, 2, 3, 4]
 
 
 @pytest.mark.parametrize(
@@ -456,6 +465,21 @@ def test_the_same_seed_gives_the_same_answer():
     assert not np.array_equal(one.path.q, other.path.q)
     assert not one.path.q.flags.writeable
     assert repr(one) == f'PostureChange(yes, {one.reason})'
+
+
+def test_a_path_that_is_not_proved_is_no_answer(monkeypatch):
+    # Straight to the other posture, wherever that leads; then by turns beyond the last limit.
+    between = Passages.between
+    monkeypatch.setattr(Passages, 'between', lambda self, first, last: np.array([first, last]))
+    assert ks.posture_change(ur5e_off_by(1e-5)).verdict == 'not decided'
+
+    def far(self, first, last):
+        q = between(self, first, last)
+        return None if q is None else np.vstack([q, q[-1] + [0, 0, 0, 0, 0, 50], q[-1]])
+
+    monkeypatch.setattr(Passages, 'between', far)
+    assert ks.posture_change('xarm6').verdict == 'not decided'
+    assert ks.posture_change('xarm6', respect_limits=False).verdict == 'yes'
 
 
 @pytest.mark.parametrize(

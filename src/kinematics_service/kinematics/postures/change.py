@@ -40,7 +40,7 @@ PATHS = 2
 APART = 1e-3
 
 
-class _Pair(NamedTuple):
+class _PosturePair(NamedTuple):
     """Two postures of a target."""
 
     target: Floats
@@ -171,10 +171,10 @@ class _PostureSearch:
         low, high = self.bounds.T
         return near[np.all((near >= low) & (near <= high), axis=1)]
 
-    def _pairs(self, targets: Floats) -> list[_Pair]:
+    def _pairs(self, targets: Floats) -> list[_PosturePair]:
         # The most promising first: in one aspect, of the first targets; otherwise those that are
         # nearest to each other.
-        ranked: list[tuple[tuple[bool, int, float], _Pair]] = []
+        ranked: list[tuple[tuple[bool, int, float], _PosturePair]] = []
         for k, q in enumerate(targets):
             target, groups = self._postures(q)
             members = [(group, one) for group in groups for one in group.q]
@@ -184,7 +184,7 @@ class _PostureSearch:
                 length, apart = float(np.linalg.norm(way)), one.aspect != other.aspect
                 if one.signs == other.signs and length > APART:
                     rank = (apart, 0 if apart else k, length)
-                    found.append((rank, _Pair(target, groups, first, last)))
+                    found.append((rank, _PosturePair(target, groups, first, last)))
             ranked += sorted(found, key=lambda one: one[0])[:OF_TARGET]
         return [pair for _, pair in sorted(ranked, key=lambda one: one[0])][:PASSAGES]
 
@@ -216,7 +216,7 @@ class _PostureSearch:
             groups.setdefault(key, []).append(one)
         return tuple(PostureGroup(*key, np.array(groups[key])) for key in sorted(groups))
 
-    def _path(self, pair: _Pair) -> PosturePath | None:
+    def _path(self, pair: _PosturePair) -> PosturePath | None:
         q = self.passages.between(pair.first, pair.last)
         if q is None:
             return None
