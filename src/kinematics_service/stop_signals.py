@@ -34,7 +34,7 @@ class StopSignal:
         Called when the first one comes, from another thread.
     meanwhile
         Called every MEANWHILE until then, from that thread.
-    patience
+    time_out
         Time for a clean-up after the first signal, s; the process ends then, as at a second one.
         None: as long as it takes.
     last_words
@@ -46,7 +46,7 @@ class StopSignal:
         self.came = False
         self.then: Callable[[], None] = lambda: None
         self.meanwhile: Callable[[], None] = lambda: None
-        self.patience: float | None = None
+        self.time_out: float | None = None
         self.last_words = b''
 
     def follow(self, signals: int) -> None:
@@ -66,7 +66,7 @@ class StopSignal:
         first = time.monotonic()
         self.came = True
         self.then()
-        if select.select([signals], [], [], self.patience)[0]:
+        if select.select([signals], [], [], self.time_out)[0]:
             if not os.read(signals, 1):
                 return
             time.sleep(max(0.0, first + GRACE - time.monotonic()))

@@ -22,7 +22,7 @@ from joint_state_mcap import write_motion
 from node_process import NodeProcess
 
 import kinematics_service as ks
-from kinematics_service.ros.process.session import PATIENCE
+from kinematics_service.ros.process.session import TIME_OUT
 from kinematics_service.stop_signals import SHOW_CURSOR
 
 # The contract's second, and what a busy machine adds to it.
@@ -247,11 +247,11 @@ session.run_session([], work)
 def test_time_ends_a_session_whose_clean_up_is_stuck_at_one_signal(ros_domain):
     code, seconds, output = program_ends(HANGING_SESSION, signal.SIGINT)
     assert (code, output) == (0, '')
-    assert PATIENCE <= seconds < HARD_END
+    assert TIME_OUT <= seconds < HARD_END
 
 
 def test_a_clean_up_that_may_take_its_time_is_not_cut_off():
-    hang = f"time.sleep({PATIENCE + 1.0}); print('done')"
+    hang = f"time.sleep({TIME_OUT + 1.0}); print('done')"
     code, _, output = program_ends(HANGING.format(hang=hang), signal.SIGINT)
     assert (code, output) == (0, 'done\n')
 

@@ -23,7 +23,7 @@ FINE, FAULT, WRONG_USAGE = 0, 1, 2
 NODE_NAMES = '/kinematics or /arm/kinematics'
 # Time for the clean-up after a signal (s): where a publisher was killed inside Fast DDS's shared
 # memory, the end of its subscription may never come back. `ros2 launch` insists after 5 s.
-PATIENCE = 3.0
+TIME_OUT = 3.0
 Result = TypeVar('Result')
 
 
@@ -37,7 +37,7 @@ def run_session(
     work: Callable[[Context, StopSignal], Result],
     allow_unsecured: bool = False,
     allow_mixed_ros: bool = False,
-    patience: float | None = PATIENCE,
+    time_out: float | None = TIME_OUT,
 ) -> Result | int:
     """
     Return what is done with a context of ROS, or the exit code where that cannot be.
@@ -52,7 +52,7 @@ def run_session(
         What is done.
     allow_unsecured, allow_mixed_ros
         Start although security is requested and missing, or two ROS installations are mixed.
-    patience
+    time_out
         Time from a signal to the end of `work`, s; None: as long as it takes.
     """
     refusal = (None if allow_unsecured else security_refusal()) or (
@@ -62,7 +62,7 @@ def run_session(
         tell(refusal)
         return FAULT
     with stop_signals() as stop:
-        stop.patience = patience
+        stop.time_out = time_out
         context = open_context(ros_args)
         if context is None:
             return WRONG_USAGE

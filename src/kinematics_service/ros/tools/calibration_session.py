@@ -89,7 +89,7 @@ def collect_poses(
         return session.collector.collected()
 
     # A fit that is under way is waited for, and the poses heard are kept.
-    return run_session(ros_args, work, patience=None)
+    return run_session(ros_args, work, time_out=None)
 
 
 class _Session:
