@@ -40,7 +40,7 @@ def table_of(poses: CollectedPoses, joint_names: Sequence[str]) -> str:
     return '\n'.join([*lines, ''])
 
 
-class _Pair(NamedTuple):
+class _MatchedPose(NamedTuple):
     stamp: int
     q: Floats
     rates: Floats
@@ -78,7 +78,7 @@ class PoseCollector:
         self._scales = robot.task.column_scales
         self._states: deque[tuple[int, Floats]] = deque(maxlen=STATES)
         self._ahead: deque[tuple[int, Floats]] = deque(maxlen=AHEAD)
-        self._pairs: list[_Pair] = []
+        self._pairs: list[_MatchedPose] = []
 
     def __len__(self) -> int:
         return len(self._pairs)
@@ -125,9 +125,9 @@ class PoseCollector:
             return
         rates = (later[1] - state[1]) / (later[0] - state[0])
         q = state[1] + rates * (stamp - state[0])
-        self._keep(_Pair(stamp, q, 1e9 * rates, pose))
+        self._keep(_MatchedPose(stamp, q, 1e9 * rates, pose))
 
-    def _keep(self, pair: _Pair) -> None:
+    def _keep(self, pair: _MatchedPose) -> None:
         pairs = self._pairs
         if pairs and np.max(np.abs((pair.q - pairs[-1].q) / self._scales)) < VARIETY:
             if pair.speed < pairs[-1].speed:
