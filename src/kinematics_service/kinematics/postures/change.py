@@ -197,7 +197,7 @@ class _PostureSearch:
         )
         if set(rows) == set(ROW_NAMES[:3]):
             target = target[:3, 3].copy()
-        some = np.array([one.q for one in found]).reshape(-1, robot.dof)
+        some = np.array([one.q for one in found if one.exact]).reshape(-1, robot.dof)
         return target, self._groups(some[clearances(robot, some) > self.distance])
 
     def _groups(self, q: Floats) -> tuple[PostureGroup, ...]:
