@@ -58,6 +58,11 @@ def posture_change(
     Postures are the solutions of one target; those that differ by full turns are the same one. An
     arm that can is called cuspidal.
 
+    `no` is proved of arms whose targets are solved joint by joint, with axes that meet or are
+    parallel to 1e-12 of the arm's size, and of three turning joints without a place of three equal
+    solutions. The latter rests on a theorem for three joints (Salunkhe, Spartalis, Capco, Chablat,
+    Wenger 2022), which is not proved here.
+
     Parameters
     ----------
     robot
@@ -197,7 +202,7 @@ class _PostureSearch:
         )
         if set(rows) == set(ROW_NAMES[:3]):
             target = target[:3, 3].copy()
-        some = np.array([one.q for one in found]).reshape(-1, robot.dof)
+        some = np.array([one.q for one in found if one.exact]).reshape(-1, robot.dof)
         return target, self._groups(some[clearances(robot, some) > self.distance])
 
     def _groups(self, q: Floats) -> tuple[PostureGroup, ...]:
