@@ -477,7 +477,7 @@ NO_FARTHER, RARELY, NEVER_FARTHER = 1.02, 25, 1.1
 
 def short_motions(robot):
     random = np.random.default_rng(31)
-    for q in random_poses(robot, 30, seed=9):
+    for q in random_poses(robot, 30, seed=16):
         step = random.normal(size=robot.dof)
         step *= random.choice([1e-3, 3e-3, 9e-3, 2e-2]) / np.linalg.norm(step)
         yield q + step * np.sin(0.06 * np.arange(60))[:, None] / 0.06
