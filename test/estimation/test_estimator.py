@@ -484,10 +484,11 @@ def test_another_arm_says_its_state_at_once_and_other_settings_do_not(craig):
 def test_a_level_is_kept_up_where_a_nearer_singular_pose_is_not_excluded():
     robot = ks.load_robot('kinova_gen3')
     one = Estimator(robot, EstimatorSettings())
-    # One is 0.018 rad away, and one was found 0.166 away: as far as the level is left again.
+    # The pose itself says that one may be near, and one was found 0.166 away: as far as the level
+    # is left again.
     q = [
-        *(-1.237149681, 0.012586181, -0.016897593, 0.006425746),
-        *(-1.469670128, 1.78463578, -0.254302367),
+        *(-1.829559781, 0.011326389, -0.017622578, 0.006969433),
+        *(-1.499697941, 1.871618749, -1.925152428),
     ]
     found = ks.singularity(robot, q)
     assert not found.decided

@@ -124,8 +124,8 @@ class SingularEquations:
         self.largest = math.sqrt(squares / self.turns)
 
     def _find_directions(self) -> bool:
-        # By elimination: the turn that those eliminated leave nothing of but in the lines that are
-        # left, and for each of these the line that moves no eliminated turn. False without a pivot.
+        # By elimination: the turn that those eliminated leave nothing of but in the lines left,
+        # and for each of these the line that moves no eliminated turn. False without a pivot.
         if not self._eliminate():
             return False
         norm = self._write_lost(arrays.after(self.W, (self.rank - 1) * self.width + self.length))
