@@ -224,7 +224,7 @@ def test_ctrl_c_leaves_no_half_file(tmp_path):
         assert running.poll() is None
         time.sleep(0.05)
     running.send_signal(signal.SIGINT)
-    _, errors = running.communicate(timeout=30.0)
+    _, errors = running.communicate(timeout=120.0)
     assert running.returncode == 130
     assert 'Traceback' not in errors
     assert list(tmp_path.iterdir()) == []
