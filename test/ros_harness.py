@@ -23,6 +23,8 @@ from sensor_msgs.msg import JointState  # noqa: E402
 
 from kinematics_service.ros.node.node import KinematicsNode  # noqa: E402
 
+# For what neither transport has a part in.
+ONE_TRANSPORT = pytest.mark.parametrize('transport', ['bytes'])
 # Nothing that is waited for takes longer than this on a busy machine of two cores (s).
 DEADLINE = 10.0
 RELIABLE = QoSProfile(depth=1000)
