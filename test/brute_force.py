@@ -55,6 +55,9 @@ def equations(robot, q, above=0):
 
 def least(A, b):
     """Return the least d with A d = b, directions in which A hardly changes left out."""
+    if A.shape[1] == 1:
+        squares = np.sum(A**2, axis=2)
+        return A[:, 0] * np.divide(b, squares, out=np.zeros_like(b), where=squares > 0.0)
     return np.einsum('Nje,Ne->Nj', np.linalg.pinv(A, rcond=1e-5), b)
 
 

@@ -23,8 +23,10 @@ from sensor_msgs.msg import JointState  # noqa: E402
 
 from kinematics_service.ros.node.node import KinematicsNode  # noqa: E402
 
-# Nothing that is waited for takes longer than this on a busy machine of two cores (s).
-DEADLINE = 10.0
+# For what neither transport has a part in.
+ONE_TRANSPORT = pytest.mark.parametrize('transport', ['bytes'])
+# Nothing that is waited for takes longer than this on a machine that much else keeps busy (s).
+DEADLINE = 30.0
 RELIABLE = QoSProfile(depth=1000)
 BEST_EFFORT = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -8,6 +8,7 @@ import json
 
 import numpy as np
 import pytest
+from arms import robot_of
 from calibrated_arms import (
     BASE,
     TEN,
@@ -20,11 +21,21 @@ from calibrated_arms import (
 from scipy.spatial.transform import Rotation
 
 import kinematics_service as ks
+from kinematics_service.diagnosis.calibration.checking import measured
+from kinematics_service.diagnosis.calibration.explanations import (
+    TriedCalibration,
+    explained,
+    mistakes_of,
+    scores_of_poses,
+)
+from kinematics_service.diagnosis.calibration.placing import Free, offsets_of
 from kinematics_service.diagnosis.calibration.report import document_of, sentences_of
 from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
+from kinematics_service.diagnosis.frame_check.errors import Errors
+from kinematics_service.diagnosis.frame_check.hypotheses import Hypothesis
 from kinematics_service.errors import CalibrationError
 from kinematics_service.printing import json_text
-from kinematics_service.rigid_motion import exponential
+from kinematics_service.rigid_motion import exponential, pose_of
 
 NOISE = 5e-5
 MADE_UP = CalibrationOrigin('made up', '2026-01-01')
@@ -234,3 +245,63 @@ def test_the_start_of_base_and_tool_is_said():
     # From there it is not far to what was found.
     ends = found.base_offsets[0] @ arm.robot.description.base.motion.matrix
     assert np.abs(found.base_starts[0] - ends).max() < 0.02
+
+
+@pytest.mark.parametrize('positions', [True, False])
+def test_base_and_tool_are_found_in_spite_of_bad_rows_of_many_problems_at_once(positions):
+    robot = robot_of('ur5e')
+    random = np.random.default_rng(6)
+    q = random.uniform(-2.0, 2.0, (3, 30, 6))
+    A = ks.forward_kinematics(robot, q)
+    X, Y = (
+        np.array([pose_of(random.uniform(-0.5, 0.5, 3), turned) for _ in range(3)])
+        for turned in ((0.3, -0.2, 1.5), (0.0, 0.0, 0.0) if positions else (1.0, 0.2, -0.4))
+    )
+    B = X[:, None] @ A @ Y[:, None]
+    B[:, 3:6, :3, 3] += 0.2
+    found = offsets_of(A, B, positions, Free())
+    assert np.abs(found.base - X).max() < 1e-6
+    assert np.abs(found.tool - Y).max() < 1e-6
+    for k in range(3):
+        alone = offsets_of(A[k], B[k], positions, Free())
+        assert np.abs(alone.base - found.base[k]).max() < 1e-9
+        assert np.abs(alone.remainder - found.remainder[k]).max() < 1e-9
+
+
+def test_each_mistake_is_weighed_as_if_it_were_alone_in_its_own_unit():
+    robot = robot_of('ur5e')
+    q = np.random.default_rng(7).uniform(-2.0, 2.0, (30, 6))
+    poses = ks.forward_kinematics(robot, q * [1, 1, -1, 1, 1, 1])
+    given = measured(robot, q, poses, None)
+    changes = mistakes_of(robot, given, '')
+    scores_of = scores_of_poses(robot, given, np.ones(30, dtype=bool))
+    scores = scores_of(changes)
+    best = changes[int(np.argmin(scores))]
+    assert best.sentence == 'joint elbow_joint counts the other way round'
+    assert scores.min() < 1e-9
+    for change, score in list(zip(changes, scores))[::17]:
+        assert scores_of([change])[0] == pytest.approx(score, abs=1e-6)
+    near = np.array(ks.forward_kinematics(robot, q))
+    near[:, :3, 3] += np.random.default_rng(8).normal(size=(30, 3)) * 2e-3
+    metres, millimetres = scores_of([Hypothesis('', '', poses=near, unit=u) for u in (1.0, 1e-3)])
+    assert millimetres < 0.1 * metres
+
+
+def test_a_mistake_that_fits_no_better_than_none_is_not_tried():
+    changes = [Hypothesis('', name) for name in ('better', 'worse')]
+    scores = {'': 0.5, 'better': 0.1, 'worse': 0.6}
+    tried = []
+
+    def outcome_of(change):
+        tried.append(change.sentence)
+        return TriedCalibration(True, Errors(1e-5, 1e-5, 1e-5, 1e-5), 0)
+
+    causes = explained(
+        changes,
+        lambda some: np.array([scores[one.sentence] for one in some]),
+        outcome_of,
+        Errors(1.0, 1.0, 1.0, 1.0),
+        False,
+    )
+    assert tried == ['better']
+    assert causes.decided

@@ -1,5 +1,6 @@
 """The zeros of joints by touches of a printed sheet: what is found, and what is not known."""
 
+import functools
 import json
 import math
 import re
@@ -31,8 +32,16 @@ def run(capsys, *argv):
     return code, out, err
 
 
+@functools.cache
 def touches_of(seed, each=2, noise=TOUCH, play=PLAY, **options):
     return sheet_touches(robot_of('so101'), PLACE, each, noise, play, seed, **options)
+
+
+@functools.cache
+def found_by(seed):
+    """Return touches whose play nothing tells, and what is found by them."""
+    touches = touches_of(seed)
+    return touches, calibrate_zeros(touches.robot, touches.q, touches.points)
 
 
 @pytest.fixture(scope='module')
@@ -84,10 +93,7 @@ def test_zeros_are_as_sure_as_they_say():
     """24 touches, 0.5 degrees of backlash that nothing tells, 1 mm of touch."""
     errors, shares = [], []
     for seed in range(20):
-        touches = touches_of(seed)
-        off, share = known_errors(
-            touches, calibrate_zeros(touches.robot, touches.q, touches.points)
-        )
+        off, share = known_errors(*found_by(seed))
         errors.extend(off)
         shares.extend(share)
     assert len(errors) >= 57
@@ -117,12 +123,12 @@ def test_the_way_joints_came_tells_the_backlash_and_sharpens_the_zeros():
 def test_a_play_that_is_known_is_weighed_as_a_noise_of_the_joints():
     errors, weighed, shares = [], [], []
     for seed in range(20):
-        touches = touches_of(seed)
-        for play, found in ((0.0, errors), (PLAY, weighed)):
-            fitted = calibrate_zeros(touches.robot, touches.q, touches.points, play=play)
-            off, share = known_errors(touches, fitted)
-            found.extend(off)
-            shares.extend(share if play else ())
+        touches, without = found_by(seed)
+        errors.extend(known_errors(touches, without)[0])
+        fitted = calibrate_zeros(touches.robot, touches.q, touches.points, play=PLAY)
+        off, share = known_errors(touches, fitted)
+        weighed.extend(off)
+        shares.extend(share)
     assert np.std(weighed) < 0.95 * np.std(errors)
     assert 0.5 < np.mean(np.square(shares)) < 1.4
 

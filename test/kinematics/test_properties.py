@@ -13,7 +13,6 @@ import pytest
 from arms import (
     BUNDLED,
     DISTINCT,
-    EVERY_ARM,
     RANDOM,
     arm_of,
     first_order_distances,
@@ -293,7 +292,7 @@ def test_a_helical_joint_turns_and_slides():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', EVERY_ARM)
+@every_arm
 def test_a_batch_is_its_single_poses_bit_for_bit_but_for_the_longer_search_of_one(name):
     robot = robot_of(name)
     searched = {'distance', 'nearest_singular', 'decided'}

@@ -10,13 +10,10 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
-from ros_harness import Arm, change
+from ros_harness import ONE_TRANSPORT, Arm, change
 
 from kinematics_service.errors import KinematicsError
 from kinematics_service.ros.parameters.table import PARAMETERS
-
-# No transport has a part in what is refused at start.
-ONE_TRANSPORT = pytest.mark.parametrize('transport', ['bytes'])
 
 
 @pytest.fixture(scope='module', params=['bytes', 'messages'])

@@ -28,7 +28,7 @@ SYSTEMS = {
 
 
 # Arms with the table of another one, or alike another in convention, joints and offsets.
-ALIKE = ('crx10ia_l', 'fr3', 'gen3_lite', 'xarm7')
+ALIKE = ('crx10ia_l', 'fr3', 'gen3_lite', 'ur10e', 'ur3e', 'xarm7')
 DERIVED = tuple(name for name in BUNDLED if name not in ALIKE)
 
 

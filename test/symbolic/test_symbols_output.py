@@ -18,6 +18,7 @@ from node_process import processor_seconds
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.symbolic import trigonometry
 from kinematics_service.symbolic.output.code import code_of
 from kinematics_service.symbolic.output.documents import markdown_of
 from kinematics_service.symbolic.output.html import html_of
@@ -224,7 +225,23 @@ def test_ctrl_c_leaves_no_half_file(tmp_path):
         assert running.poll() is None
         time.sleep(0.05)
     running.send_signal(signal.SIGINT)
-    _, errors = running.communicate(timeout=30.0)
+    _, errors = running.communicate(timeout=120.0)
     assert running.returncode == 130
     assert 'Traceback' not in errors
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('name', ['craig_3r', 'puma560'])
+def test_sums_are_factored_as_sympy_does_it_of_the_whole(name, monkeypatch):
+    shorter, seen = trigonometry._taken_out, []
+
+    def both(sum_):
+        found = shorter(sum_)
+        seen.append(found == sympy.factor_terms(sum_))
+        return found
+
+    monkeypatch.setattr(trigonometry, '_taken_out', both)
+    ks.derive(ks.load_robot(name))
+    assert seen
+    assert all(seen)

@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import Any
 
 import sympy
+from sympy.core.mul import _keep_coeff
 
 from .algebra.arithmetic import Arithmetic
 from .algebra.laurent import Laurent
@@ -207,13 +208,30 @@ class Writer:
             cosine = self._nested(_combined(above, below, 1), angles[1:])
             sine = self._nested(_times_i(_combined(above, below, -1)), angles[1:])
             angle = power * angles[0]
+            if self.divisor is None:
+                angle = sympy.factor_terms(angle)
             result += cosine * sympy.cos(angle) + sine * sympy.sin(angle)
-        return sympy.factor_terms(result) if self.divisor is None else result
+        return _taken_out(result) if self.divisor is None else result
+
+
+def _taken_out(sum_: Any) -> Any:
+    # As `sympy.factor_terms`, which would look into every summand again: they are done already,
+    # but for a sum that has lost the number in front of it.
+    content, rest = sum_.as_content_primitive(clear=False)
+    if not rest.is_Add:
+        return sum_
+    terms = [sympy.factor_terms(term) if term.is_Add else term for term in rest.args]
+    if all(term.as_coeff_Mul()[0].is_negative for term in terms):
+        content, terms = -content, [-term for term in terms]
+    found = sympy.gcd_terms(sympy.Add._from_args(terms), isprimitive=True, clear=False)
+    return _keep_coeff(content, found, sign=True)
 
 
 @lru_cache(maxsize=4096)
 def _tidied(leaf: Any) -> Any:
-    return sympy.factor(leaf) if leaf.is_Add and len(leaf.args) <= LEAF else leaf
+    if leaf.is_Add and len(leaf.args) <= LEAF:
+        leaf = sympy.factor(leaf)
+    return sympy.factor_terms(leaf)
 
 
 def _combined(

@@ -54,7 +54,10 @@ def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hy
     pairs = _pairs(read)
     reads = dict.fromkeys(one.read for one in pairs)
     numbers = {name: _numbers(name, R) for name in reads}
-    every = np.stack([_rotations(one.written, numbers[one.read][:, few]) for one in pairs])
+    every = np.empty((len(pairs), 2, len(few), 3, 3))
+    for kind in dict.fromkeys(one.written for one in pairs):
+        own = [k for k, one in enumerate(pairs) if one.written == kind]
+        every[own] = _rotations(kind, np.stack([numbers[pairs[k].read][:, few] for k in own]))
     of_file = A[few, :3, :3].reshape(-1, 9)
     chosen, off = _chosen(every.reshape(*every.shape[:3], 9), of_file @ of_file.T)
     # Where nothing is known of the reading several kinds come to the same: the usual one is named.

@@ -105,23 +105,23 @@ def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
     parts[:, :, range(4), range(4)] = 1.0
     found = []
     for k, product in enumerate(chain.still):
-        for depth, part in enumerate(product):
+        for level, part in enumerate(product):
             if isinstance(part, CorrectingMotion):
-                found.append((depth, k, part.turns, part.axis, part.column))
+                found.append((level, k, part.turns, part.axis, part.column))
             else:
-                parts[depth, k] = part
+                parts[level, k] = part
     depths, places, turning, along, columns = np.reshape(found, (-1, 5)).T.astype(np.int64)
     turns, by = turning > 0, values[columns]
-    d, k, i = depths[~turns], places[~turns], along[~turns]
-    parts[d, k, i, 3] = by[~turns]
-    d, k, i, j = depths[turns], places[turns], (along[turns] + 1) % 3, (along[turns] + 2) % 3
-    parts[d, k, i, i] = parts[d, k, j, j] = np.cos(by[turns])
-    parts[d, k, j, i] = np.sin(by[turns])
-    parts[d, k, i, j] = -parts[d, k, j, i]
+    parts[depths[~turns], places[~turns], along[~turns], 3] = by[~turns]
+    depth, place = depths[turns], places[turns]
+    i, j = (along[turns] + 1) % 3, (along[turns] + 2) % 3
+    parts[depth, place, i, i] = parts[depth, place, j, j] = np.cos(by[turns])
+    parts[depth, place, j, i] = np.sin(by[turns])
+    parts[depth, place, i, j] = -parts[depth, place, j, i]
     motions = np.broadcast_to(np.eye(4), parts.shape[1:])
     before = np.empty_like(parts)
-    for depth, one in enumerate(parts):
-        before[depth] = motions
+    for level, one in enumerate(parts):
+        before[level] = motions
         motions = motions @ one
     axes, origins = before[depths, places, :3, along], before[depths, places, :3, 3]
     return _Stills(motions, places, columns, turns, axes, origins)
