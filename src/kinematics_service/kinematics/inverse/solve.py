@@ -257,7 +257,7 @@ def _solved(
 ) -> IkResult | None:
     # The result of simple solutions, all there are; None where none of them is inside the limits.
     wanted = solutions_of(problem, proved, respect_limits, which)
-    inside = sum(solution.feasible for solution in wanted)
+    inside = len(wanted) if respect_limits else sum(one.feasible for one in wanted)
     if not inside:
         return None
     reason = inside_limits(inside, 0)
