@@ -167,10 +167,10 @@ def inverse_kinematics_of_each(
     if plan.closed is None:
         return tuple(singly(pose) for pose in poses)
     proved, counts = closed_solutions_of_each(problem, plan.closed, respect_limits, poses)
-    results = []
+    results, first = [], 0
     for k, (count, sure) in enumerate(counts.tolist()):
-        first = kernel.MOST_CANDIDATES * k
         which = range(first, first + count)
+        first += count
         solved = _solved(problem, proved, 'closed form', respect_limits, which) if sure else None
         results.append(solved or singly(poses[k]))
     return tuple(results)
