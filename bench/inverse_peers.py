@@ -84,7 +84,8 @@ def between_models(robot, peer):
 def limit_ends(limits, rows):
     """Return those of joint positions (m, 7) at which a joint is at a limit, and how far off."""
     q = np.array(rows, float).reshape(-1, len(limits))
-    away = np.min(np.abs(q[:, :, None] - limits[None]), axis=(1, 2))
+    away = np.abs(q[:, :, None] - limits[None])
+    away = np.min(np.abs(away - math.tau * np.round(away / math.tau)), axis=(1, 2))
     return q[away < NEAR_LIMIT], away[away < NEAR_LIMIT]
 
 

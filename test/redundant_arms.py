@@ -52,7 +52,7 @@ def closed_form_arm(seed, off=0.0):
     Return an arm whose axes 2 and 3 meet, and 5 to 7, each of these across the next.
 
     In turn: of any other angles and lengths; with axis 1 through the first meeting point; with all
-    axes across their neighbours; and without offsets of the elbow. `off` (m): what axes 5 and 6 miss.
+    axes across their neighbours; without offsets of the elbow. `off` (m): what axes 5 and 6 miss.
     """
     random = np.random.default_rng(seed)
     a, d = random.uniform(-0.5, 0.5, (2, 7))

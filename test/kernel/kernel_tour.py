@@ -267,6 +267,8 @@ def targets(robot: Robot, random: np.random.Generator):
         # Plain Python takes minutes for all curves of solutions: they are visited one by one.
         ks.inverse_kinematics(robot, state.pose, curves=False)
         ks.inverse_kinematics(robot, state.pose, near=q, all_solutions=False)
+        if robot.dof == len(ROW_NAMES):
+            ks.inverse_kinematics_of_each(robot, state.pose[None], near=q)
         ks.inverse_kinematics(robot, state.pose[:3, 3], rows=('x', 'y', 'z'), all_solutions=False)
         if k == 1:
             ks.inverse_kinematics(robot, far)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from arms import BUNDLED, CONVENTIONS, DISTINCT_BUNDLED, RANDOM, robot_of
+from arms import BUNDLED, CONVENTIONS, DISTINCT_BUNDLED, RANDOM, random_poses, robot_of
 
 import kinematics_service as ks
 from kinematics_service.kinematics.inverse.plan import plan_for
@@ -427,3 +427,51 @@ def test_a_family_beyond_the_limits_is_given_where_it_is_nearest(tmp_path):
         # Nearest: no step along the family leads nearer. The steps end at 1e-4.
         along = family.motions @ ((near - family.q) / family.scales)
         assert np.max(np.abs(along)) < 1e-4
+
+
+@pytest.mark.parametrize('name', ['puma560', 'ur5e', 'xarm6', 'panda'])
+@pytest.mark.parametrize('respect_limits', [True, False])
+def test_many_poses_are_answered_as_each_of_them(name, respect_limits):
+    robot = ks.load_robot(name)
+    poses = ks.forward_kinematics(robot, random_poses(robot, 6, 3))
+    # One is beyond reach, and one is singular.
+    poses[1, :3, 3] += 5.0
+    poses[2] = ks.forward_kinematics(robot, np.zeros(robot.dof))
+    results = ks.inverse_kinematics_of_each(robot, poses, respect_limits=respect_limits)
+    assert len(results) == len(poses)
+    for pose, result in zip(poses, results):
+        one = ks.inverse_kinematics(robot, pose, respect_limits=respect_limits)
+        assert (result.status, result.complete, result.reason) == (
+            one.status,
+            one.complete,
+            one.reason,
+        )
+        assert len(result) == len(one)
+        for a, b in zip(result, one):
+            assert np.array_equal(a.q, b.q)
+            assert (a.residual, a.margin, a.posture, a.beyond) == (
+                b.residual,
+                b.margin,
+                b.posture,
+                b.beyond,
+            )
+            assert not a.q.flags.writeable
+
+
+def test_poses_that_are_none_are_refused():
+    for targets in (np.eye(4), np.zeros((2, 3)), [[1.0], 'x'], np.full((1, 4, 4), np.nan)):
+        with pytest.raises(ks.TargetError):
+            ks.inverse_kinematics_of_each('ur5e', targets)
+    assert ks.inverse_kinematics_of_each('ur5e', np.empty((0, 4, 4))) == ()
+
+
+def test_solutions_inside_the_limits_are_those_of_all_that_are():
+    robot = ks.load_robot('puma560')
+    for pose in ks.forward_kinematics(robot, random_poses(robot, 40, 5)):
+        inside = ks.inverse_kinematics(robot, pose)
+        every = ks.inverse_kinematics(robot, pose, respect_limits=False)
+        feasible = [one for one in every if one.feasible]
+        assert len(inside) == len(feasible)
+        for a, b in zip(inside, feasible):
+            # Refined from a full turn away: round-off.
+            assert np.max(np.abs(a.q - b.q)) < 1e-13

@@ -207,7 +207,7 @@ def closed_solutions_of_each(
     poses : shape (N, 4, 4)
         The targets.
     kept
-        Room for MOST_CANDIDATES solutions of each.
+        Room for MOST_CANDIDATES solutions of each; those of a target stand behind the others'.
     counts : shape (N, 2)
         How many solutions each has, and 1 where there are surely no others.
     """
@@ -220,25 +220,16 @@ def closed_solutions_of_each(
     middle, rows = arrays.numbers(near, joints.n), arrays.numbers(poses, 16 * count)
     written = arrays.whole_results(counts, 2 * count)
     found, psi = SolutionCandidates(most, joints.n), arrays.scratch(most * form.k)
-    target = refinement.residual.pose
+    target, first = refinement.residual.pose, 0
     for i in range(count):
         refinement.residual.pose = arrays.after(rows, 16 * i)
-        written[2 * i] = _solve(
-            form,
-            refinement,
-            joints,
-            middle,
-            proved,
-            False,
-            only_inside,
-            psi,
-            found,
-            kept,
-            most * i,
+        more = _solve(
+            form, refinement, joints, middle, proved, False, only_inside, psi, found, kept, first
         )
-        written[2 * i + 1] = 1 if kept.sure else 0
+        written[2 * i], written[2 * i + 1] = more, 1 if kept.sure else 0
+        first += more
     refinement.residual.pose = target
-    kept.count = most * count
+    kept.count = first
     arrays.give_back(psi)
 
 

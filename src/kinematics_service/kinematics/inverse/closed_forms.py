@@ -49,7 +49,7 @@ def closed_solutions_of_each(
     problem: IkProblem, form: kernel.ClosedForm, only_inside: bool, poses: Floats
 ) -> tuple[kernel.Solutions, Integers]:
     """
-    Return all solutions of many poses (N, 4, 4), MOST_CANDIDATES places for each.
+    Return all solutions of many poses (N, 4, 4), one pose's behind the other's.
 
     With them (N, 2) how many each has, and 1 where there are surely no others.
     """

@@ -167,10 +167,10 @@ def inverse_kinematics_of_each(
     if plan.closed is None:
         return tuple(singly(pose) for pose in poses)
     proved, counts = closed_solutions_of_each(problem, plan.closed, respect_limits, poses)
-    results = []
+    results, first = [], 0
     for k, (count, sure) in enumerate(counts.tolist()):
-        first = kernel.MOST_CANDIDATES * k
         which = range(first, first + count)
+        first += count
         solved = _solved(problem, proved, 'closed form', respect_limits, which) if sure else None
         results.append(solved or singly(poses[k]))
     return tuple(results)
@@ -257,7 +257,7 @@ def _solved(
 ) -> IkResult | None:
     # The result of simple solutions, all there are; None where none of them is inside the limits.
     wanted = solutions_of(problem, proved, respect_limits, which)
-    inside = sum(solution.feasible for solution in wanted)
+    inside = len(wanted) if respect_limits else sum(one.feasible for one in wanted)
     if not inside:
         return None
     reason = inside_limits(inside, 0)
