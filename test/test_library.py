@@ -36,7 +36,7 @@ API = """
     joint_torques wrench_from_torques WrenchEstimate
     null_space self_motion pseudo_inverse PseudoInverse scale MotionScale ServoRule
     singularity Singularity Level LoopClosure LoopError
-    inverse_kinematics IkResult IkSolution IkFamily IkArc IkArcEnd
+    inverse_kinematics inverse_kinematics_of_each IkResult IkSolution IkFamily IkArc IkArcEnd
     joint_velocity ServoSettings ServoStep
     check_plan PlanCheck PlanError
     follow_family FamilyPath FollowedPath ArcLink
