@@ -25,8 +25,6 @@ OTHERS: dict[Complete, str] = {
 
 # Tolerance of angles that belong to a family (rad).
 ON_FAMILY = 1e-6
-# Samples of an arc that are nearer to each other are at one place (rad).
-ONE_PLACE = 1e-9
 # Golden sections to the best pose of an arc: a tenth of a rad becomes 1e-9.
 GOLDEN, SECTIONS = 0.6180339887498949, 38
 
@@ -221,7 +219,10 @@ class IkArc(FrozenArrays):
     def nearest_to(self, q: Floats) -> Floats:
         """Return the joint positions (n,) nearest to others: root of the sum of squares."""
         away = np.linalg.norm((self.q - q) / self.scales, axis=1)
-        pieces, lap = self._pieces_at(int(np.argmin(away))), self.q[-1] - self.q[0]
+        k, last, lap = int(np.argmin(away)), len(self.q) - 1, self.q[-1] - self.q[0]
+        pieces = [(i, 0.0) for i in (k - 1, k) if 0 <= i < last]
+        if self.closed and k in (0, last):
+            pieces = [(last - 1, k / last - 1.0), (0, k / last)]
         ways = [self.along.nearest(i, q - turn * lap) + turn * lap for i, turn in pieces]
         return min(ways, key=lambda one: float(np.linalg.norm((one - q) / self.scales)))
 
@@ -244,25 +245,14 @@ class IkArc(FrozenArrays):
         k, place = self._least(cost)
         return min((np.array(self.q[k]), self.at(place)), key=cost)
 
-    def _pieces_at(self, k: int) -> list[tuple[int, int]]:
-        # The pieces before and after sample k, each with its lap; several samples may be at one
-        # place, with pieces of no length between them.
-        near, lap = self.s[k] + np.array([-ONE_PLACE, ONE_PLACE]), 0
-        is_end = self.closed and not 0.0 < near[0] < near[1] < self.length
-        if is_end:
-            near, lap = np.array([self.length - ONE_PLACE, ONE_PLACE]), int(2 * k > len(self.s))
-        before, after = (np.searchsorted(self.s, near) - 1).tolist()
-        both = (before, lap - is_end), (after, lap)
-        pieces = [(i, turn) for i, turn in both if 0 <= i < len(self.s) - 1]
-        return pieces or [(max(k - 1, 0), 0)]  # of an arc of no length
-
     def _least(self, cost: Callable[[Floats], Floats]) -> tuple[int, float]:
         # The sample that has the least cost, and the place next to it by golden sections.
-        k = int(np.argmin(cost(self.q)))
-        pieces = self._pieces_at(k)
-        (i, lap), (j, lap_of_last) = pieces[0], pieces[-1]
-        a = float(self.s[i]) + lap * self.length
-        b = float(self.s[j + 1]) + lap_of_last * self.length
+        k, last = int(np.argmin(cost(self.q))), len(self.s) - 1
+        a, b = float(self.s[max(k - 1, 0)]), float(self.s[min(k + 1, last)])
+        if self.closed and k == 0:
+            a = float(self.s[-2]) - self.length
+        if self.closed and k == last:
+            b = self.length + float(self.s[1])
         for _ in range(SECTIONS):
             x, y = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
             a, b = (a, y) if cost(self.at(x)) < cost(self.at(y)) else (x, b)
