@@ -17,7 +17,7 @@ from .result import IkArc, IkArcEnd
 from .sliced_arm import SlicedArm
 
 SIDES = ('lower', 'upper')
-# Crossings as near to each other are one, as a share of the way between samples.
+# Places as near to each other are one, as a share of the way between samples.
 ONE = 1e-7
 Turns = tuple[int, ...]
 
@@ -173,7 +173,9 @@ class JointCurve:
         places = np.concatenate([np.arange(self.last), folds])
         order = np.argsort(places, kind='stable')
         q = np.concatenate([self.samples[:-1], self.at(folds)])
-        return places[order], q[order]
+        # An end of a range at a sample is that sample.
+        apart = np.diff(places[order], prepend=-1.0) > ONE
+        return places[order][apart], q[order][apart]
 
     def _arc(
         self,
@@ -186,8 +188,8 @@ class JointCurve:
         # Between two places, with the joint positions there.
         places, q = [np.array(ends[:1])], [rows[0][None]]
         for lap in range(int(ends[1] // self.last) + 1):
-            begin, stop = np.searchsorted(samples[0], np.array(ends) - lap * self.last).tolist()
-            begin += begin < len(samples[0]) and samples[0][begin] + lap * self.last == ends[0]
+            within = np.array([ends[0] + ONE, ends[1] - ONE]) - lap * self.last
+            begin, stop = np.searchsorted(samples[0], within).tolist()
             places.append(samples[0][begin:stop] + lap * self.last)
             q.append(samples[1][begin:stop] + lap * self.lap)
         places.append(np.array(ends[1:]))
