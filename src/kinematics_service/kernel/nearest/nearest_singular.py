@@ -43,7 +43,8 @@ ON_ITS_WAY, LATE, MORE_STEPS = 0.5, 0.4, 12
 # is shorter than that one by this share.
 ROUND, STEPS_ROUND, TRIED, TRAPPED, SHORTER = 0.8, 4, 2, 0.03, 0.5
 # A run that comes beside a pose that was found, by this share of the way, would find it again, and
-# ends: 4 to 7 % less of a search of six joints in general.
+# ends: 4 to 7 % less of a search of six joints in general. Not of a thorough one: a run may end
+# nearer to the same pose.
 BESIDE = 0.02
 # What the first order says, or such a run did not reach, is another one where it is nearer than
 # this share of what was found.
@@ -647,7 +648,7 @@ class NearestSearch:
 
     def _is_given_up(self, step: int, more: int, left: float, away: float, known: bool) -> bool:
         # Whether a run that has found nothing ends; `more`: its steps after those of all runs.
-        if step > 0 and not known and self._is_beside_known(away):
+        if step > 0 and not (known or self.thorough) and self._is_beside_known(away):
             return True
         if step >= TRIED and self.trap_step > 0.0 and self._is_trapped(left, away):
             return True
