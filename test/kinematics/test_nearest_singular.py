@@ -566,3 +566,18 @@ def test_a_threshold_of_one_radian_is_left_where_it_is_at_least_that():
     for level in (ks.Level.WARN, ks.Level.ERROR):
         assert robot.thresholds.level(1.0, level) is ks.Level.OK
         assert robot.thresholds.level(0.99, level) is not ks.Level.OK
+
+
+@pytest.mark.parametrize('name', ['kinova_gen3', 'gen3_lite', 'kuka_iiwa14'])
+def test_each_pose_of_a_batch_has_a_search_of_its_own(name):
+    # Along a motion each would begin with what the last one found; in another order it cannot.
+    robot = robot_of(name)
+    random = np.random.default_rng(2)
+    way = random.normal(size=robot.dof)
+    begin = random.uniform(-0.5, 0.5, robot.dof)
+    q = begin + 0.004 * np.arange(100)[:, None] * way / np.linalg.norm(way)
+    order = random.permutation(len(q))
+    along, mixed = ks.singularity(robot, q), ks.singularity(robot, q[order])
+    assert len(np.unique(along.distance)) > 50
+    assert np.array_equal(along.distance[order], mixed.distance)
+    assert np.array_equal(along.nearest_singular[order], mixed.nearest_singular)
