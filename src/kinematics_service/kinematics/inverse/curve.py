@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -54,8 +54,6 @@ class SolutionCurve(FrozenArrays):
     closed
         Whether it closes; otherwise it ends where it cannot be followed, near singular poses.
     """
-
-    READ_ONLY: ClassVar = ('psi', 'tangents')
 
     chart: kernel.CurveChart
     point: kernel.CurvePoint

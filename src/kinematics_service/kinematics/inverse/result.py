@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal, NamedTuple, Protocol, overload
+from typing import Literal, NamedTuple, Protocol, overload
 
 import numpy as np
 
@@ -81,8 +81,6 @@ class IkSolution(FrozenArrays):
     exact
         Whether the target is met to round-off, rather than to within the tolerance.
     """
-
-    READ_ONLY: ClassVar = ('q',)
 
     q: Floats
     residual: float
@@ -172,8 +170,6 @@ class IkArc(FrozenArrays):
     limits : shape (n, 2), rad or m
         The joint limits.
     """
-
-    READ_ONLY: ClassVar = ('q', 's', 'limits', 'scales')
 
     q: Floats
     s: Floats
@@ -286,8 +282,6 @@ class IkFamily(FrozenArrays):
         which it could not be followed.
     """
 
-    READ_ONLY: ClassVar = ('q', 'motions', 'scales', 'periods')
-
     q: Floats
     motions: Floats
     straight: bool
@@ -353,8 +347,6 @@ class NearestPose(FrozenArrays):
     position_error, rotation_error
         Its parts, over the wanted rows: m, rad.
     """
-
-    READ_ONLY: ClassVar = ('q',)
 
     q: Floats
     residual: float

@@ -1,7 +1,7 @@
 """What is known of an arm's postures: a path from one to another, the proof that there is none."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
@@ -47,8 +47,6 @@ class PosturePath(FrozenArrays):
         is proved, and inside the limits these are.
     """
 
-    READ_ONLY: ClassVar = ('q',)
-
     q: Floats
     check: PlanCheck
 
@@ -75,8 +73,6 @@ class PostureChange(FrozenArrays):
     path
         Of `yes`; otherwise None.
     """
-
-    READ_ONLY: ClassVar = ('target',)
 
     verdict: PostureVerdict
     reason: str
