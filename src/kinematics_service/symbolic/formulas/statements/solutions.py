@@ -315,7 +315,7 @@ class SolutionCheck(Check):
 
     @cached_property
     def solved(self) -> float:
-        """Return the share of the poses at which the formula gives the joint, or another branch."""
+        """Return the share of the poses at which the formula gives the joint or another branch."""
         return self.share + (1.0 - self.share) * self.branches(self.robot.limits)
 
     @cached_property
@@ -354,6 +354,6 @@ class SolutionCheck(Check):
         return float(np.mean(search.reached({self.variable: here}, asked, limits)[asked]))
 
     def passes(self, expression: Any, right: Floats) -> bool:
-        """Return whether another formula gives the joint back at enough poses, and more of them."""
+        """Return whether another formula gives the joint back at enough poses and at more."""
         share = float(np.mean(self.hits(self.evaluation.of(expression))))
         return share >= BRANCH and share > self.share + BRANCH
