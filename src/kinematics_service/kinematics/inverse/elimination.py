@@ -89,7 +89,8 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
     robot, target, plan = problem.robot, problem.target, problem.plan
     random, screws = problem.random(), screws_of(robot.chain)
     home = inverse(screws.home)
-    candidates, simple = [np.empty((0, 6))], (0, 0)
+    candidates: list[Floats] = [np.empty((0, 6))]
+    simple = (0, 0)
     psi, accuracy = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
     for size in BESIDE:
         way, turn = size * robot.task.length * random.normal(size=3), size * random.normal(size=3)
