@@ -104,7 +104,7 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
             count = kernel.complex_solutions(arm, pose @ home, psi, accuracy)
             count = kernel.followed_solutions(arm, target.pose @ home, count, psi)
             real = _real_ones(psi[:count])
-            candidates.append(np.linalg.solve(screws.coupling, real.T).T)
+            candidates.append(np.asarray(np.linalg.solve(screws.coupling, real.T).T, np.float64))
             simple = max(simple, (count, len(real)))
     return Beside(refined(target, plan, np.vstack(candidates), far=True), simple)
 
