@@ -17,9 +17,10 @@ of those. Beside chi-square, which takes the parameters as normal with the covar
 much less likely the truth is than what was found: that needs no covariance, and is 1 over the
 number of all parameters where the fit is right.
 
-    python bench/calibrate.py [runs] --positions [arm ...]
+    python bench/calibrate.py [runs] --positions [arm ...] [--begin SEED]
 
-is chi-square of 10 to 40 positions alone.
+is chi-square of 10 to 40 positions alone, and how many errors are within their deviations. Few
+numbers tell the noise of ten: chi-square has then so heavy a tail that its mean says little.
 
     python bench/calibrate.py [runs] --proposals [arm ...]
 
@@ -96,24 +97,33 @@ APART = 0.1
 
 def chi_square(found, errors):
     """Return the squares of errors of the table's numbers, by their covariance, over how many."""
+    error, covariance = table_errors(found, errors)
+    return error @ np.linalg.solve(covariance, error) / len(error)
+
+
+def table_errors(found, errors):
+    """Return how far the table's numbers are off the true errors, and their covariance."""
     table = [k for k, one in enumerate(found.parameters) if one.group in TABLE_GROUPS]
     error = np.array([found.parameters[k].correction for k in table]) - errors
-    return error @ np.linalg.solve(found.covariance[np.ix_(table, table)], error) / len(error)
+    return error, found.covariance[np.ix_(table, table)]
 
 
-def few_positions(name, runs):
+def few_positions(name, runs, begin=0):
     """Print chi-square of few positions, and by how many numbers these tell the noise."""
     for count in FEW:
-        squares, freedom = [], []
-        for seed in range(runs):
+        squares, freedom, deviations = [], [], []
+        for seed in range(begin, begin + runs):
             arm = measured_arm(name, count, NOISE, seed)
             found = ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3], check=False)
             squares.append(chi_square(found, arm.errors))
             freedom.append(found.freedom.position)
+            error, covariance = table_errors(found, arm.errors)
+            deviations.append(np.abs(error) / np.sqrt(np.diag(covariance)))
+        shares = (f'{100.0 * np.mean(np.less(deviations, k)):.1f}' for k in (1, 2, 3))
         print(
             f'{name:22} {count} positions: chi-square/P {np.mean(squares):.3f} (median '
-            f'{np.median(squares):.3f}, largest {np.max(squares):.2f}), the noise is told by '
-            f'{np.median(freedom):.1f} numbers',
+            f'{np.median(squares):.3f}, largest {np.max(squares):.2f}), within 1, 2, 3 deviations '
+            f'{", ".join(shares)} %, the noise is told by {np.median(freedom):.1f} numbers',
             flush=True,
         )
 
@@ -452,6 +462,7 @@ def main():
     parser.add_argument('--zeros', action='store_true')
     parser.add_argument('--camera', action='store_true')
     parser.add_argument('--size', type=float, default=1.0)
+    parser.add_argument('--begin', type=int, default=0)
     given = parser.parse_args()
     runs = given.runs
     print(f'{runs} runs of each arm')
@@ -469,7 +480,7 @@ def main():
         return
     if given.positions is not None:
         for name in given.positions or TEN:
-            few_positions(name, runs)
+            few_positions(name, runs, given.begin)
         return
     if given.proposals is not None:
         for name in given.proposals or TEN[:4]:

@@ -101,3 +101,25 @@ def test_the_round_off_of_a_polynomial_that_vanishes_accounts_for_nothing():
     rows += [(0.0, 3.1418110000331825, 0.0, 0.0), (0.31, 0.0010112567600447221, -0.03, 0.0)]
     rows += [(0.15, -1.5687453341282194, 0.0, 0.0), (0.27, -1.569718319657269, -0.15, 0.0)]
     assert is_right(arm('PRRRPP', rows), [-0.5, 0.0, 0.0, 1.5 * H, 0.5, 0.0])
+
+
+def test_each_real_one_of_all_solutions_that_are_certified_is_among_those_found():
+    # Two solutions are 3e-3 rad apart. Elimination counts 15, targets beside it lead to all 16.
+    # Each number counts to its last digit.
+    a = [8.063746138543934e-05, 0.2514441423139063, 5.875302039856456e-08, -7.411433303764352e-16]
+    a += [0.0, 1.5102993620001545e-11]
+    alpha = [-1.5708256081401892, 0.0, -1.5707963106524716, 1.5707963267948968]
+    alpha += [-1.5707963267948966, 2.686641390897577e-12]
+    d = [7.251695808842939e-05, -4.017068803265458e-13, 3.0097169312649523e-09]
+    d += [-1.8714783373738768, 1.437077460030808, 2.7192022763690056]
+    theta = [2.308683148527747e-06, 3.008398423942014e-14, 9.693888375003488e-09]
+    theta += [-1.6536117853075388e-16, -0.0011058760547051462, -9.68417734469637e-13]
+    rows = list(zip(a, alpha, d, theta))
+    robot = arm('RRRRRR', rows)
+    q = np.array([-2.539451684411639, 1.6178381412416718, 1.5707963267959622])
+    q = np.append(q, [-3.111927983861086, -5.235043265779764e-13, 1.055115036697803])
+    result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q))
+    found = np.array([one.q for one in result])
+    assert np.any(general_arms.apart(robot, found, q) < 1e-6)
+    assert result.complete == 'proved'
+    assert len(found) == 4

@@ -278,6 +278,27 @@ def test_four_joints_for_a_position():
         assert not missed(robot, target, result, SLICES, 0, **asked)
 
 
+@pytest.mark.filterwarnings('error')
+def test_complex_positions_that_are_kilometres_apart_are_no_warning():
+    # Two sliding joints carry a length of 20 km: their complex positions are as far apart.
+    robot = ks.robot_from_text("""\
+robot: far
+convention: standard
+joints:
+  - {name: q1, type: revolute}
+  - {name: q2, type: revolute}
+  - {name: q3, type: prismatic}
+  - {name: q4, type: prismatic}
+links:
+  - {a: 0.3, alpha: 0.7, d: 0.1, theta: q1}
+  - {a: 0.2, alpha: 1.1, d: 0.4, theta: q2}
+  - {a: 20000, alpha: 0.9, d: q3, theta: 0.3}
+  - {a: 0.1, alpha: 0.5, d: q4, theta: 0.8}
+""")
+    target = ks.forward_kinematics(robot, [0.3, -0.4, 2.1, -2.6])[:3, 3]
+    assert ks.inverse_kinematics(robot, target).families
+
+
 @pytest.mark.parametrize('name', ['ur5e', 'puma560'])
 def test_six_joints_for_a_direction(name):
     robot = ks.load_robot(name)

@@ -272,3 +272,67 @@ def test_what_is_made_of_rounded_numbers_is_as_rough_as_they_are(formula, agrees
     comparison = compare(ks.load_robot('planar_2r'), f'at: q1=60 deg, q2=0\n{formula}\n')
     assert not comparison.faults
     assert comparison.agrees is agrees
+
+
+# Right at some poses, and at others neither the joint nor another branch.
+PARTLY_RIGHT = {
+    'planar_2r': [
+        'q1 = atan(y/x) - atan2(L2*s2, L1 + L2*c2)',
+        'q1 = atan2(y, abs(x)) - atan2(L2*s2, L1 + L2*c2)',
+        f'q2 = acos(abs({D}))',
+        f'q2 = asin(sqrt(1 - ({D})^2))',
+        f'q2 = acos({D}) + x - sqrt(x^2)',
+        'q2 = atan(r21/r11) - q1',
+    ],
+    'scara_hsr065': ['q4 = asin(r21) - q1 - q2', 'q4 = acos(r11) - q1 - q2'],
+    'wrist': ['v = asin(sqrt(r13^2 + r23^2))', 'w = asin(r32/sin(v))'],
+    'puma560': ['q1 = atan(y/x) + atan2(d3, sqrt(x^2 + y^2 - d3^2))'],
+}
+
+
+@pytest.mark.parametrize(('name', 'formula'), cases(PARTLY_RIGHT))
+def test_a_formula_that_is_right_at_some_poses_only_differs(name, formula):
+    (verdict,) = compare(arm(name), formula).verdicts
+    assert verdict.status == 'differs'
+    assert 'of the poses only' in ' '.join(verdict.remarks)
+    assert ('atan2 can' in verdict.remarks[0]) == ('atan(' in formula)
+
+
+# In other words than those of textbooks, and branches that the arm does not have at every pose.
+UNUSUAL = {
+    'planar_2r': [
+        f'q2 = 2*atan(sqrt((1 - {D})/(1 + {D})))',
+        f'q2 = 2*asin(sqrt((1 - {D})/2))',
+        f'q2 = pi - acos(-{D})',
+        'q2 = atan2(r21*c1 - r11*s1, r11*c1 + r21*s1)',
+        'q2 = -atan2(r12, r22) - q1 + 4*pi',
+        'q1 = atan2(y - L2*r21, x - L2*r11)',
+        'q1 = atan2((L1 + L2*c2)*y - L2*s2*x, (L1 + L2*c2)*x + L2*s2*y)',
+    ],
+    'wrist': ['u = atan(r23/r13)', 'v = atan2(r13*cos(u) + r23*sin(u), r33)'],
+    'craig_3r': [
+        'q1 = atan2(y, x) - pi',
+        'q3 = -acos(((sqrt(x^2 + y^2) + L1)^2 + z^2 - L2^2 - L3^2)/(2*L2*L3))',
+        'q2 = atan2(-z, x*c1 + y*s1 - L1) - atan2(L3*s3, L2 + L3*c3)',
+    ],
+    'ur5e': ['q5 = -acos((x*s1 - y*c1 - d4)/d6)', 'q5 = acos(r13*s1 - r23*c1)'],
+}
+
+
+@pytest.mark.parametrize(('name', 'formula'), cases(UNUSUAL))
+def test_a_right_formula_in_other_words_agrees(name, formula):
+    (verdict,) = compare(arm(name), formula).verdicts
+    assert verdict.status == 'agrees', verdict.remarks
+
+
+def test_where_a_branch_is_none_is_said():
+    (verdict,) = compare(arm('craig_3r'), 'q1 = atan2(-y, -x)').verdicts
+    assert verdict.status == 'agrees'
+    assert 'no solution at' in verdict.remarks[0]
+
+
+def test_a_function_that_may_not_be_real_is_no_fault():
+    # The absolute value of acos brings a conjugate into its square.
+    formula = 'theta3 = abs(acos((y^2 + y^2 + z^2 - L2^2 - L3^2)/(2*L2*L3)))'
+    (verdict,) = compare(arm('anthropomorphic_3r'), formula).verdicts
+    assert verdict.status == 'differs'

@@ -6,9 +6,10 @@ import numpy as np
 
 from ... import kernel
 from ...kernel import Floats
-from ...rigid_motion import exponential
+from ...rigid_motion import exponential, inverse
 from .closed_forms import room_for
 from .problem import IkProblem
+from .screws import screws_of
 from .search import DistinctSolutions, refined, refinement
 from .target import residual_of
 
@@ -70,23 +71,26 @@ class Beside(NamedTuple):
     found
         Its real solutions, refined.
     simple
-        How many complex solutions it has that are certified, and so simple.
+        How many complex solutions it has that are certified, and so simple, and how many of these
+        are real.
     """
 
     found: DistinctSolutions
-    simple: int
+    simple: tuple[int, int]
 
 
-def solutions_beside(problem: IkProblem, arm: kernel.SixJoints, home: Floats) -> Beside:
+def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
     """
     Return the solutions that those of targets beside a degenerate one lead to.
 
     Solutions that have become one are apart there, on one side of it real; and not every
-    determinant vanishes. `home` is the inverse of the tool's pose at rest.
+    determinant vanishes.
     """
     robot, target, plan = problem.robot, problem.target, problem.plan
-    random = problem.random()
-    candidates, simple = [np.empty((0, 6))], 0
+    random, screws = problem.random(), screws_of(robot.chain)
+    home = inverse(screws.home)
+    candidates: list[Floats] = [np.empty((0, 6))]
+    simple = (0, 0)
     psi, accuracy = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
     for size in BESIDE:
         way, turn = size * robot.task.length * random.normal(size=3), size * random.normal(size=3)
@@ -98,5 +102,16 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints, home: Floats) ->
             solutions = eliminated_solutions(problem._replace(target=moved), arm).solutions
             candidates.append(solutions.q[: solutions.count].copy())
             count = kernel.complex_solutions(arm, pose @ home, psi, accuracy)
-            simple = max(simple, kernel.followed_solutions(arm, target.pose @ home, count, psi))
+            count = kernel.followed_solutions(arm, target.pose @ home, count, psi)
+            real = _real_ones(psi[:count])
+            candidates.append(np.asarray(np.linalg.solve(screws.coupling, real.T).T, np.float64))
+            simple = max(simple, (count, len(real)))
     return Beside(refined(target, plan, np.vstack(candidates), far=True), simple)
+
+
+def _real_ones(psi: Floats) -> Floats:
+    # Of complex solutions (m, 6, 2), which have their conjugate ones beside them, those that have
+    # none, (k, 6).
+    conjugate = psi * (1.0, -1.0)
+    paired = [any(np.array_equal(one, other) for other in conjugate) for one in psi]
+    return np.asarray(psi[np.logical_not(paired), :, 0])

@@ -136,7 +136,9 @@ def _distinct(found: Floats) -> Floats:
     # Two solutions of the three joints about the tool go with each of the others.
     kept: list[Floats] = []
     for one in found:
-        ways = (np.exp(1j * (one - other)[:, 0]) * np.exp((other - one)[:, 1]) for other in kept)
+        # Imaginary parts that are far apart would overflow.
+        away = (one - other for other in kept)
+        ways = (np.exp(1j * to[:, 0] + np.minimum(-to[:, 1], 1.0)) for to in away)
         if all(np.max(np.abs(way - 1.0)) > 1e-6 for way in ways):
             kept.append(one)
     return np.array(kept).reshape(-1, *found.shape[1:])

@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from ... import kernel
 from ...kernel import Floats
-from ...rigid_motion import inverse
 from ...robot.robot import AnyRobot, Robot, as_robot
 from .answer import (
     LEFT_FREE,
@@ -38,7 +37,6 @@ from .plan import elimination_of, plan_for
 from .problem import IkProblem, near_or_middle
 from .redundant import dimension, into_limits, redundant_result
 from .result import IkFamily, IkResult, Method
-from .screws import screws_of
 from .search import DistinctSolutions, LeastError, distinct, reached, refinement, search, starts
 from .target import ik_target_of, poses_of
 
@@ -292,12 +290,11 @@ def _degenerate(
 ) -> IkResult:
     # Where solutions have become one, or every determinant vanishes, at the target itself.
     robot, checked, plan, near, *_ = problem
-    home = inverse(screws_of(robot.chain).home)
-    beside, certified = solutions_beside(problem, arm, home)
-    simple, certified = _found(eliminated.solutions), max(certified, eliminated.roots[0])
-    known, _ = distinct(checked, plan, _joined(simple, beside))
+    beside = solutions_beside(problem, arm)
+    certified, real = max(beside.simple, (eliminated.roots[0], eliminated.real))
+    known, _ = distinct(checked, plan, _joined(_found(eliminated.solutions), beside.found))
     isolated, singular, families = isolated_or_not(robot, checked, plan, known)
-    if not families:
+    if not families and np.count_nonzero(~singular) == real:
         found = with_multiplicities(problem, isolated, singular)
         # A multiplicity of 0 is unknown; a singular one of 1 may be among the certified ones.
         multiples = found.multiplicities[np.count_nonzero(~singular) :]

@@ -30,6 +30,8 @@ from .text.file import Settings, read_formulas
 
 AGREES, DIFFERS = 'agrees', 'differs'
 BRANCH_POSES = 200
+# A pose or two of them lose more digits near the end of acos.
+ALL_POSES = 0.99
 
 
 @dataclass(frozen=True)
@@ -336,23 +338,28 @@ def _rotation_facts(R: Floats) -> list[str]:
 
 
 def _branch(check: SolutionCheck) -> list[str]:
-    share = check.share
+    share, solved = check.share, check.solved
     if share >= 1.0:
         return []
     if bool(check.wrong.any()):
         slides = any(check.names.table.slides)
-        if slides and check.is_other_branch(None):
+        if slides and share + (1.0 - share) * check.branches(None) >= MOST_POSES:
             return ['gives another branch, with a length outside its limits']
-        return []
+        if solved < BRANCH:
+            return []
+        arctangent = check.expressions.has(sp.atan)
+        why = '; atan cannot tell the quadrants apart, atan2 can' if arctangent else ''
+        return [f'right, or another branch, at {solved:.0%} of the poses only{why}']
+    beside = f'; no solution at {1.0 - solved:.0%}' if solved < ALL_POSES else ''
     if share < BRANCH:
         return [
             'gives another branch: with other values of the other joints the tool is there too'
+            + beside
         ]
     hit = f'gives one of several solutions: the joint itself at {share:.0%} of the poses'
     if check.together == 1.0:
         return [f"{hit}; with the file's other formulas the tool always reaches its place"]
-    arctangent = check.expressions.has(sp.atan)
-    return [hit + ('; atan cannot tell the quadrants apart, atan2 can' if arctangent else '')]
+    return [hit + beside]
 
 
 def _with_the_others(

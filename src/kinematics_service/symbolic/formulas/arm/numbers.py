@@ -65,8 +65,13 @@ class Evaluation:
         name = type(e).__name__
         if self.degrees and name in ('sin', 'cos', 'tan'):
             arguments = [arguments[0] * DEGREE]
-        result = FUNCTIONS[name](*arguments)
+        result = FUNCTIONS.get(name, _nowhere)(*arguments)
         return result / DEGREE if self.degrees and name.startswith('a') else result
+
+
+def _nowhere(first: Floats, *_: Floats) -> Floats:
+    # Of what sympy alone brings in, where a number may not be real.
+    return np.full_like(first, np.nan)
 
 
 FUNCTIONS: dict[str, Callable[..., Floats]] = {
@@ -82,6 +87,10 @@ FUNCTIONS: dict[str, Callable[..., Floats]] = {
     'Abs': np.abs,
     'exp': np.exp,
     'arg': lambda x: np.where(x < 0, np.pi, 0.0),
+    'conjugate': lambda x: x,
+    're': lambda x: x,
+    'im': lambda x: 0.0 * x,
+    'sign': np.sign,
 }
 
 

@@ -23,7 +23,7 @@ class World:
     table
         The robot's, or a mistaken reading of it.
     values
-        N numbers for each symbol of the table.
+        N numbers for each symbol of the table, complex ones of joints that are.
     poses
         N.
     coupling : shape (N, P, n)
@@ -89,7 +89,8 @@ class World:
         """
         Return J in base axes, reference point the tool's origin, shape (N, 6, n), linear first.
         """
-        J = np.zeros((self.poses, 6, len(self.table.variables)))
+        columns = self.row_columns.values()
+        J = np.zeros((self.poses, 6, len(self.table.variables)), np.result_type(float, *columns))
         for (_, k), column in self.row_columns.items():
             J[:, :, k] += column
         if self.coupling is None:

@@ -37,6 +37,8 @@ ASKED = 40
 MOST_CHOICES = 16
 # A joint that moves a point by less a rad does not move it.
 STILL = 1e-9
+# Entries of the same pose; those of half a turn's differ by 2.
+SAME_POSE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +54,19 @@ class PoseSearch:
         Whether its rotation counts, too.
     joints
         Indices of those that may move.
+    given
+        Indices of those whose values are given.
+    out_of_reach
+        Whether positions may be complex: where there are such, those that are given are a root of
+        the arm's equations, though the links are too short or too long.
     """
 
     table: Table
     poses: Poses
     whole: bool
     joints: list[int]
+    given: list[int]
+    out_of_reach: bool = False
 
     @cached_property
     def target(self) -> World:
@@ -77,9 +86,13 @@ class PoseSearch:
 
     @property
     def is_redundant(self) -> bool:
-        """Return whether the joints can always follow."""
+        """Return whether the joints can always follow those that are given."""
         J = self.target.jacobian[:, : self.rows]
-        return int(np.linalg.matrix_rank(J, tol=STILL).max()) <= len(self.moving)
+        followed, all_of_them = (
+            int(np.linalg.matrix_rank(J[:, :, columns], tol=STILL).max()) if columns else 0
+            for columns in (self.moving, [*self.moving, *self.given])
+        )
+        return followed == all_of_them
 
     def reached(
         self, given: Mapping[Any, Floats], wanted: Mask, limits: Limits | None = None
@@ -121,14 +134,18 @@ class PoseSearch:
         for k in self.moving:
             span = 1.0 if table.slides[k] else np.pi
             values[table.variables[k]] = random.uniform(-span, span, len(at))
+            if self.out_of_reach:
+                values[table.variables[k]] = values[table.variables[k]] + 1j * random.normal(
+                    size=len(at)
+                )
         target = self.target.pose[at]
         for step_left in reversed(range(STEPS if self.moving else 1)):
             world = World(table, values, len(at))
-            gap = _twist_between(world.pose, target)[:, : self.rows]
+            gap = self._twist_to(target, world.pose)[:, : self.rows]
             if not step_left or float(np.max(np.abs(gap))) <= HIT / 10:
                 break
             J = world.jacobian[:, : self.rows, self.moving]
-            J_t = np.swapaxes(J, 1, 2)
+            J_t = np.swapaxes(J, 1, 2).conj()
             damped = J_t @ J + 1e-12 * np.eye(len(self.moving))
             step = np.linalg.solve(damped, J_t @ gap[..., None])[..., 0]
             longest = np.max(np.abs(step), axis=1, keepdims=True)
@@ -136,17 +153,24 @@ class PoseSearch:
             for column, k in enumerate(self.moving):
                 values[table.variables[k]] = values[table.variables[k]] + step[:, column]
         reached: Mask = np.max(np.abs(gap), axis=1) <= HIT
+        if self.whole:
+            reached &= np.max(np.abs(world.pose - target), axis=(1, 2)) <= SAME_POSE
         for k, (low, high) in enumerate(() if limits is None else limits):
             if table.slides[k]:
                 length = values[table.variables[k]]
                 reached &= (length >= low - HIT) & (length <= high + HIT)
         return reached
 
-
-def _twist_between(pose: Floats, target: Floats) -> Floats:
-    # What brings one to the other, to first order: (v, w), 0 for the same pose only.
-    w = rotation_vector(target[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2))
-    return np.concatenate([target[:, :3, 3] - pose[:, :3, 3], w], axis=1)
+    def _twist_to(self, target: Floats, pose: Floats) -> Floats:
+        # What brings the pose there, to first order: (v, w), 0 for the same pose; of complex ones
+        # also for half a turn.
+        R = target[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2)
+        if self.out_of_reach:
+            odd = 0.5 * (R - np.swapaxes(R, 1, 2))
+            w = np.stack([odd[:, 2, 1], odd[:, 0, 2], odd[:, 1, 0]], axis=1)
+        else:
+            w = rotation_vector(R)
+        return np.concatenate([target[:, :3, 3] - pose[:, :3, 3], w], axis=1)
 
 
 class EquationCheck(Check):
@@ -247,7 +271,7 @@ class SolutionCheck(Check):
         table = self.names.table
         whole = any(self.of(other).is_about_the_pose for other in self.others)
         free = [k for k in range(len(table.variables)) if k not in by_joint]
-        search = PoseSearch(table, self.poses, whole, free)
+        search = PoseSearch(table, self.poses, whole, free, [*by_joint])
         if free and search.is_redundant:
             return None
         reached = np.zeros(self.poses.count, dtype=bool)
@@ -287,27 +311,49 @@ class SolutionCheck(Check):
     @cached_property
     def wrong(self) -> Mask:
         """Return whether the formula is wrong, shape (1, 1)."""
-        return np.array([[self.share < BRANCH and not self.is_other_branch(self.robot.limits)]])
+        return np.array([[self.solved < MOST_POSES and not self.is_a_root]])
 
-    def is_other_branch(self, limits: Limits | None) -> bool:
+    @cached_property
+    def solved(self) -> float:
+        """Return the share of the poses at which the formula gives the joint or another branch."""
+        return self.share + (1.0 - self.share) * self.branches(self.robot.limits)
+
+    @cached_property
+    def is_a_root(self) -> bool:
         """
-        Return whether the other joints can bring the tool to its place with this joint so.
+        Return whether the formula gives a branch that the arm cannot reach at some poses.
+
+        As of an arm that reaches back over its shoulder: where it has a value this is a root of
+        the arm's equations, and at some poses the tool can be there.
+        """
+        return self.solved >= BRANCH and self.branches(None, out_of_reach=True) >= MOST_POSES
+
+    def branches(self, limits: Limits | None, out_of_reach: bool = False) -> float:
+        """
+        Return at which share of the other poses the tool can be in its place with this joint so.
 
         The joints that stand in the formula keep their values, and lengths stay inside the limits
-        where such are given. Asked only where that is more than the other joints can always do.
+        where such are given. Where the other joints can always bring the point there, the whole
+        pose decides. Out of reach poses count at which the formula has a value.
         """
         joint, table = self.statement.joint, self.names.table
         here = self.in_radians(self.person[:, 0, 0])
-        good = np.isfinite(here)
+        others = ~self.hits(self.person[:, 0, 0])
+        missed = np.flatnonzero(others & np.isfinite(here) if out_of_reach else others)[:ASKED]
         held = self.expressions.free_symbols
         free = [k for k, v in enumerate(table.variables) if k != joint and v not in held]
-        search = PoseSearch(table, self.poses, self.is_about_the_pose, free)
-        if np.mean(good) < MOST_POSES or search.is_redundant:
-            return False
-        asked = np.isin(np.arange(self.poses.count), np.flatnonzero(good)[:ASKED])
-        reached = search.reached({self.variable: here}, asked, limits)
-        return bool(np.mean(reached[asked]) >= MOST_POSES)
+        whole = self.is_about_the_pose
+        search = PoseSearch(table, self.poses, whole, free, [joint], out_of_reach)
+        if search.is_redundant:
+            search = replace(search, whole=True)
+        if search.is_redundant:
+            return 0.0
+        if not len(missed):
+            return 1.0 if out_of_reach else 0.0
+        asked = np.isin(np.arange(self.poses.count), missed)
+        return float(np.mean(search.reached({self.variable: here}, asked, limits)[asked]))
 
     def passes(self, expression: Any, right: Floats) -> bool:
-        """Return whether another formula gives the joint back at enough poses."""
-        return float(np.mean(self.hits(self.evaluation.of(expression)))) >= BRANCH
+        """Return whether another formula gives the joint back at enough poses and at more."""
+        share = float(np.mean(self.hits(self.evaluation.of(expression))))
+        return share >= BRANCH and share > self.share + BRANCH
