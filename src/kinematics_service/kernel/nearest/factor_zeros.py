@@ -10,9 +10,10 @@ from ..measures.task_rows import TaskRows
 
 # Steps: where the factor does not change its sign they are each half of the one before. These at
 # full length along the zeros, half of it, and none.
-STEPS, FULL_STEPS, LAST_STEPS = 120, 12, 24
+STEPS, LAST_STEPS = 120, 24
 # The last step, and the longest, rad; and a step along the zeros after which none is needed.
 ARRIVED, LONGEST, SLID = 1e-10, 0.5, 1e-6
+LEAST, MOST = 1.0 / 16.0, 4.0
 
 
 def go(
@@ -46,9 +47,9 @@ def go(
         Room.
     """
     n = task.joints
-    q, values = work, arrays.after(work, n)
+    q, before, values = work, arrays.after(work, n), arrays.after(work, 2 * n)
     step = arrays.after(values, tape.ends[f] * (n + 1))
-    slides = farthest > 0.0
+    slides, share, slid = farthest > 0.0, 1.0, 0.0
     for turn in range(STEPS):
         for j in range(n):
             q[j] = origin[j] + task.column_scale[j] * d[j]
@@ -64,18 +65,23 @@ def go(
             return False
         if slides and math.sqrt(whole) - abs(step[n]) / norm > farthest:
             return False
-        share = 0.0
-        if slides and turn < STEPS - LAST_STEPS:
-            share = 1.0 if turn < FULL_STEPS else 0.5
-        moved, slid = 0.0, 0.0
+        if turn >= STEPS - LAST_STEPS:
+            slides = False
+        product, last, slid = 0.0, slid, 0.0
         for j in range(n):
             normal[j] = step[j] * task.column_scale[j] / norm
-            onto = -step[n] / norm * normal[j]
             slide = along / norm * normal[j] - d[j]
-            move = onto + share * slide
-            q[j] = move
-            moved += move * move
+            product += slide * before[j]
             slid += slide * slide
+            before[j] = slide
+        if turn > 0 and slides:
+            # As much as would have brought the last slide to its end, by what it left.
+            left = (last - product) / share
+            share = min(max(last / left, LEAST), MOST) if left > 0.0 else MOST
+        moved = 0.0
+        for j in range(n):
+            q[j] = -step[n] / norm * normal[j] + (share * before[j] if slides else 0.0)
+            moved += q[j] * q[j]
         moved = math.sqrt(moved)
         shorter = LONGEST / moved if moved > LONGEST else 1.0
         for j in range(n):

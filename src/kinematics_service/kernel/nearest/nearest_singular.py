@@ -66,6 +66,8 @@ MORE_CHARTS, WIDER_SPREAD, WIDER, NEAR_BY = 128, 1.0, 2.0, 0.1
 # may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.1, 0.4
 ZEROS, ZEROS_APART = 3, 0.2
+NARROW = 2
+BENT, BENT_OFTEN = 1.2, 1.7
 # From a direction between those of the two least singular values a search starts where one is lost
 # within this times what was found.
 BETWEEN = 1.5
@@ -475,15 +477,19 @@ class NearestSearch:
         for f in range(self.arm.tape.factors):
             for j in range(n):
                 self.d[j] = 0.0
-            if self.atlas.dimension(f) > 0:
-                self._go_to_zero(f)
+            if self.atlas.dimension(f) > NARROW:
+                self._go_from_second_order(f)
+            elif self.atlas.dimension(f) > 0:
+                self._go_to_zero(f, WIDE)
             near = min(self.distance, HORIZON)
             count: int = self._pick_charts(f, near + ZEROS_APART, ZEROS)
             for k in range(count):
                 if self.scores[k] > WIDE * self.distance:
                     break
                 self.atlas.write_motion(f, self.wrapped, self.picked[k], self.away, self.d)
-                self._go_to_zero(f)
+                self._go_to_zero(f, WIDE)
+            if self.atlas.dimension(f) > NARROW:
+                self._go_from_all_around(f)
         if not self.found():
             return
         # All of it, evaluated: a factor's zero is singular, and the nearest there.
@@ -496,9 +502,46 @@ class NearestSearch:
         if not self.found():
             self.complete = False
 
-    def _go_to_zero(self, f: int) -> None:
+    def _go_from_second_order(self, f: int) -> None:
+        # From the point of the factor's quadric that is nearest, and from the one on its other
+        # side: beside a saddle the slope leads anywhere.
+        n = self.n
+        self.quadric.stand_at_factor(
+            self.arm.tape, f, self.arm.task, self.origin, self.atlas.counts_of(f), self.tape
+        )
+        for other in range(2):
+            length = self.quadric.write_nearest(other == 1, self.d)
+            if length < min(1.2 * self.distance, 2.0 * HORIZON):
+                self._go_to_zero(f, WIDE)
+
+    def _go_from_all_around(self, f: int) -> None:
+        # From as far as what was found along each joint, where the factor's slope turns on the
+        # way there: then zeros may lie on all sides.
+        n, counts = self.n, self.atlas.counts_of(f)
+        bend = self.quadric.bend(min(self.distance, HORIZON))
+        if bend < BENT:
+            return
+        for j in range(n):
+            self.d[j] = -self.nearest[j]
+        self._go_to_zero(f, 2.0)
+        if bend < BENT_OFTEN:
+            return
+        counted = 0
+        for j in range(n):
+            counted += 1 if counts[j] > 0.0 else 0
+        for corner in range(1 << counted):
+            length = min(self.distance, HORIZON) / math.sqrt(counted)
+            side = corner
+            for j in range(n):
+                self.d[j] = 0.0
+                if counts[j] > 0.0:
+                    self.d[j] = length if side % 2 == 0 else -length
+                    side //= 2
+            self._go_to_zero(f, 2.0)
+
+    def _go_to_zero(self, f: int, wide: float) -> None:
         # From d to the nearest zero of a factor; keeps it where it is nearer than what was found.
-        farthest = min(WIDE * self.distance, 1.2 * HORIZON)
+        farthest = min(wide * self.distance, 1.5 * HORIZON)
         if factor_zeros.go(
             self.arm.tape, f, self.arm.task, self.origin, self.d, farthest, self.onto, self.tape
         ):

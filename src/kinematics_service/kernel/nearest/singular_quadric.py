@@ -4,7 +4,9 @@ import math
 
 from ..layout import arrays, places
 from ..layout.arrays import Flat
-from ..measures import symmetric
+from ..measures import factors, symmetric
+from ..measures.factors import Tape
+from ..measures.task_rows import TaskRows
 from . import singular_equations
 from .singular_equations import SingularEquations
 
@@ -13,6 +15,8 @@ from .singular_equations import SingularEquations
 STEPS, BOUND, EXACT = 40, 1e-9, 1e-12
 # Steps of the secant method, and what it may leave of f, as a share.
 SECANTS, MET = 8, 1e-6
+# Of the differences that a factor's curvature is found by, rad.
+DIFFERENCE = 1e-5
 
 
 class SingularQuadric:
@@ -79,6 +83,43 @@ class SingularQuadric:
         self._add_product(1.0, self.b, self.g)
         for i in range(n):
             self.g[i] = second * self.g[i] + equations.sigma[k] * self.b[i]
+
+    def stand_at_factor(
+        self, tape: Tape, f: int, task: TaskRows, q: Flat, counts: Flat, work: Flat
+    ) -> None:
+        """
+        Take the second order of a factor at q (n,): K by differences of its slope.
+
+        `counts` (n,) is above zero for joints that it depends on; `work` is room for the tape.
+        """
+        n, scale = self.n, task.column_scale
+        factors.run_tape(tape, n, q, work)
+        step = arrays.after(work, tape.ends[f] * (n + 1))
+        sign = 1.0 if step[n] >= 0.0 else -1.0
+        self.f, self.diagonal = sign * step[n], False
+        for j in range(n):
+            self.g[j] = sign * step[j] * scale[j]
+        for i in range(n):
+            for j in range(n):
+                self.K[i * n + j] = 0.0
+        for i in range(n):
+            if counts[i] > 0.0:
+                held = q[i]
+                q[i] = held + DIFFERENCE * scale[i]
+                factors.run_tape(tape, n, q, work)
+                q[i] = held
+                for j in range(n):
+                    change = sign * step[j] * scale[j] - self.g[j]
+                    self.K[i * n + j] += 0.25 * change / DIFFERENCE
+                    self.K[j * n + i] += 0.25 * change / DIFFERENCE
+
+    def bend(self, length: float) -> float:
+        """Return by what share of itself the slope changes within a length, at most."""
+        squares = 0.0
+        for k in range(self.n * self.n):
+            squares += self.K[k] * self.K[k]
+        slope = singular_equations.length_of(self.g, self.n)
+        return 2.0 * math.sqrt(squares) * length / slope if slope > 0.0 else places.INFINITY
 
     def _add_product(self, factor: float, b: Flat, c: Flat) -> None:
         # Of two forms.
