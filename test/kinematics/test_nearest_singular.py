@@ -374,7 +374,8 @@ def test_of_a_wrist_that_is_stretched_it_is_no_more_than_its_angle():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    'name', ['ur5e', 'puma560', 'craig_3r', 'anthropomorphic_3r', 'planar_3r']
+    'name',
+    ['ur5e', 'puma560', 'craig_3r', 'anthropomorphic_3r', 'planar_3r', 'offset_stanford_printed'],
 )
 def test_where_a_file_lists_all_factors_the_nearest_is_always_found(name):
     robot = robot_of(name)
@@ -426,6 +427,72 @@ def test_a_direction_between_the_two_least_singular_values_is_lost_nearest(name,
     assert found.decided
     assert found.distance == pytest.approx(distance, rel=1e-3)
     assert share(robot, found.nearest_singular) < SINGULAR
+
+
+# Saddles of a factor, and poses beside them: its slope leads to zeros on the other side.
+SADDLES_OF_FACTORS = [
+    (
+        'offset_stanford_printed',
+        [-2.558208454, -3.078020928, 1.626312307, 1.615329625, -3.141592654, -1.147231652],
+        0.015526994,
+    ),
+    (
+        'offset_stanford_printed',
+        [0.253770732, -1.610147375, -0.347517761, 0.765501579, 2.554726203, 2.607553607],
+        0.097157322,
+    ),
+    (
+        'offset_stanford_printed',
+        [-2.356984417, 3.18240977, 0.520969302, -2.414316658, -3.267274318, -1.728205579],
+        0.139147582,
+    ),
+    (
+        'offset_stanford_printed',
+        [-2.314829456, 4.554437929, -0.491726998, 0.740831475, -2.879270384, -1.084522501],
+        0.362484552,
+    ),
+    (
+        'offset_stanford_printed',
+        [2.90897722, 1.555626528, -0.418188954, 0.75126715, -0.336160921, -1.82184397],
+        0.456748622,
+    ),
+    (
+        'puma560',
+        [-0.752571139, -0.014131888, 1.645289659, -0.67035343, 1.120497388, 1.95252929],
+        0.023801056,
+    ),
+]
+
+
+@pytest.mark.parametrize(('name', 'q', 'distance'), SADDLES_OF_FACTORS)
+def test_beside_a_saddle_of_a_factor_the_nearest_is_found(name, q, distance):
+    robot = robot_of(name)
+    for found in (ks.singularity(robot, q), ks.singularity(robot, [q])):
+        assert found.distance == pytest.approx(distance, rel=1e-6)
+        assert found.decided
+    assert share(robot, ks.singularity(robot, q).nearest_singular) < SINGULAR
+
+
+def test_where_a_file_lists_all_factors_no_determinant_changes_its_sign_nearer():
+    robot = robot_of('offset_stanford_printed')
+    random = np.random.default_rng(17)
+    low, high = np.clip(robot.limits, -np.pi, np.pi).T
+    q = random.uniform(low, high, (600, robot.dof))
+    # Where its boom is vertical, or stretched, its wrist too, and the factor all but stands.
+    q[:, [1, 4]] = math.pi * random.integers(-1, 2, (600, 2))
+    q[:, 3] = math.pi / 4 * random.integers(-4, 5, 600)
+    q[300:] += random.normal(size=(300, robot.dof)) * 0.1
+    found = ks.singularity(robot, q)
+    assert np.all(found.decided)
+    here = np.sign(np.linalg.det(brute_force.scaled_jacobian(robot, q)))
+    within = q[found.distance > 1e-6], here[found.distance > 1e-6]
+    radius = 0.9 * found.distance[found.distance > 1e-6]
+    for _ in range(120):
+        way = random.normal(size=(len(radius), 4))
+        way *= (radius / np.linalg.norm(way, axis=1))[:, None]
+        there = within[0].copy()
+        there[:, 1:5] += way * robot.task.column_scales[1:5]
+        assert np.all(np.linalg.det(brute_force.scaled_jacobian(robot, there)) * within[1] > 0.0)
 
 
 def test_where_none_is_found_and_it_is_not_decided_no_number_is_given():

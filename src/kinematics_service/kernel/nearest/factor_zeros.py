@@ -8,12 +8,14 @@ from ..measures import factors
 from ..measures.factors import Tape
 from ..measures.task_rows import TaskRows
 
-# Steps: where the factor does not change its sign they are each half of the one before. These at
-# full length along the zeros, half of it, and none.
+# Steps: where the factor does not change its sign they are each half of the one before. So many at
+# the end go to the zero only.
 STEPS, LAST_STEPS = 120, 24
 # The last step, and the longest, rad; and a step along the zeros after which none is needed.
 ARRIVED, LONGEST, SLID = 1e-10, 0.5, 1e-6
-LEAST, MOST = 1.0 / 16.0, 4.0
+# How much of the way along the zeros one step goes, and of the motion itself at most: beside a
+# saddle, which the tangent plane does not know, a longer one leads back to where no zero is.
+LEAST, MOST, SLIDE = 1.0 / 16.0, 4.0, 0.2
 
 
 def go(
@@ -43,7 +45,7 @@ def go(
     farthest
         Zeros farther than this are none that are looked for, and are not reached; 0 to go to a
         zero only, and not along the zeros.
-    work : shape (n + steps of the tape times n + 1,)
+    work : shape (2 n + steps of the tape times n + 1,)
         Room.
     """
     n = task.joints
@@ -75,9 +77,12 @@ def go(
             slid += slide * slide
             before[j] = slide
         if turn > 0 and slides:
-            # As much as would have brought the last slide to its end, by what it left.
-            left = (last - product) / share
-            share = min(max(last / left, LEAST), MOST) if left > 0.0 else MOST
+            # As much as would have brought the last slide to its end, by what it left: where the
+            # zeros bend steps of one length go round, or arrive slowly.
+            gone = (last - product) / share
+            share = min(max(last / gone, LEAST), MOST) if gone > 0.0 else MOST
+        if share * share * slid > SLIDE * SLIDE * whole:
+            share = SLIDE * math.sqrt(whole / slid)
         moved = 0.0
         for j in range(n):
             q[j] = -step[n] / norm * normal[j] + (share * before[j] if slides else 0.0)

@@ -66,8 +66,13 @@ MORE_CHARTS, WIDER_SPREAD, WIDER, NEAR_BY = 128, 1.0, 2.0, 0.1
 # may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.1, 0.4
 ZEROS, ZEROS_APART = 3, 0.2
-NARROW = 2
-BENT, BENT_OFTEN = 1.2, 1.7
+# Of a set of zeros of more dimensions than the first the atlas has too few; nearer than the
+# second, rad, of one of less dimensions too. There the second order of a factor counts as well.
+NARROW, FINE = 2, 0.1
+# Where a factor's slope changes by so many times itself up to what was found a zero may be on the
+# other side; by so many times, on all sides. From there a way may lead so far
+# beyond it; all together go both ways in so many joints at most.
+BENT, VERY_BENT, AROUND, CORNERS = 1.2, 1.7, 2.0, 6
 # From a direction between those of the two least singular values a search starts where one is lost
 # within this times what was found.
 BETWEEN = 1.5
@@ -475,11 +480,12 @@ class NearestSearch:
         # The nearest zero of all factors: from here, and from known zeros.
         n = self.n
         for f in range(self.arm.tape.factors):
-            for j in range(n):
-                self.d[j] = 0.0
-            if self.atlas.dimension(f) > NARROW:
-                self._go_from_second_order(f)
-            elif self.atlas.dimension(f) > 0:
+            dimension: int = self.atlas.dimension(f)
+            if dimension > NARROW:
+                self._go_by_second_order(f)
+            elif dimension > 0:
+                for j in range(n):
+                    self.d[j] = 0.0
                 self._go_to_zero(f, WIDE)
             near = min(self.distance, HORIZON)
             count: int = self._pick_charts(f, near + ZEROS_APART, ZEROS)
@@ -488,7 +494,10 @@ class NearestSearch:
                     break
                 self.atlas.write_motion(f, self.wrapped, self.picked[k], self.away, self.d)
                 self._go_to_zero(f, WIDE)
-            if self.atlas.dimension(f) > NARROW:
+            if dimension > NARROW:
+                self._go_from_all_around(f)
+            elif dimension > 0 and 0.0 < self.distance < FINE:
+                self._go_by_second_order(f)
                 self._go_from_all_around(f)
         if not self.found():
             return
@@ -502,10 +511,9 @@ class NearestSearch:
         if not self.found():
             self.complete = False
 
-    def _go_from_second_order(self, f: int) -> None:
+    def _go_by_second_order(self, f: int) -> None:
         # From the point of the factor's quadric that is nearest, and from the one on its other
         # side: beside a saddle the slope leads anywhere.
-        n = self.n
         self.quadric.stand_at_factor(
             self.arm.tape, f, self.arm.task, self.origin, self.atlas.counts_of(f), self.tape
         )
@@ -515,29 +523,33 @@ class NearestSearch:
                 self._go_to_zero(f, WIDE)
 
     def _go_from_all_around(self, f: int) -> None:
-        # From as far as what was found along each joint, where the factor's slope turns on the
-        # way there: then zeros may lie on all sides.
-        n, counts = self.n, self.atlas.counts_of(f)
+        # Where the slope turns on the way to what was found: from the other side of it; where it
+        # turns round, from each joint alone either way, and from all of them together.
+        n, counts, counted = self.n, self.atlas.counts_of(f), 0
         bend = self.quadric.bend(min(self.distance, HORIZON))
         if bend < BENT:
             return
         for j in range(n):
             self.d[j] = -self.nearest[j]
-        self._go_to_zero(f, 2.0)
-        if bend < BENT_OFTEN:
-            return
-        counted = 0
-        for j in range(n):
             counted += 1 if counts[j] > 0.0 else 0
-        for corner in range(1 << counted):
-            length = min(self.distance, HORIZON) / math.sqrt(counted)
-            side = corner
+        self._go_to_zero(f, AROUND)
+        if bend < VERY_BENT:
+            return
+        for side in range(2 * n):
+            if counts[side // 2] > 0.0:
+                for j in range(n):
+                    self.d[j] = 0.0
+                length = min(self.distance, HORIZON)
+                self.d[side // 2] = length if side % 2 == 0 else -length
+                self._go_to_zero(f, AROUND)
+        for corner in range(1 << min(counted, CORNERS)):
+            length, sides = min(self.distance, HORIZON) / math.sqrt(counted), corner
             for j in range(n):
                 self.d[j] = 0.0
                 if counts[j] > 0.0:
-                    self.d[j] = length if side % 2 == 0 else -length
-                    side //= 2
-            self._go_to_zero(f, 2.0)
+                    self.d[j] = length if sides % 2 == 0 else -length
+                    sides //= 2
+            self._go_to_zero(f, AROUND)
 
     def _go_to_zero(self, f: int, wide: float) -> None:
         # From d to the nearest zero of a factor; keeps it where it is nearer than what was found.

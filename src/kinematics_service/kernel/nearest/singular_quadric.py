@@ -21,7 +21,8 @@ DIFFERENCE = 1e-5
 
 class SingularQuadric:
     """
-    The determinant of J_t between the directions of its two least singular values, a quadric.
+    The determinant of J_t between the directions of its two least singular values, or a factor of
+    it, as a quadric.
 
     Of a motion x from the pose that is asked for it is f + g.x + x'Kx, and zero where J_t is
     singular. Neither where two sheets of singular poses meet or just miss each other, nor where a
