@@ -73,6 +73,7 @@ NARROW, FINE = 2, 0.1
 # other side; by so many times, on all sides. From there a way may lead so far
 # beyond it; all together go both ways in so many joints at most.
 BENT, VERY_BENT, AROUND, CORNERS = 1.2, 1.7, 2.0, 6
+NEAR_BENT = 0.15
 # From a direction between those of the two least singular values a search starts where one is lost
 # within this times what was found.
 BETWEEN = 1.5
@@ -398,7 +399,7 @@ class NearestSearch:
             self.by_least = places.INFINITY
         smallest = sigma[k - 1]
         self.second = sigma[k - 2] if k > 1 else places.INFINITY
-        self.quadric.stand_at(self.here)
+        self.quadric.stand_at(self.here, self.atlas.counts_of(0))
         self.by_quadric = self.quadric.write_nearest(False, self.curved)
         estimate = min(self.by_product, min(self.by_least, self.by_quadric))
         # Nearer than this neither they nor the second order see a singular pose: the least
@@ -423,8 +424,11 @@ class NearestSearch:
         self._run_from_second_order(False)
         # On the other side are other singular poses only where the second singular value, which
         # falls by the reach, may vanish too.
-        if self.second < self.distance * self.arm.reach:
+        bent = self.distance < NEAR_BENT and self.quadric.bend(self.distance) > VERY_BENT
+        if bent or self.second < self.distance * self.arm.reach:
             self._run_from_second_order(True)
+        if bent:
+            self._run_from(self.nearest, self.distance, -1.0, max(0.4 * self.distance, 1e-4))
         if self.count > 1:
             self._run_between_directions()
         if self.thorough:
