@@ -459,6 +459,11 @@ class NearestSearch:
                 for j in range(n):
                     self.d[j] = self.motion[j]
                 self._run(STEPS, LONGEST, False)
+                if singular_equations.length_of(self.away, n) < self.distance:
+                    # The pose itself is singular, wherever the way along the others led.
+                    for j in range(n):
+                        self.d[j] = self.away[j]
+                    self._run(LAST_STEPS, LONGEST, False)
 
     def _pick_charts(self, f: int, radius: float, most: int) -> int:
         # Those of a set that promise nothing farther than what was found; returns their number.
