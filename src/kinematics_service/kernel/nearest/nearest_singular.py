@@ -49,8 +49,9 @@ BESIDE = 0.02
 # What the first order says, or such a run did not reach, is another one where it is nearer than
 # this share of what was found.
 NEARER = 0.6
-# Of what is farther than this, rad, the first order says too little for that.
-MISSED = 0.1
+# Of what is farther than this, rad, the first order says too little for that; and a place where
+# runs of a search that is not thorough went round, beyond the second.
+MISSED, GONE_ROUND = 0.1, 0.2
 # Of larger positions, rad, the last digit is too coarse for singular poses to be found.
 COARSE = 1e8
 # What the first order says of a pose nearer than this, rad, is believed where it agrees.
@@ -598,7 +599,8 @@ class NearestSearch:
         """
         missed = min(self.missed, self.by_quadric if self.count == 1 else self.by_least)
         if not missed < MISSED:
-            missed = self.missed if self.thorough else places.INFINITY
+            told = self.thorough or self.missed < GONE_ROUND
+            missed = self.missed if told else places.INFINITY
         nearer = missed < NEARER * self.distance
         return missed if nearer and not self.settled else self.distance
 
