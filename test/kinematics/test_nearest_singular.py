@@ -537,14 +537,15 @@ def test_at_any_range_it_is_the_true_one(name):
 
 
 # Along short motions a pose asked alone is farther than the one that is followed by this share at
-# most; one of a batch, which is searched as shortly as the first of a motion, but for so many of a
-# thousand, of which another pose is found, and by a tenth never.
-NO_FARTHER, RARELY, NEVER_FARTHER = 1.02, 25, 1.1
+# most. One of a batch is searched as shortly as the first of a motion: it and the one followed are
+# by a tenth apart within 0.2 rad never, and beyond at one of a hundred: poses of one motion are
+# missed together.
+NO_FARTHER, A_TENTH, NEAR, RARELY = 1.02, 1.1, 0.2, 0.01
 
 
-def short_motions(robot):
+def short_motions(robot, seed):
     random = np.random.default_rng(31)
-    for q in random_poses(robot, 30, seed=16):
+    for q in random_poses(robot, 30, seed=seed):
         step = random.normal(size=robot.dof)
         step *= random.choice([1e-3, 3e-3, 9e-3, 2e-2]) / np.linalg.norm(step)
         yield q + step * np.sin(0.06 * np.arange(60))[:, None] / 0.06
@@ -555,19 +556,20 @@ def short_motions(robot):
     'name',
     ['ur5e', 'ur5e without factors', 'craig_3r', 'calibrated UR5', 'six joints', 'kinova_gen3'],
 )
-def test_live_and_asked_alone_agree(name):
-    robot, farther = ARMS[name](), []
-    for q in short_motions(robot):
+@pytest.mark.parametrize('seed', [8, 16])
+def test_live_and_asked_alone_agree(name, seed):
+    robot, apart = ARMS[name](), []
+    for q in short_motions(robot, seed):
         batch, live = ks.singularity(robot, q), along(robot, q)
-        farther += list(batch.distance > NO_FARTHER * live.distance + 1e-9)
-        assert np.all(batch.distance <= NEVER_FARTHER * live.distance + 1e-9)
-        assert np.all(live.distance <= NEVER_FARTHER * batch.distance + 1e-9)
+        nearer = np.minimum(batch.distance, live.distance)
+        apart += list(np.maximum(batch.distance, live.distance) > A_TENTH * nearer + 1e-9)
+        assert not np.any(np.array(apart[-len(q) :]) & (nearer < NEAR))
         np.testing.assert_array_equal(batch.level, live.level)
         for k, pose in enumerate(q):
             alone = ks.singularity(robot, pose)
             assert alone.distance <= NO_FARTHER * live.distance[k] + 1e-9
             assert alone.level == live.level[k]
-    assert 1000 * np.sum(farther) <= RARELY * len(farther)
+    assert np.mean(apart) <= RARELY
 
 
 @pytest.mark.parametrize(
