@@ -429,6 +429,17 @@ def test_a_direction_between_the_two_least_singular_values_is_lost_nearest(name,
     assert share(robot, found.nearest_singular) < SINGULAR
 
 
+def test_a_pose_that_the_atlas_knows_is_an_answer():
+    # Elbow and shoulder are all but singular together, by three thousandths of the largest value:
+    # each way along singular poses leads to where none is.
+    robot = with_errors(PUMA, 1e-3, seed=1)
+    q = [2.241888300, -1.704260800, 1.680749280, 0.263700540, -1.814653130, 0.482440890]
+    for found in (ks.singularity(robot, q), ks.singularity(robot, [q])):
+        assert np.max(found.distance) < 0.4
+        assert not np.any(found.decided)
+        assert np.all(share(robot, found.nearest_singular) < SINGULAR)
+
+
 # Saddles of a factor, and poses beside them: its slope leads to zeros on the other side.
 SADDLES_OF_FACTORS = [
     (
@@ -496,9 +507,9 @@ def test_where_a_file_lists_all_factors_no_determinant_changes_its_sign_nearer()
 
 
 def test_where_none_is_found_and_it_is_not_decided_no_number_is_given():
-    # Elbow and shoulder are all but singular together, by three thousandths of the largest value.
-    robot = with_errors(PUMA, 1e-3, seed=1)
-    q = [2.241888300, -1.704260800, 1.680749280, 0.263700540, -1.814653130, 0.482440890]
+    # Two singular values all but vanish together: each run goes round there.
+    robot = robot_of('kinova_gen3')
+    q = [2.067041, 1.958902, -2.125402, -3.097502, 2.482926, 1.026782, -1.358374]
     for found in (ks.singularity(robot, q), ks.singularity(robot, [q])):
         assert found.distance == 1.0
         assert not found.decided
