@@ -67,13 +67,14 @@ MORE_CHARTS, WIDER_SPREAD, WIDER, NEAR_BY = 128, 1.0, 2.0, 0.1
 # may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.1, 0.4
 ZEROS, ZEROS_APART = 3, 0.2
-# Of a set of zeros of more dimensions than the first the atlas has too few; nearer than the
-# second, rad, of one of less dimensions too. There the second order of a factor counts as well.
+# Of zeros of more dimensions than the first the atlas has too few, and beside a saddle nearer than
+# the second, rad, of others too: there the second order of a factor says where to begin.
 NARROW, FINE = 2, 0.1
-# Where a factor's slope changes by so many times itself up to what was found a zero may be on the
-# other side; by so many times, on all sides. From there a way may lead so far
-# beyond it; all together go both ways in so many joints at most.
+# Where the slope changes by so many times itself up to what was found, a zero may be on the other
+# side; by so many times, on all sides. From there a way may lead so many times as far; all joints
+# together go both ways for so many joints at most.
 BENT, VERY_BENT, AROUND, CORNERS = 1.2, 1.7, 2.0, 6
+# Without factors the other side is tried so near only, rad: of what is farther it finds no more.
 NEAR_BENT = 0.15
 # From a direction between those of the two least singular values a search starts where one is lost
 # within this times what was found.
