@@ -374,7 +374,8 @@ def test_of_a_wrist_that_is_stretched_it_is_no_more_than_its_angle():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    'name', ['ur5e', 'puma560', 'craig_3r', 'anthropomorphic_3r', 'planar_3r']
+    'name',
+    ['ur5e', 'puma560', 'craig_3r', 'anthropomorphic_3r', 'planar_3r', 'offset_stanford_printed'],
 )
 def test_where_a_file_lists_all_factors_the_nearest_is_always_found(name):
     robot = robot_of(name)
@@ -428,10 +429,87 @@ def test_a_direction_between_the_two_least_singular_values_is_lost_nearest(name,
     assert share(robot, found.nearest_singular) < SINGULAR
 
 
-def test_where_none_is_found_and_it_is_not_decided_no_number_is_given():
-    # Elbow and shoulder are all but singular together, by three thousandths of the largest value.
+def test_a_pose_that_the_atlas_knows_is_an_answer():
+    # Elbow and shoulder are all but singular together, by three thousandths of the largest value:
+    # each way along singular poses leads to where none is.
     robot = with_errors(PUMA, 1e-3, seed=1)
     q = [2.241888300, -1.704260800, 1.680749280, 0.263700540, -1.814653130, 0.482440890]
+    for found in (ks.singularity(robot, q), ks.singularity(robot, [q])):
+        assert np.max(found.distance) < 0.4
+        assert not np.any(found.decided)
+        assert np.all(share(robot, found.nearest_singular) < SINGULAR)
+
+
+# Saddles of a factor, and poses beside them: its slope leads to zeros on the other side.
+SADDLES_OF_FACTORS = [
+    (
+        'offset_stanford_printed',
+        [-2.558208454, -3.078020928, 1.626312307, 1.615329625, -3.141592654, -1.147231652],
+        0.015526994,
+    ),
+    (
+        'offset_stanford_printed',
+        [0.253770732, -1.610147375, -0.347517761, 0.765501579, 2.554726203, 2.607553607],
+        0.097157322,
+    ),
+    (
+        'offset_stanford_printed',
+        [-2.356984417, 3.18240977, 0.520969302, -2.414316658, -3.267274318, -1.728205579],
+        0.139147582,
+    ),
+    (
+        'offset_stanford_printed',
+        [-2.314829456, 4.554437929, -0.491726998, 0.740831475, -2.879270384, -1.084522501],
+        0.362484552,
+    ),
+    (
+        'offset_stanford_printed',
+        [2.90897722, 1.555626528, -0.418188954, 0.75126715, -0.336160921, -1.82184397],
+        0.456748622,
+    ),
+    (
+        'puma560',
+        [-0.752571139, -0.014131888, 1.645289659, -0.67035343, 1.120497388, 1.95252929],
+        0.023801056,
+    ),
+]
+
+
+@pytest.mark.parametrize(('name', 'q', 'distance'), SADDLES_OF_FACTORS)
+def test_beside_a_saddle_of_a_factor_the_nearest_is_found(name, q, distance):
+    robot = robot_of(name)
+    for found in (ks.singularity(robot, q), ks.singularity(robot, [q])):
+        assert found.distance == pytest.approx(distance, rel=1e-6)
+        assert found.decided
+    assert share(robot, ks.singularity(robot, q).nearest_singular) < SINGULAR
+
+
+def test_where_a_file_lists_all_factors_no_determinant_changes_its_sign_nearer():
+    robot = robot_of('offset_stanford_printed')
+    random = np.random.default_rng(17)
+    low, high = np.clip(robot.limits, -np.pi, np.pi).T
+    q = random.uniform(low, high, (600, robot.dof))
+    # Where its boom is vertical, or stretched, its wrist too, and the factor all but stands.
+    q[:, [1, 4]] = math.pi * random.integers(-1, 2, (600, 2))
+    q[:, 3] = math.pi / 4 * random.integers(-4, 5, 600)
+    q[300:] += random.normal(size=(300, robot.dof)) * 0.1
+    found = ks.singularity(robot, q)
+    assert np.all(found.decided)
+    here = np.sign(np.linalg.det(brute_force.scaled_jacobian(robot, q)))
+    within = q[found.distance > 1e-6], here[found.distance > 1e-6]
+    radius = 0.9 * found.distance[found.distance > 1e-6]
+    for _ in range(120):
+        way = random.normal(size=(len(radius), 4))
+        way *= (radius / np.linalg.norm(way, axis=1))[:, None]
+        there = within[0].copy()
+        there[:, 1:5] += way * robot.task.column_scales[1:5]
+        assert np.all(np.linalg.det(brute_force.scaled_jacobian(robot, there)) * within[1] > 0.0)
+
+
+def test_where_none_is_found_and_it_is_not_decided_no_number_is_given():
+    # Two singular values all but vanish together: each run goes round there.
+    robot = robot_of('kinova_gen3')
+    q = [2.067041, 1.958902, -2.125402, -3.097502, 2.482926, 1.026782, -1.358374]
     for found in (ks.singularity(robot, q), ks.singularity(robot, [q])):
         assert found.distance == 1.0
         assert not found.decided
@@ -470,14 +548,15 @@ def test_at_any_range_it_is_the_true_one(name):
 
 
 # Along short motions a pose asked alone is farther than the one that is followed by this share at
-# most; one of a batch, which is searched as shortly as the first of a motion, but for so many of a
-# thousand, of which another pose is found, and by a tenth never.
-NO_FARTHER, RARELY, NEVER_FARTHER = 1.02, 25, 1.1
+# most. One of a batch is searched as shortly as the first of a motion: it and the one followed are
+# by a tenth apart within 0.2 rad never, and beyond at one of a hundred: poses of one motion are
+# missed together.
+NO_FARTHER, A_TENTH, NEAR, RARELY = 1.02, 1.1, 0.2, 0.01
 
 
-def short_motions(robot):
+def short_motions(robot, seed):
     random = np.random.default_rng(31)
-    for q in random_poses(robot, 30, seed=16):
+    for q in random_poses(robot, 30, seed=seed):
         step = random.normal(size=robot.dof)
         step *= random.choice([1e-3, 3e-3, 9e-3, 2e-2]) / np.linalg.norm(step)
         yield q + step * np.sin(0.06 * np.arange(60))[:, None] / 0.06
@@ -488,19 +567,20 @@ def short_motions(robot):
     'name',
     ['ur5e', 'ur5e without factors', 'craig_3r', 'calibrated UR5', 'six joints', 'kinova_gen3'],
 )
-def test_live_and_asked_alone_agree(name):
-    robot, farther = ARMS[name](), []
-    for q in short_motions(robot):
+@pytest.mark.parametrize('seed', [8, 16])
+def test_live_and_asked_alone_agree(name, seed):
+    robot, apart = ARMS[name](), []
+    for q in short_motions(robot, seed):
         batch, live = ks.singularity(robot, q), along(robot, q)
-        farther += list(batch.distance > NO_FARTHER * live.distance + 1e-9)
-        assert np.all(batch.distance <= NEVER_FARTHER * live.distance + 1e-9)
-        assert np.all(live.distance <= NEVER_FARTHER * batch.distance + 1e-9)
+        nearer = np.minimum(batch.distance, live.distance)
+        apart += list(np.maximum(batch.distance, live.distance) > A_TENTH * nearer + 1e-9)
+        assert not np.any(np.array(apart[-len(q) :]) & (nearer < NEAR))
         np.testing.assert_array_equal(batch.level, live.level)
         for k, pose in enumerate(q):
             alone = ks.singularity(robot, pose)
             assert alone.distance <= NO_FARTHER * live.distance[k] + 1e-9
             assert alone.level == live.level[k]
-    assert 1000 * np.sum(farther) <= RARELY * len(farther)
+    assert np.mean(apart) <= RARELY
 
 
 @pytest.mark.parametrize(

@@ -127,6 +127,10 @@ class Atlas:
         """Return the dimension of a set: 0 where its poses are all there are."""
         return self.dimensions[f]
 
+    def counts_of(self, f: int) -> Flat:
+        """Return which of the joints (n,) a set depends on: those above zero."""
+        return arrays.after(self.counts, f * self.joints)
+
     def nearest(
         self,
         f: int,
@@ -388,7 +392,7 @@ def _fill_of_factor(tape: Tape, f: int, task: TaskRows, spans: Floats, table: Fl
     # The same of a factor's zeros.
     n, seeds = task.joints, arrays.extent(table, 0)
     given, charts = arrays.numbers(spans, 2 * n), arrays.results(table, 0)
-    work = arrays.scratch(4 * n + tape.steps * (n + 1))
+    work = arrays.scratch(5 * n + tape.steps * (n + 1))
     origin, d, normal = work, arrays.after(work, n), arrays.after(work, 2 * n)
     found = 0
     for i in range(seeds):

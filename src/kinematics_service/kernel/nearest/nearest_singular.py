@@ -49,8 +49,9 @@ BESIDE = 0.02
 # What the first order says, or such a run did not reach, is another one where it is nearer than
 # this share of what was found.
 NEARER = 0.6
-# Of what is farther than this, rad, the first order says too little for that.
-MISSED = 0.1
+# Of what is farther than this, rad, the first order says too little for that; and a place where
+# runs of a search that is not thorough went round, beyond the second.
+MISSED, GONE_ROUND = 0.1, 0.2
 # Of larger positions, rad, the last digit is too coarse for singular poses to be found.
 COARSE = 1e8
 # What the first order says of a pose nearer than this, rad, is believed where it agrees.
@@ -66,6 +67,15 @@ MORE_CHARTS, WIDER_SPREAD, WIDER, NEAR_BY = 128, 1.0, 2.0, 0.1
 # may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.1, 0.4
 ZEROS, ZEROS_APART = 3, 0.2
+# Of zeros of more dimensions than the first the atlas has too few, and beside a saddle nearer than
+# the second, rad, of others too: there the second order of a factor says where to begin.
+NARROW, FINE = 2, 0.1
+# Where the slope changes by so many times itself up to what was found, a zero may be on the other
+# side; by so many times, on all sides. From there a way may lead so many times as far; all joints
+# together go both ways for so many joints at most.
+BENT, VERY_BENT, AROUND, CORNERS = 1.2, 1.7, 2.0, 6
+# Without factors the other side is tried so near only, rad: of what is farther it finds no more.
+NEAR_BENT = 0.15
 # From a direction between those of the two least singular values a search starts where one is lost
 # within this times what was found.
 BETWEEN = 1.5
@@ -391,7 +401,7 @@ class NearestSearch:
             self.by_least = places.INFINITY
         smallest = sigma[k - 1]
         self.second = sigma[k - 2] if k > 1 else places.INFINITY
-        self.quadric.stand_at(self.here)
+        self.quadric.stand_at(self.here, self.atlas.counts_of(0))
         self.by_quadric = self.quadric.write_nearest(False, self.curved)
         estimate = min(self.by_product, min(self.by_least, self.by_quadric))
         # Nearer than this neither they nor the second order see a singular pose: the least
@@ -416,8 +426,11 @@ class NearestSearch:
         self._run_from_second_order(False)
         # On the other side are other singular poses only where the second singular value, which
         # falls by the reach, may vanish too.
-        if self.second < self.distance * self.arm.reach:
+        bent = self.distance < NEAR_BENT and self.quadric.bend(self.distance) > VERY_BENT
+        if bent or self.second < self.distance * self.arm.reach:
             self._run_from_second_order(True)
+        if bent:
+            self._run_from(self.nearest, self.distance, -1.0, max(0.4 * self.distance, 1e-4))
         if self.count > 1:
             self._run_between_directions()
         if self.thorough:
@@ -448,6 +461,11 @@ class NearestSearch:
                 for j in range(n):
                     self.d[j] = self.motion[j]
                 self._run(STEPS, LONGEST, False)
+                if singular_equations.length_of(self.away, n) < self.distance:
+                    # The pose itself is singular, wherever the way along the others led.
+                    for j in range(n):
+                        self.d[j] = self.away[j]
+                    self._run(LAST_STEPS, LONGEST, False)
 
     def _pick_charts(self, f: int, radius: float, most: int) -> int:
         # Those of a set that promise nothing farther than what was found; returns their number.
@@ -473,17 +491,25 @@ class NearestSearch:
         # The nearest zero of all factors: from here, and from known zeros.
         n = self.n
         for f in range(self.arm.tape.factors):
-            for j in range(n):
-                self.d[j] = 0.0
-            if self.atlas.dimension(f) > 0:
-                self._go_to_zero(f)
+            dimension: int = self.atlas.dimension(f)
+            if dimension > NARROW:
+                self._go_by_second_order(f)
+            elif dimension > 0:
+                for j in range(n):
+                    self.d[j] = 0.0
+                self._go_to_zero(f, WIDE)
             near = min(self.distance, HORIZON)
             count: int = self._pick_charts(f, near + ZEROS_APART, ZEROS)
             for k in range(count):
                 if self.scores[k] > WIDE * self.distance:
                     break
                 self.atlas.write_motion(f, self.wrapped, self.picked[k], self.away, self.d)
-                self._go_to_zero(f)
+                self._go_to_zero(f, WIDE)
+            if dimension > NARROW:
+                self._go_from_all_around(f)
+            elif dimension > 0 and 0.0 < self.distance < FINE:
+                self._go_by_second_order(f)
+                self._go_from_all_around(f)
         if not self.found():
             return
         # All of it, evaluated: a factor's zero is singular, and the nearest there.
@@ -496,9 +522,49 @@ class NearestSearch:
         if not self.found():
             self.complete = False
 
-    def _go_to_zero(self, f: int) -> None:
+    def _go_by_second_order(self, f: int) -> None:
+        # From the point of the factor's quadric that is nearest, and from the one on its other
+        # side: beside a saddle the slope leads anywhere.
+        self.quadric.stand_at_factor(
+            self.arm.tape, f, self.arm.task, self.origin, self.atlas.counts_of(f), self.tape
+        )
+        for other in range(2):
+            length = self.quadric.write_nearest(other == 1, self.d)
+            if length < min(1.2 * self.distance, 2.0 * HORIZON):
+                self._go_to_zero(f, WIDE)
+
+    def _go_from_all_around(self, f: int) -> None:
+        # Where the slope turns on the way to what was found: from the other side of it; where it
+        # turns round, from each joint alone either way, and from all of them together.
+        n, counts, counted = self.n, self.atlas.counts_of(f), 0
+        bend = self.quadric.bend(min(self.distance, HORIZON))
+        if bend < BENT:
+            return
+        for j in range(n):
+            self.d[j] = -self.nearest[j]
+            counted += 1 if counts[j] > 0.0 else 0
+        self._go_to_zero(f, AROUND)
+        if bend < VERY_BENT:
+            return
+        for side in range(2 * n):
+            if counts[side // 2] > 0.0:
+                for j in range(n):
+                    self.d[j] = 0.0
+                length = min(self.distance, HORIZON)
+                self.d[side // 2] = length if side % 2 == 0 else -length
+                self._go_to_zero(f, AROUND)
+        for corner in range(1 << min(counted, CORNERS)):
+            length, sides = min(self.distance, HORIZON) / math.sqrt(counted), corner
+            for j in range(n):
+                self.d[j] = 0.0
+                if counts[j] > 0.0:
+                    self.d[j] = length if sides % 2 == 0 else -length
+                    sides //= 2
+            self._go_to_zero(f, AROUND)
+
+    def _go_to_zero(self, f: int, wide: float) -> None:
         # From d to the nearest zero of a factor; keeps it where it is nearer than what was found.
-        farthest = min(WIDE * self.distance, 1.2 * HORIZON)
+        farthest = min(wide * self.distance, 1.5 * HORIZON)
         if factor_zeros.go(
             self.arm.tape, f, self.arm.task, self.origin, self.d, farthest, self.onto, self.tape
         ):
@@ -534,7 +600,8 @@ class NearestSearch:
         """
         missed = min(self.missed, self.by_quadric if self.count == 1 else self.by_least)
         if not missed < MISSED:
-            missed = self.missed if self.thorough else places.INFINITY
+            told = self.thorough or self.missed < GONE_ROUND
+            missed = self.missed if told else places.INFINITY
         nearer = missed < NEARER * self.distance
         return missed if nearer and not self.settled else self.distance
 

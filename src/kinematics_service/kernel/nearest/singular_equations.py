@@ -287,8 +287,10 @@ class SingularEquations:
                 self.turned[i * width + j] = self.A[i * n + j]
             for j in range(count):
                 self.turned[i * width + n + j] = 1.0 if i == j else 0.0
-        if count > 1:
-            singular_values.orthogonalise(self.turned, count, n, width, 1)
+        if count == 1:
+            self.slopes[0] = length_of(self.A, n)
+            return
+        singular_values.orthogonalise(self.turned, count, n, width, 1)
         singular_values.sort_by_norm(self.turned, self.slopes, count, n, width, 1)
 
     def write_normals(self, normals: Flat) -> None:

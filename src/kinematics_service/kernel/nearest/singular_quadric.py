@@ -3,8 +3,10 @@
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Flat
-from ..measures import symmetric
+from ..layout.arrays import Flat, FlatIntegers
+from ..measures import factors, symmetric
+from ..measures.factors import Tape
+from ..measures.task_rows import TaskRows
 from . import singular_equations
 from .singular_equations import SingularEquations
 
@@ -13,11 +15,14 @@ from .singular_equations import SingularEquations
 STEPS, BOUND, EXACT = 40, 1e-9, 1e-12
 # Steps of the secant method, and what it may leave of f, as a share.
 SECANTS, MET = 8, 1e-6
+# Of the differences that a factor's curvature is found by, rad.
+DIFFERENCE = 1e-5
 
 
 class SingularQuadric:
     """
-    The determinant of J_t between the directions of its two least singular values, a quadric.
+    The determinant of J_t between the directions of its two least singular values, or a factor of
+    it, as a quadric.
 
     Of a motion x from the pose that is asked for it is f + g.x + x'Kx, and zero where J_t is
     singular. Neither where two sheets of singular poses meet or just miss each other, nor where a
@@ -31,65 +36,129 @@ class SingularQuadric:
     """
 
     n: int
+    m: int
     steep: int
     diagonal: bool
     f: float
     rise: float
 
     def __init__(self, n: int) -> None:
-        self.n, self.f, self.rise, self.steep, self.diagonal = n, 0.0, 0.0, 0, False
-        self.room: Flat = arrays.scratch(4 * n + 2 * n * n)
+        self.n, self.m, self.f, self.rise, self.steep, self.diagonal = n, n, 0.0, 0.0, 0, False
+        self.room: Flat = arrays.scratch(7 * n + 2 * n * n)
         self.g: Flat = self.room
         self.along: Flat = arrays.after(self.g, n)
         self.b: Flat = arrays.after(self.along, n)
         self.x: Flat = arrays.after(self.b, n)
         self.K: Flat = arrays.after(self.x, n)
         self.Z: Flat = arrays.after(self.K, n * n)
+        self.of_all: Flat = arrays.after(self.Z, n * n)
+        self.step: Flat = arrays.after(self.of_all, n)
+        # The joints that count: those that do not would be most of the work.
+        self.joints: FlatIntegers = arrays.as_whole(arrays.after(self.step, n))
 
     def __dealloc__(self) -> None:
         """Give the room back."""
         arrays.give_back(self.room)
 
-    def stand_at(self, equations: SingularEquations) -> None:
-        """Take the second order of equations that are decomposed."""
-        n, k = self.n, equations.rank - 1
+    def _count(self, counts: Flat) -> None:
+        # Those of n joints that are above zero.
+        self.m, self.diagonal = 0, False
+        for j in range(self.n):
+            if counts[j] > 0.0:
+                self.joints[self.m] = j
+                self.m += 1
+
+    def stand_at(self, equations: SingularEquations, counts: Flat) -> None:
+        """
+        Take the second order of equations that are decomposed.
+
+        `counts` (n,) is above zero for joints that they depend on.
+        """
+        k = equations.rank - 1
+        self._count(counts)
+        n, m = self.n, self.m
         second = equations.sigma[k - 1] if k > 0 else 1.0
-        self.f, self.diagonal = second * equations.sigma[k], False
+        self.f = second * equations.sigma[k]
         # What the least singular value is changed by, with what the other directions take of it.
         # The slopes between its joints and the tool's other directions wait in Z.
         equations.hold_joints(k)
+        equations.hold_tool(k)
+        equations.write_curvature_held(self.Z)
+        for i in range(m):
+            for j in range(m):
+                self.K[i * m + j] = 0.5 * second * self.Z[self.joints[i] * n + self.joints[j]]
+        self._write_slope(equations, self.g)
         for r in range(k):
             equations.hold_tool(r)
-            equations.write_slope_held(arrays.after(self.Z, r * n))
+            self._write_slope(equations, arrays.after(self.Z, r * m))
         equations.hold_tool(k)
-        equations.write_slope_held(self.g)
-        equations.write_curvature_held(self.K)
-        for p in range(n * n):
-            self.K[p] *= 0.5 * second
         for r in range(k):
             equations.hold_joints(r)
-            equations.write_slope_held(self.b)
+            self._write_slope(equations, self.b)
             # The second direction itself is not divided by its singular value.
             share = 1.0 if r == k - 1 else second / equations.sigma[r]
-            self._add_product(-share, self.b, arrays.after(self.Z, r * n))
+            self._add_product(-share, self.b, arrays.after(self.Z, r * m))
         if k == 0:
             return
         equations.hold_tool(k - 1)
-        equations.write_slope_held(self.b)
+        self._write_slope(equations, self.b)
         self._add_product(1.0, self.b, self.g)
-        for i in range(n):
+        for i in range(m):
             self.g[i] = second * self.g[i] + equations.sigma[k] * self.b[i]
+
+    def _write_slope(self, equations: SingularEquations, slope: Flat) -> None:
+        equations.write_slope_held(self.of_all)
+        for i in range(self.m):
+            slope[i] = self.of_all[self.joints[i]]
+
+    def stand_at_factor(
+        self, tape: Tape, f: int, task: TaskRows, q: Flat, counts: Flat, work: Flat
+    ) -> None:
+        """
+        Take the second order of a factor at q (n,): K by differences of its slope.
+
+        `counts` (n,) is above zero for joints that it depends on; `work` is room for the tape.
+        """
+        scale = task.column_scale
+        self._count(counts)
+        n, m = self.n, self.m
+        factors.run_tape(tape, n, q, work)
+        step = arrays.after(work, tape.ends[f] * (n + 1))
+        sign = 1.0 if step[n] >= 0.0 else -1.0
+        self.f = sign * step[n]
+        for i in range(m):
+            self.g[i] = sign * step[self.joints[i]] * scale[self.joints[i]]
+        for k in range(m * m):
+            self.K[k] = 0.0
+        for i in range(m):
+            joint = self.joints[i]
+            held = q[joint]
+            q[joint] = held + DIFFERENCE * scale[joint]
+            factors.run_tape(tape, n, q, work)
+            q[joint] = held
+            for j in range(m):
+                change = sign * step[self.joints[j]] * scale[self.joints[j]] - self.g[j]
+                self.K[i * m + j] += 0.25 * change / DIFFERENCE
+                self.K[j * m + i] += 0.25 * change / DIFFERENCE
+
+    def bend(self, length: float) -> float:
+        """Return by what share of itself the slope changes within a length, at most."""
+        squares = 0.0
+        for k in range(self.m * self.m):
+            squares += self.K[k] * self.K[k]
+        slope = singular_equations.length_of(self.g, self.m)
+        return 2.0 * math.sqrt(squares) * length / slope if slope > 0.0 else places.INFINITY
 
     def _add_product(self, factor: float, b: Flat, c: Flat) -> None:
         # Of two forms.
-        n = self.n
-        for i in range(n):
-            for j in range(n):
-                self.K[i * n + j] += 0.5 * factor * (b[i] * c[j] + c[i] * b[j])
+        m = self.m
+        for i in range(m):
+            for j in range(m):
+                self.K[i * m + j] += 0.5 * factor * (b[i] * c[j] + c[i] * b[j])
 
     def _diagonalise(self) -> None:
         # Brings K to its axes, once.
-        n = self.n
+        n = self.m
         if self.diagonal:
             return
         self.diagonal = True
@@ -108,9 +177,13 @@ class SingularQuadric:
 
         `other`: the one that is nearest on the other side of it.
         """
-        n = self.n
-        if not other and self._meets(x):
-            return singular_equations.length_of(x, n)
+        for j in range(self.n):
+            x[j] = 0.0
+        n = self.m
+        if not other and self._meets(self.step):
+            for i in range(n):
+                x[self.joints[i]] = self.step[i]
+            return singular_equations.length_of(self.step, n)
         self._diagonalise()
         e = self.steep
         largest: float = 0.0
@@ -133,15 +206,14 @@ class SingularQuadric:
         elif other or left > 0.1 * self.f:
             return places.INFINITY
         for j in range(n):
-            x[j] = 0.0
             for i in range(n):
-                x[j] += self.x[i] * self.Z[i * n + j]
+                x[self.joints[j]] += self.x[i] * self.Z[i * n + j]
         return singular_equations.length_of(self.x, n)
 
     def _meets(self, x: Flat) -> bool:
         # Fills the least motion where no direction is needed in which nothing slopes: the secant
         # method for the inverse of the multiplier, in which what is left of f is nearly linear.
-        n = self.n
+        n = self.m
         slope = singular_equations.length_of(self.g, n)
         before, left_before = 0.0, self.f
         inverse: float = 2.0 * self.f / (slope * slope) if slope > 0.0 else 0.0
@@ -182,7 +254,7 @@ class SingularQuadric:
 
     def _left(self, multiplier: float) -> float:
         # Fills x for a multiplier, and how fast what is left of f there rises; returns that.
-        n, left, rise = self.n, self.f, 0.0
+        n, left, rise = self.m, self.f, 0.0
         for i in range(n):
             curved = self.K[i * n + i]
             x = -0.5 * self.along[i] / (multiplier + curved) if self.along[i] != 0.0 else 0.0
