@@ -120,6 +120,19 @@ def test_the_nearest_posture_of_a_closed_arc_may_be_where_it_closes():
             assert np.max(np.abs(arc.nearest_to(q) - q)) < ON_ARC
 
 
+@pytest.mark.parametrize(('name', 'k'), [('fr3', 110), ('xarm7', 70)])
+def test_the_nearest_posture_is_found_where_a_joint_turns_at_the_first_sample(name, k):
+    # The end of a joint's range there was a place twice: at the end of a lap, and at its begin.
+    robot = redundant_arm(name)
+    target = ks.forward_kinematics(robot, poses_within(robot, k + 1, 7)[k])
+    for family in ks.inverse_kinematics(robot, target).families:
+        for arc in family.intervals:
+            assert np.diff(arc.s).min() > 0.0
+            for s in np.linspace(0.0, arc.length, 40):
+                q = arc.at(float(s))
+                assert np.max(np.abs(arc.nearest_to(q) - q)) < ON_ARC
+
+
 def inside_by_samples(family, limits, count=20_000):
     """Return how many arcs of a closed curve's dense samples are inside limits, no turns told."""
     arc = family.intervals[0]

@@ -79,15 +79,30 @@ def solutions_of(
     """
     which = range(proved.count) if which is None else which
     names, exact = problem.robot.joint_names, problem.target.exact
+    rows = proved.q[which.start : which.stop].copy()
+    # What is seen of it is read-only, too.
+    rows.setflags(write=False)
     solutions = []
-    for k, q in zip(which, proved.q[which.start : which.stop].copy()):
+    for k, q in zip(which, rows):
         margin = proved.margin(k)
         feasible = margin >= -kernel.AT_LIMIT
-        beyond: tuple[str, ...] = ()
-        if not feasible:
-            if only_feasible:
-                continue
-            beyond = tuple(name for j, name in enumerate(names) if proved.is_beyond(k, j))
-        error, posture = proved.miss(k), POSTURES[proved.posture(k)]
-        solutions.append(IkSolution(q, error, feasible, beyond, margin, posture, 1, error < exact))
+        if only_feasible and not feasible:
+            continue
+        # A frozen dataclass sets field by field, which is a sixth of a set of solutions in closed
+        # form (bench/inverse_peers.py).
+        solution = object.__new__(IkSolution)
+        own = solution.__dict__
+        own['q'] = q
+        own['residual'] = error = proved.miss(k)
+        own['feasible'] = feasible
+        own['beyond'] = () if feasible else _beyond(proved, k, names)
+        own['margin'] = margin
+        own['posture'] = POSTURES[proved.posture(k)]
+        own['multiplicity'] = 1
+        own['exact'] = error < exact
+        solutions.append(solution)
     return tuple(solutions)
+
+
+def _beyond(proved: kernel.Solutions, k: int, names: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(name for j, name in enumerate(names) if proved.is_beyond(k, j))
