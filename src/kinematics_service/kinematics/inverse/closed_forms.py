@@ -5,7 +5,7 @@ import numpy as np
 from ... import kernel
 from ...kernel import Floats, Integers
 from .problem import IkProblem
-from .result import IkSolution, Posture
+from .result import IkSolution, Posture, made
 from .search import refinement
 
 # Words for the signs that the kernel returns.
@@ -78,28 +78,25 @@ def solutions_of(
     `which` of them; default: all.
     """
     which = range(proved.count) if which is None else which
-    names, exact = problem.robot.joint_names, problem.target.exact
+    names, exact, least = problem.robot.joint_names, problem.target.exact, -kernel.AT_LIMIT
+    new = object.__new__
     rows = proved.q[which.start : which.stop].copy()
     # What is seen of it is read-only, too.
     rows.setflags(write=False)
     solutions = []
     for k, q in zip(which, rows):
         margin = proved.margin(k)
-        feasible = margin >= -kernel.AT_LIMIT
+        feasible = margin >= least
         if only_feasible and not feasible:
             continue
-        # A frozen dataclass sets field by field, which is a sixth of a set of solutions in closed
-        # form (bench/inverse_peers.py).
-        solution = object.__new__(IkSolution)
+        error = proved.miss(k)
+        solution = new(IkSolution)
+        # Not field by field, as a frozen dataclass, which is a sixth of a call: see `made`.
         own = solution.__dict__
-        own['q'] = q
-        own['residual'] = error = proved.miss(k)
-        own['feasible'] = feasible
+        own['q'], own['residual'], own['feasible'] = q, error, feasible
         own['beyond'] = () if feasible else _beyond(proved, k, names)
-        own['margin'] = margin
-        own['posture'] = POSTURES[proved.posture(k)]
-        own['multiplicity'] = 1
-        own['exact'] = error < exact
+        own['margin'], own['posture'] = margin, POSTURES[proved.posture(k)]
+        own['multiplicity'], own['exact'] = 1, error < exact
         solutions.append(solution)
     return tuple(solutions)
 

@@ -97,7 +97,8 @@ class SolutionCurve(FrozenArrays):
     def folds(self, direction: Floats) -> list[float]:
         """Return the places where a motion (n,) times the positions is largest or smallest."""
         places = np.empty(len(self.psi))
-        return places[: kernel.folds(self.path(direction[None]), places)].tolist()
+        count = kernel.folds(self.path(direction[None]), places)
+        return [float(place) for place in places[:count]]
 
 
 def places_of(path: kernel.CurvePath, places: Floats) -> Floats:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple, Protocol, overload
+from typing import Literal, NamedTuple, Protocol, TypeVar, overload
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
 from ..clearance import clearances
 
+Made = TypeVar('Made')
 Status = Literal['solved', 'family', 'outside_limits', 'unreachable']
 Method = Literal['closed form', 'algebraic', 'search']
 Complete = Literal['proved', 'found', 'partial']
@@ -195,7 +196,8 @@ class IkArc(FrozenArrays):
         if self.closed and k in (0, last):
             pieces = [(last - 1, k / last - 1.0), (0, k / last)]
         ways = [self.along.nearest(i, q - turn * lap) + turn * lap for i, turn in pieces]
-        return ways[int(squares_of((np.array(ways) - q) / self.scales).argmin())]
+        rows = np.array(ways)
+        return np.array(rows[int(squares_of((rows - q) / self.scales).argmin())])
 
     def with_largest_clearance(self, robot: Robot) -> Floats:
         """Return the joint positions (n,) of `q` with the largest proved radius free of singular
@@ -285,6 +287,18 @@ class IkFamily(FrozenArrays):
         if self.straight:
             away = off_motions(away, self.motions * self.scales)
         return float(np.max(np.abs(_wrapped(away, self.periods) / self.scales)))
+
+
+def made(kind: type[Made], **fields: object) -> Made:
+    """
+    Return a frozen object with all its fields, whose arrays are read-only already.
+
+    A frozen dataclass sets field by field, which is a sixth of a call with a closed form
+    (bench/inverse_peers.py).
+    """
+    one = object.__new__(kind)
+    one.__dict__.update(fields)
+    return one
 
 
 def squares_of(ways: Floats) -> Floats:

@@ -37,7 +37,7 @@ from .multiple import with_multiplicities
 from .plan import elimination_of, plan_for
 from .problem import IkProblem, near_or_middle
 from .redundant import dimension, into_limits, redundant_result
-from .result import IkFamily, IkResult, Method
+from .result import IkFamily, IkResult, Method, made
 from .screws import screws_of
 from .search import DistinctSolutions, LeastError, distinct, reached, refinement, search, starts
 from .target import ik_target_of, poses_of
@@ -260,8 +260,17 @@ def _solved(
     inside = len(wanted) if respect_limits else sum(one.feasible for one in wanted)
     if not inside:
         return None
-    reason = inside_limits(inside, 0)
-    return IkResult(wanted, (), 'solved', reason, method, None, 'proved', roots)
+    return made(
+        IkResult,
+        solutions=wanted,
+        families=(),
+        status='solved',
+        reason=inside_limits(inside, 0),
+        method=method,
+        nearest=None,
+        complete='proved',
+        roots=roots,
+    )
 
 
 def _unsure(problem: IkProblem, closed: kernel.Solutions, respect_limits: bool) -> IkResult:
