@@ -5,7 +5,7 @@ import numpy as np
 from ... import kernel
 from ...kernel import Floats, Integers
 from .problem import IkProblem
-from .result import IkSolution, Posture, made
+from .result import IkSolution, Posture
 from .search import refinement
 
 # Words for the signs that the kernel returns.

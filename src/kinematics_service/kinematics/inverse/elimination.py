@@ -9,11 +9,14 @@ from ...kernel import Floats
 from ...rigid_motion import exponential
 from .closed_forms import room_for
 from .problem import IkProblem
-from .search import DistinctSolutions, refined, refinement
+from .screws import screws_of
+from .search import BATCH, DistinctSolutions, distinct, refined, refinement, starts
 from .target import residual_of
 
 # So far targets are moved beside a degenerate one, as shares of the length and in rad.
 BESIDE = (1e-6, 1e-4)
+# Imaginary parts (rad or m) that no real solution has, which refinement then proves.
+NOT_REAL = 1e-6
 
 
 class Eliminated(NamedTuple):
@@ -59,6 +62,33 @@ def eliminated_solutions(problem: IkProblem, arm: kernel.SixJoints) -> Eliminate
     )
     found, real, proved = counts.tolist()
     return Eliminated(solutions, (found, arm.bound), real, bool(proved))
+
+
+def completed_solutions(
+    problem: IkProblem, arm: kernel.SixJoints, home: Floats
+) -> DistinctSolutions | None:
+    """
+    Return all solutions where starts lead to real ones that elimination left out.
+
+    They are all where with the complex ones as many are certified as there can be; None where that
+    is not so. `home` is the inverse of the tool's pose at rest.
+    """
+    robot, target, plan = problem.robot, problem.target, problem.plan
+    arrived = refined(target, plan, starts(robot, plan, problem.random(), BATCH), far=True)
+    found, _ = distinct(target, plan, arrived)
+    psi, accuracy = np.zeros((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
+    motion = np.ascontiguousarray(target.pose @ home)
+    complex_ones = kernel.complex_solutions(arm, motion, psi, accuracy)
+    count = complex_ones + len(found.q)
+    if count > len(psi):
+        return None
+    psi[complex_ones:count] = 0.0
+    psi[complex_ones:count, :, 0] = found.q @ screws_of(robot.chain).coupling.T
+    count = kernel.followed_solutions(arm, motion, count, psi)
+    real = psi[:count][np.max(np.abs(psi[:count, :, 1]), axis=1) < NOT_REAL, :, 0]
+    back = np.asarray(np.linalg.inv(screws_of(robot.chain).coupling))
+    every, _ = distinct(target, plan, refined(target, plan, real @ back.T))
+    return every if count == arm.bound and len(every.q) == len(real) else None
 
 
 class Beside(NamedTuple):

@@ -31,7 +31,12 @@ from .closed_forms import (
     room_for,
     solutions_of,
 )
-from .elimination import Eliminated, eliminated_solutions, solutions_beside
+from .elimination import (
+    Eliminated,
+    completed_solutions,
+    eliminated_solutions,
+    solutions_beside,
+)
 from .families import SUSPECT, isolated_or_not, tangent
 from .multiple import with_multiplicities
 from .plan import elimination_of, plan_for
@@ -302,6 +307,10 @@ def _degenerate(
     # Where solutions have become one, or every determinant vanishes, at the target itself.
     robot, checked, plan, near, *_ = problem
     home = inverse(screws_of(robot.chain).home)
+    completed, best = completed_solutions(problem, arm, home), LeastError(near, np.inf)
+    if completed is not None:
+        every = (arm.bound, arm.bound)
+        return answer(problem, completed, _method_of(arm), best, respect_limits, every)
     beside, certified = solutions_beside(problem, arm, home)
     simple, certified = _found(eliminated.solutions), max(certified, eliminated.roots[0])
     known, _ = distinct(checked, plan, _joined(simple, beside))
@@ -311,7 +320,7 @@ def _degenerate(
         # A multiplicity of 0 is unknown; a singular one of 1 may be among the certified ones.
         multiples = found.multiplicities[np.count_nonzero(~singular) :]
         if all(m > 1 for m in multiples) and certified + sum(multiples) == arm.bound:
-            best, roots = LeastError(near, np.inf), (arm.bound, arm.bound)
+            roots = (arm.bound, arm.bound)
             return result_of(problem, found, (), _method_of(arm), best, respect_limits, roots)
     return _searched(problem, respect_limits, known)
 
