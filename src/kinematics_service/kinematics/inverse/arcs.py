@@ -2,6 +2,7 @@
 
 import functools
 import math
+import operator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -74,13 +75,13 @@ class JointCurve:
         pieces = pieces_of(self.path, _bounds_of(self.plan), self.curve.closed)
         if pieces is None:
             return ()
-        arcs: dict[tuple[int, int], IkArc] = {}
+        # Those that differ by full turns have the same pieces.
+        found: dict[tuple[int, int], list[tuple[Turns, bool]]] = {}
         for first, count, turns, closed in self._paths(_turns_inside(pieces.turns)):
-            if (first, count) in arcs:
-                arcs[first, count] = arcs[first, count].wound_once_more()
-            else:
-                arcs[first, count] = self._arc(pieces, first, count, turns, closed)
-        return tuple(arcs.values())
+            found.setdefault((first, count), []).append((turns, closed))
+        return tuple(
+            self._arc(pieces, *key, *windings[0], len(windings)) for key, windings in found.items()
+        )
 
     def _paths(self, inside: list[set[Turns]]) -> list[tuple[int, int, Turns, bool]]:
         # Of each arc its first piece, how many it has, its turns, and whether it closes.
@@ -102,13 +103,16 @@ class JointCurve:
     def _next(self, i: int, turns: Turns, pieces: int) -> tuple[int, Turns]:
         if i + 1 < pieces or not self.curve.closed:
             return i + 1, turns
+        return 0, tuple(map(operator.add, turns, self._turns_of_lap))
+
+    @functools.cached_property
+    def _turns_of_lap(self) -> Turns:
         laps = np.where(np.isfinite(self.plan.periods), self.lap / self.plan.periods, 0.0)
         limited = np.isfinite(self.plan.limits).all(axis=1)
-        ways = np.where(limited, np.round(laps), 0.0).astype(int).tolist()
-        return 0, tuple(k + way for k, way in zip(turns, ways))
+        return tuple(np.where(limited, np.round(laps), 0.0).astype(int).tolist())
 
     def _arc(
-        self, pieces: CurvePieces, first: int, count: int, turns: Turns, closed: bool
+        self, pieces: CurvePieces, first: int, count: int, turns: Turns, closed: bool, wound: int
     ) -> IkArc:
         # Of so many pieces, lap after lap.
         plan, last, laps = self.plan, first + count, 0
@@ -125,7 +129,7 @@ class JointCurve:
         ends = () if closed else (self._end(pieces, first, q[0]), self._end(pieces, last, q[-1]))
         along = ArcPlaces(self, s, places, offset)
         # The limits and scales of a plan are frozen.
-        return IkArc(q, s, not ends, ends, 1, plan.limits, plan.scales, along)
+        return IkArc(q, s, not ends, ends, wound, plan.limits, plan.scales, along)
 
     def _end(self, pieces: CurvePieces, k: int, q: Floats) -> IkArcEnd:
         joint, side = pieces.ends[k]

@@ -205,10 +205,6 @@ class IkArc(FrozenArrays):
         """
         return np.array(self.q[int(np.argmax(clearances(robot, np.array(self.q))))])
 
-    def wound_once_more(self) -> 'IkArc':
-        """Return the arc with one winding more."""
-        return replace(self, windings=self.windings + 1)
-
     def place_of_least(self, cost: Callable[[Floats], Floats]) -> float:
         """Return the length (rad) at which a cost of joint positions (..., n) is least."""
         k, place = self._least(cost)
