@@ -20,7 +20,7 @@ ONE = 1e-7
 FOLD, SAMPLE = 2, 3
 
 
-class _Pieces:
+class _CutCurve:
     # What is written: rows of the table, their kinds, where pieces begin, and their turns.
 
     k: int
@@ -326,7 +326,7 @@ def cut(
     """
     arrays.given(path)
     counts = arrays.whole_results(rows, 1)
-    pieces = _Pieces(path, joints, closed, table, kinds, begins, turns)
+    pieces = _CutCurve(path, joints, closed, table, kinds, begins, turns)
     if not pieces.lay_out():
         return -1
     count = pieces.divide()

@@ -227,6 +227,7 @@ class CurvePoint:
         return True
 
 
+# In this module, so that the compiler makes it a part of its caller, as vectors.plus is not.
 def _plus(a: Vector, share: float, b: Vector) -> Vector:
     return (a[0] + share * b[0], a[1] + share * b[1], a[2] + share * b[2])
 
