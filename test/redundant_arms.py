@@ -21,6 +21,8 @@ CALIBRATED = ('panda-calibrated', 'kuka_iiwa14-calibrated')
 RANDOM = ('RRRRRRR-0', 'RRRRRRR-1', 'RRRRRRR-2')
 SLIDING = ('RRPRRRR-0', 'RRRRPRR-0', 'PRRRRRR-0')
 LIMITS = (-2.5, 2.0)
+# Solutions are on an arc, and may be on one that has a sample as near to them (rad or m).
+ON_ARC, NEAR = 1e-6, 0.2
 
 
 @functools.cache
@@ -91,6 +93,11 @@ def poses_within(robot, count, seed=1):
     return np.random.default_rng(seed).uniform(low, high, (count, robot.dof))
 
 
+def held_by(robot, rows=WHOLE, axis=''):
+    """Return at which end the joint is that slices are best taken of: 0 or -1."""
+    return 0 if sliced_arm_of(robot, rows, axis).slices[0].joint == 0 else -1
+
+
 def in_a_slice(robot, target, position, held, rows=WHOLE, axis=''):
     """
     Return all solutions (m, n) with a joint at a position; `held` is 0 or -1: at which end.
@@ -106,37 +113,53 @@ def in_a_slice(robot, target, position, held, rows=WHOLE, axis=''):
 
 def farthest_from_curves(robot, result, q):
     """Return how far a solution inside the limits is from the arcs of a result, in rad."""
-    least = math.inf
-    for family in result.families:
-        for arc in family.intervals:
-            away = q - arc.q
-            away -= np.where(np.isfinite(family.periods), math.tau * np.round(away / math.tau), 0)
-            if np.min(np.max(np.abs(away), axis=1)) < 0.2:
-                near = arc.q[int(np.argmin(np.max(np.abs(away), axis=1)))]
-                turns = np.where(np.isfinite(family.periods), np.round((q - near) / math.tau), 0)
-                least = min(
-                    least,
-                    float(
-                        np.max(
-                            np.abs(arc.nearest_to(q - math.tau * turns) - (q - math.tau * turns))
-                        )
-                    ),
-                )
+    return float(all_from_curves(result, q[None])[0])
+
+
+def all_from_curves(result, solutions):
+    """Return how far solutions (m, n) inside the limits are from the arcs of a result, in rad."""
+    arcs = [(arc, f.periods) for f in result.families for arc in f.intervals]
+    least = np.full(len(solutions), math.inf)
+    if not arcs or not len(solutions):
+        return least
+    away = np.stack([_from_samples(arc, turns, solutions) for arc, turns in arcs])
+    for k, q in enumerate(solutions):
+        # The arc with the nearest sample first, others only where that is not the one.
+        for i in np.argsort(away[:, k]):
+            if least[k] <= ON_ARC or away[i, k] > NEAR:
+                break
+            least[k] = min(least[k], _from_arc(*arcs[i], q))
     return least
+
+
+def _from_samples(arc, periods, solutions):
+    turning, least = np.isfinite(periods), np.empty(len(solutions))
+    for k in range(0, len(solutions), 256):
+        away = solutions[k : k + 256, None] - arc.q
+        away -= np.where(turning, math.tau * np.round(away / math.tau), 0.0)
+        least[k : k + 256] = np.min(np.max(np.abs(away), axis=2), axis=1)
+    return least
+
+
+def _from_arc(arc, periods, q):
+    away = q - arc.q
+    turns = np.where(np.isfinite(periods), math.tau * np.round(away / math.tau), 0.0)
+    near = q - turns[int(np.argmin(np.max(np.abs(away - turns), axis=1)))]
+    return float(np.max(np.abs(arc.nearest_to(near) - near)))
 
 
 def missed(robot, target, result, positions, held, **asked):
     """Return the solutions of dense slices that are inside the limits and on no arc."""
+    inside = in_slices(robot, target, positions, held, **asked)
+    return list(inside[all_from_curves(result, inside) > ON_ARC])
+
+
+def in_slices(robot, target, positions, held, **asked):
+    """Return all solutions (m, n) of dense slices that are inside the limits by full turns."""
     low, high = robot.limits.T
-    lost = []
-    for position in positions:
-        for q in in_a_slice(robot, target, float(position), held, **asked):
-            # Into the limits by full turns, if possible.
-            turns = np.where(np.isfinite(low), np.ceil((low - q) / math.tau), 0.0)
-            turns[np.array(robot.prismatic)] = 0.0
-            inside = q + math.tau * turns
-            if np.any((inside < low) | (inside > high)):
-                continue
-            if farthest_from_curves(robot, result, inside) > 1e-6:
-                lost.append(inside)
-    return lost
+    found = [in_a_slice(robot, target, float(one), held, **asked) for one in positions]
+    q = np.vstack([*found, np.empty((0, robot.dof))])
+    turns = np.where(np.isfinite(low), np.ceil((low - q) / math.tau), 0.0)
+    turns[:, np.array(robot.prismatic)] = 0.0
+    q = q + math.tau * turns
+    return q[np.all((q >= low) & (q <= high), axis=1)]

@@ -326,7 +326,16 @@ def closed_curves(robot, arm, target):
     path = kernel.CurvePath(point, first[:, :n].copy(), first[:, n:].copy(), np.eye(n))
     middle = first[len(first) // 2, :n]
     limits = np.stack([middle - 0.1, middle + 0.1], axis=1)
-    kernel.marks(path, limits, np.full(n, 2 * np.pi), np.zeros(64), np.zeros((64, 2), int))
+    joints = np.column_stack([limits, np.full(n, 2 * np.pi), np.ones(n)])
+    kernel.cut(
+        path,
+        joints,
+        False,
+        np.zeros((900, n + 2)),
+        *(np.zeros((900, 2), int), np.zeros(900, int), np.zeros((900, n, 2), int)),
+        np.zeros(1, int),
+    )
+    kernel.folds(path, np.zeros(9))
     kernel.write_places(path, np.array([0.3, 1.7]), np.zeros((2, n)))
     kernel.nearest_place(path, np.array([middle, np.ones(n)]), 0.0, 1.0)
 

@@ -14,6 +14,8 @@ from redundant_arms import (
 )
 
 import kinematics_service as ks
+from kinematics_service import kernel
+from kinematics_service.kinematics.inverse import sliced_arm
 from kinematics_service.kinematics.inverse.self_motion import CurveSearch
 from kinematics_service.kinematics.inverse.sliced_arm import sliced_arm_of
 from kinematics_service.kinematics.inverse.target import ik_target_of
@@ -166,6 +168,100 @@ def test_closed_curves_that_nearly_meet_stay_apart(share):
     psi = search.arm.to_screws(q)
     assert min(farthest_from_curve(curve, psi) for curve in search.curves) < ON_CURVE
     assert lost(search, SLICES[::2])[0] == 0
+
+
+# Motions from rest to targets at which one condition alone says that nothing is certain: arm, its
+# error, the motion (its first three rows). A root is alone: the first two. D is above its noise.
+NOT_CERTAIN = (
+    (
+        3,
+        3.3945732939777344e-11,
+        [
+            0.1761448512702822,
+            0.6757437927810089,
+            -0.7157816132654619,
+            -1.3858902051048045,
+            -0.9558673360146055,
+            0.2911168119992728,
+            0.039606031254363905,
+            0.25225310752219227,
+            0.23513959111836452,
+            0.6772158653555878,
+            0.6972001465858789,
+            -0.4724359790000714,
+        ],
+    ),
+    (
+        'kuka_iiwa14',
+        3.7492994521672254e-10,
+        [
+            -0.45475749033731316,
+            0.24997713361981744,
+            -0.8548140485797648,
+            0.9790554261532736,
+            -0.4926989320088476,
+            0.7289412821668411,
+            0.475281358302956,
+            -0.9340400267000457,
+            0.7419187201974684,
+            0.6373037265073709,
+            -0.2083280413203388,
+            1.1666749809309038,
+        ],
+    ),
+    (
+        3,
+        4.295979271245906e-09,
+        [
+            -0.18186702700037233,
+            -0.5722485661110254,
+            -0.7996599046306633,
+            0.6303830161973565,
+            -0.0708473916397432,
+            -0.8034828836564198,
+            0.5910972024709719,
+            -0.04559154619917634,
+            -0.9807675726633152,
+            0.16415490932360127,
+            0.10558472501772984,
+            0.006575820514672261,
+        ],
+    ),
+    (
+        4,
+        6.623311284309626e-10,
+        [
+            0.43564689864782263,
+            -0.8412536082230502,
+            -0.32016268731729597,
+            0.793493061848682,
+            -0.6902385243927199,
+            -0.5405200570517356,
+            0.48104973481850005,
+            -0.16910661890959658,
+            -0.5777391791653864,
+            0.01142079579046093,
+            -0.8161415356914621,
+            -1.7861867810883707,
+        ],
+    ),
+)
+
+
+@pytest.mark.parametrize(('name', 'error', 'rows'), NOT_CERTAIN)
+def test_what_the_error_of_an_arm_leaves_open_is_not_decided(name, error, rows, monkeypatch):
+    robot = redundant_arm(name) if isinstance(name, str) else closed_form_arm(name)
+    motion = np.vstack([np.reshape(rows, (3, 4)), [0.0, 0.0, 0.0, 1.0]])
+    arm, form = sliced_arm_of(robot, WHOLE, ''), kernel.ClosedCurves
+
+    def curves_of(closed):
+        point = kernel.CurvePoint(arm.table, motion, motion[:3, 3].copy(), True, arm.length)
+        samples, lengths = np.empty((9000, 14)), np.zeros(64, dtype=np.int64)
+        return kernel.closed_curves(closed, point, motion, samples, lengths)
+
+    assert curves_of(arm.closed) > 0
+    monkeypatch.setattr(sliced_arm.kernel, 'ClosedCurves', lambda *of: form(*of[:-1], error))
+    assert curves_of(sliced_arm._closed_curves(arm.screws)) == -1
 
 
 def test_axes_that_nearly_meet_are_no_closed_form():

@@ -11,6 +11,7 @@ from arms import robot_of, without_known_poses
 
 import kinematics_service as ks
 from kinematics_service import kernel
+from kinematics_service.kinematics.inverse import elimination
 from kinematics_service.kinematics.inverse.plan import plan_for
 from kinematics_service.kinematics.inverse.screws import screws_of
 from kinematics_service.kinematics.inverse.six_joints import six_joints_of
@@ -256,6 +257,47 @@ def test_infinitely_far_complex_solutions_take_nothing_from_the_proof():
         result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q))
         assert result.complete == 'proved'
         assert result.roots[0] < result.roots[1] == 16
+
+
+# Poses of the CRX where the determinants lead to so many of 16 solutions.
+LEFT_OUT = (
+    (14, [2.8227, -2.8697, 2.186, 2.1944, -1.7642, 3.0047]),
+    (15, [-1.0509, 3.086, 1.4266, -0.4541, -1.8878, -2.3779]),
+)
+
+
+def left_out(q):
+    robot = ks.load_robot('crx10ia_l')
+    target = ks.forward_kinematics(robot, q)
+    return robot, target, ks.inverse_kinematics(robot, target, respect_limits=False)
+
+
+@pytest.mark.parametrize(('count', 'q'), LEFT_OUT)
+def test_solutions_that_elimination_leaves_out_complete_the_count(count, q):
+    robot, target, result = left_out(q)
+    found, proved = complex_solutions(robot, target)
+    assert (len(found), proved) == (count, False)
+    assert (result.complete, result.roots) == ('proved', (16, 16))
+    given = np.array([one.q for one in result])
+    assert len(given) == 8
+    for one in general_arms.met_by_starts(robot, target, 400):
+        assert np.any(general_arms.apart(robot, given, one) < 1e-5)
+
+
+@pytest.mark.parametrize(('count', 'q'), LEFT_OUT)
+def test_a_solution_that_no_start_leads_to_leaves_no_proof(count, q, monkeypatch):
+    refined = elimination.refined
+
+    def without_one(target, plan, starts, far=False):
+        # What leads to the pose itself, and to its mirror image, ends at the first one.
+        arrived = refined(target, plan, starts, far=far)
+        lost = np.abs(np.abs(arrived.q[:, 1]) - abs(q[1])) < 1e-3
+        others = int(np.flatnonzero(~lost)[0])
+        kept = np.where(lost, others, np.arange(len(lost)))
+        return elimination.DistinctSolutions(arrived.q[kept], arrived.errors[kept])
+
+    monkeypatch.setattr(elimination, 'refined', without_one)
+    assert left_out(q)[2].complete == 'found'
 
 
 def test_families_are_no_proof():

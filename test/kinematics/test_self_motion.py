@@ -120,6 +120,19 @@ def test_the_nearest_posture_of_a_closed_arc_may_be_where_it_closes():
             assert np.max(np.abs(arc.nearest_to(q) - q)) < ON_ARC
 
 
+@pytest.mark.parametrize(('name', 'k'), [('fr3', 110), ('xarm7', 70)])
+def test_the_nearest_posture_is_found_where_a_joint_turns_at_the_first_sample(name, k):
+    # The end of a joint's range there was a place twice: at the end of a lap, and at its begin.
+    robot = redundant_arm(name)
+    target = ks.forward_kinematics(robot, poses_within(robot, k + 1, 7)[k])
+    for family in ks.inverse_kinematics(robot, target).families:
+        for arc in family.intervals:
+            assert np.diff(arc.s).min() > 0.0
+            for s in np.linspace(0.0, arc.length, 40):
+                q = arc.at(float(s))
+                assert np.max(np.abs(arc.nearest_to(q) - q)) < ON_ARC
+
+
 def inside_by_samples(family, limits, count=20_000):
     """Return how many arcs of a closed curve's dense samples are inside limits, no turns told."""
     arc = family.intervals[0]
@@ -142,6 +155,57 @@ def test_limits_cut_curves_into_as_many_arcs_as_dense_samples(limits):
         assert len(result.families) == len(whole.families)
         expected = sorted(inside_by_samples(family, limits, 3000) for family in whole.families)
         assert sorted(len(family.intervals) for family in result.families) == expected
+
+
+def test_limits_cut_one_curve_into_five_arcs():
+    free = random_arm('RRRRRRR', 0, (-math.inf, math.inf))
+    target = ks.forward_kinematics(free, poses_within(random_arm('RRRRRRR', 0), 1, 5)[0])
+    families = ks.inverse_kinematics(free, target).families
+    cut = [
+        (limits, counts)
+        for limits in [(-x, x) for x in np.arange(1.2, 3.1, 0.1).tolist()]
+        if max(counts := [inside_by_samples(one, limits, 1500) for one in families]) >= 5
+    ]
+    assert cut
+    for limits, counts in cut:
+        robot = random_arm('RRRRRRR', 0, limits)
+        result = ks.inverse_kinematics(robot, target, respect_limits=False)
+        found = sorted(len(family.intervals) for family in result.families)
+        assert found == sorted(counts)
+        assert_arcs_are_true(robot, target, result)
+
+
+def folds_of(robot, position):
+    """Return how often joint 1 turns round along all curves, and whether they are all."""
+    arm = sliced_arm.sliced_arm_of(robot, ('x', 'y', 'z'), '')
+    search = self_motion.CurveSearch(arm, ik_target_of(robot, position))
+    proved = search.prove()
+    return sum(len(curve.folds(np.eye(4)[0])) for curve in search.curves), proved
+
+
+def test_where_two_folds_become_one_nothing_is_missed():
+    # A curve turns round twice more on one side of such a target: a fold of higher order between.
+    robot = random_arm('RRRR', 3, (-math.inf, math.inf))
+    ends = [ks.forward_kinematics(robot, q)[:3, 3] for q in poses_within(robot, 8)]
+    met = 0
+    for a, b in zip(ends, ends[1:]):
+        counts = [folds_of(robot, a)[0], folds_of(robot, b)[0]]
+        if counts[0] == counts[1]:
+            continue
+        low, high = 0.0, 1.0
+        for _ in range(30):
+            middle = 0.5 * (low + high)
+            if folds_of(robot, a + middle * (b - a))[0] == counts[0]:
+                low = middle
+            else:
+                high = middle
+        for share in (low, high, low - 1e-6, high + 1e-6):
+            position = a + share * (b - a)
+            result = ks.inverse_kinematics(robot, position)
+            assert result.complete in ('proved', 'found')
+            assert not missed(robot, position, result, SLICES, 0, rows=('x', 'y', 'z'))
+            met += 1
+    assert met
 
 
 def test_a_limit_that_a_curve_only_touches_does_not_end_it():

@@ -78,9 +78,10 @@ from .self_motion.charts import CurveChart as CurveChart
 from .self_motion.closed_curves import ClosedCurves as ClosedCurves
 from .self_motion.closed_curves import closed_curves as closed_curves
 from .self_motion.curve_path import CurvePath as CurvePath
-from .self_motion.curve_path import marks as marks
+from .self_motion.curve_path import folds as folds
 from .self_motion.curve_path import nearest_place as nearest_place
 from .self_motion.curve_path import write_places as write_places
+from .self_motion.curve_pieces import cut as cut
 from .self_motion.curve_point import CurvePoint as CurvePoint
 from .self_motion.curves import corrected as corrected
 from .self_motion.curves import fold_at as fold_at

@@ -264,7 +264,8 @@ class ClosedCurves:
             stop = at[i + 1] if i + 1 < count else at[0] + places.TAU
             after = which[i + 1] if i + 1 < count else which[0]
             added = self._add_piece(at[i], stop, side, which[i], after)
-            # A single root of D parts a piece from none.
+            # A single root of D parts a piece from none. Where it does not, the tangents of both
+            # pieces refuse to go on from one to the other, but not if neither is one.
             if added < 0 or i > 0 and which[i] == OF_THREE and added == before:
                 return False
             first, before = added if i == 0 else first, added

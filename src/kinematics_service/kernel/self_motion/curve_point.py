@@ -50,13 +50,14 @@ class CurvePoint:
         self.screws: Flat = arrays.numbers(screws, 7 * n)
         self.motion: Flat = arrays.numbers(motion, 16)
         self.centre: Flat = arrays.numbers(centre, 3)
-        self.room: Flat = arrays.scratch(2 * n + 6 * (n + 1) + 9 + 6 + n)
+        self.room: Flat = arrays.scratch(2 * n + 6 * (n + 1) + 9 + 3 + 6 + n + 1)
         self.psi: Flat = self.room
         self.tangent: Flat = arrays.after(self.psi, n)
         self.W: Flat = arrays.after(self.tangent, n)
         self.R: Flat = arrays.after(self.W, 6 * (n + 1))
-        self.order: FlatIntegers = arrays.as_whole(arrays.after(self.R, 9))
-        self.used: FlatIntegers = arrays.whole_after(self.order, 6)
+        self.back: Flat = arrays.after(self.R, 9)
+        self.order: FlatIntegers = arrays.as_whole(arrays.after(self.back, 3))
+        self.joints: FlatIntegers = arrays.whole_after(self.order, 6)
         self._arrays: tuple[object, ...] = screws, motion, centre
 
     def __dealloc__(self) -> None:
@@ -74,14 +75,14 @@ class CurvePoint:
                 return False
             square: float = 0.0
             for i in range(self.rows):
-                way = self.W[(self.n + 1) * i + self.n]
+                way = self.W[(self.n + 1) * i]
                 square += way * way
             step = math.sqrt(square)
             if not step < 1e6:
                 return False
             share: float = min(1.0, LONGEST / step) if step > 0.0 else 1.0
             for i in range(self.rows):
-                self.psi[self.order[i]] -= share * self.W[(self.n + 1) * i + self.n]
+                self.psi[self.order[i]] -= share * self.W[(self.n + 1) * i]
             if step < STANDS:
                 return True
         return False
@@ -93,7 +94,7 @@ class CurvePoint:
             return False
         square = 1.0
         for i in range(self.rows):
-            way = -self.W[(self.n + 1) * i + self.parameter]
+            way = -self.W[(self.n + 1) * i + 1]
             self.tangent[self.order[i]] = way
             square += way * way
         size = 1.0 / math.sqrt(square)
@@ -103,41 +104,42 @@ class CurvePoint:
         return True
 
     def _linearise(self) -> None:
-        # Writes the columns of the derivative, and behind them what is left.
+        # Writes what is left, and behind it the columns of the derivative.
         R, M, unit = self.R, self.motion, 1.0 / self.length
         c = vectors.three(self.centre, 0)
         p: Vector = (0.0, 0.0, 0.0)
         for i in range(9):
             R[i] = 1.0 if i % 4 == 0 else 0.0
         for k in range(self.n):
-            z, at = vectors.axis_of(self.screws, k), vectors.point_of(self.screws, k)
-            axis = self._turned(z)
-            if vectors.slides(self.screws, k):
-                self._write_column(k, unit, axis, 0.0, axis)
-                p = vectors.plus(p, self.psi[k], axis)
+            screw = arrays.after(self.screws, 7 * k)
+            axis, reach = self._turned(screw), self._turned(arrays.after(screw, 3))
+            if screw[6] > 0.5:
+                self._write_column(1 + k, unit, axis, 0.0, axis)
+                p = _plus(p, self.psi[k], axis)
                 continue
-            o = vectors.plus(self._turned(at), 1.0, p)
-            lever = vectors.cross(axis, vectors.plus(c, -1.0, o))
-            self._write_column(k, unit, lever, 1.0, axis)
+            o = _plus(p, 1.0, reach)
+            x, y, z = c[0] - o[0], c[1] - o[1], c[2] - o[2]
+            lever: Vector = (
+                axis[1] * z - axis[2] * y,
+                axis[2] * x - axis[0] * z,
+                axis[0] * y - axis[1] * x,
+            )
+            self._write_column(1 + k, unit, lever, 1.0, axis)
             s, cosine = chain_pass.sincos(self.psi[k])
-            for i in range(3):
-                v = vectors.three(R, 3 * i)
-                along = vectors.dot(z, v) * (1.0 - cosine)
-                w = vectors.cross(v, z)
-                R[3 * i] = cosine * v[0] + s * w[0] + along * z[0]
-                R[3 * i + 1] = cosine * v[1] + s * w[1] + along * z[1]
-                R[3 * i + 2] = cosine * v[2] + s * w[2] + along * z[2]
-            p = vectors.plus(o, -1.0, self._turned(at))
-        away = vectors.plus(c, -1.0, vectors.apart(M, 3, 4))
-        back = (
-            M[0] * away[0] + M[4] * away[1] + M[8] * away[2],
-            M[1] * away[0] + M[5] * away[1] + M[9] * away[2],
-            M[2] * away[0] + M[6] * away[1] + M[10] * away[2],
-        )
-        left = vectors.plus(vectors.plus(self._turned(back), 1.0, p), -1.0, c)
-        self._write_column(self.n, unit, left, 1.0, self._turn_left())
+            # R becomes R times the turn: each row v of it v c + v x z s + (v . z) z (1 - c).
+            turn: Vector = (s * screw[0], s * screw[1], s * screw[2])
+            share: float = 1.0 - cosine
+            _turn_row(R, screw, cosine, turn, share * axis[0])
+            _turn_row(arrays.after(R, 3), screw, cosine, turn, share * axis[1])
+            _turn_row(arrays.after(R, 6), screw, cosine, turn, share * axis[2])
+            p = _plus(o, -1.0, self._turned(arrays.after(screw, 3)))
+        x, y, z = c[0] - M[3], c[1] - M[7], c[2] - M[11]
+        back, left = self.back, _plus(p, -1.0, c)
+        for i in range(3):
+            back[i] = M[i] * x + M[4 + i] * y + M[8 + i] * z
+        self._write_column(0, unit, _plus(left, 1.0, self._turned(back)), 1.0, self._left())
 
-    def _turn_left(self) -> Vector:
+    def _left(self) -> Vector:
         # Half of what is skew in R M^T: (entry (2, 1) - (1, 2), ...) / 2.
         R, M = self.R, self.motion
         a, b, c = vectors.three(R, 0), vectors.three(R, 3), vectors.three(R, 6)
@@ -148,12 +150,12 @@ class CurvePoint:
             0.5 * (vectors.dot(b, x) - vectors.dot(a, y)),
         )
 
-    def _turned(self, v: Vector) -> Vector:
-        R = self.R
+    def _turned(self, v: Flat) -> Vector:
+        R, x, y, z = self.R, v[0], v[1], v[2]
         return (
-            R[0] * v[0] + R[1] * v[1] + R[2] * v[2],
-            R[3] * v[0] + R[4] * v[1] + R[5] * v[2],
-            R[6] * v[0] + R[7] * v[1] + R[8] * v[2],
+            R[0] * x + R[1] * y + R[2] * z,
+            R[3] * x + R[4] * y + R[5] * z,
+            R[6] * x + R[7] * y + R[8] * z,
         )
 
     def _write_column(self, k: int, unit: float, v: Vector, share: float, w: Vector) -> None:
@@ -164,45 +166,74 @@ class CurvePoint:
             W[5 * wide + k] = share * w[2]
 
     def _solve(self, parameter: int) -> bool:
-        # Gauss and Jordan with complete pivoting: `order` says which joint each row gives, the one
-        # that is left is the parameter.
-        rows, n, wide, W = self.rows, self.n, self.n + 1, self.W
-        for j in range(n):
-            self.used[j] = 1 if j == parameter else 0
-        for k in range(rows):
-            if not self._take_pivot(k):
-                return False
-            q = self.order[k]
-            for i in range(rows):
-                share = W[wide * i + q]
-                if i != k and share != 0.0:
-                    for j in range(wide):
-                        W[wide * i + j] -= share * W[wide * k + j]
-        for j in range(n):
-            if self.used[j] == 0:
-                self.parameter = j
+        # Gauss and Jordan with complete pivoting: `order` says which joint each row gives. Columns
+        # change places, so that those that are not done come first: behind what is left, and a
+        # parameter that is given. In the end it, or the one that no row gives, is the second.
+        rows, wide, W, joints = self.rows, self.n + 1, self.W, self.joints
+        for j in range(self.n):
+            joints[1 + j] = j
+        first = 1
         if parameter >= 0:
-            self.parameter = parameter
+            self._exchange_columns(1, 1 + parameter)
+            first = 2
+        for k in range(rows):
+            count = wide - k
+            if not self._take_pivot(k, first, count):
+                return False
+            count -= 1
+            pivot = arrays.after(W, wide * k)
+            for i in range(rows):
+                row = arrays.after(W, wide * i)
+                share = row[count]
+                if i != k:
+                    for j in range(count):
+                        row[j] -= share * pivot[j]
+        self.parameter = joints[1]
         return True
 
-    def _take_pivot(self, k: int) -> bool:
-        # Brings the largest number left into row k, and makes it 1; False where all are nothing.
-        rows, n, wide, W = self.rows, self.n, self.n + 1, self.W
-        row, q, best = k, 0, 0.0
-        for i in range(k, rows):
-            for j in range(n):
-                size = abs(W[wide * i + j])
-                if size > best and self.used[j] == 0:
-                    best, row, q = size, i, j
+    def _exchange_columns(self, a: int, b: int) -> None:
+        W, wide, joints = self.W, self.n + 1, self.joints
+        for i in range(self.rows):
+            x = W[wide * i + a]
+            W[wide * i + a] = W[wide * i + b]
+            W[wide * i + b] = x
+        k = joints[a]
+        joints[a] = joints[b]
+        joints[b] = k
+
+    def _take_pivot(self, k: int, first: int, count: int) -> bool:
+        # Brings the largest number of the columns left into row k, makes it 1, and brings its
+        # column behind the others; False where all are nothing.
+        wide, W = self.n + 1, self.W
+        at, best = first, 0.0
+        row: int = k
+        for i in range(k, self.rows):
+            line = arrays.after(W, wide * i)
+            for j in range(first, count):
+                size = abs(line[j])
+                if size > best:
+                    best, row, at = size, i, j
         if not 1e-15 < best < 1e150:
             return False
-        self.used[q], self.order[k] = 1, q
-        if row != k:
-            for j in range(wide):
-                x = W[wide * row + j]
-                W[wide * row + j] = W[wide * k + j]
-                W[wide * k + j] = x
-        inverse = 1.0 / W[wide * k + q]
-        for j in range(wide):
-            W[wide * k + j] *= inverse
+        self.order[k] = self.joints[at]
+        if at != count - 1:
+            self._exchange_columns(at, count - 1)
+        line, pivot = arrays.after(W, wide * row), arrays.after(W, wide * k)
+        inverse = 1.0 / line[count - 1]
+        for j in range(count):
+            x = line[j] * inverse
+            line[j] = pivot[j]
+            pivot[j] = x
         return True
+
+
+# In this module, so that the compiler makes it a part of its caller, as vectors.plus is not.
+def _plus(a: Vector, share: float, b: Vector) -> Vector:
+    return (a[0] + share * b[0], a[1] + share * b[1], a[2] + share * b[2])
+
+
+def _turn_row(row: Flat, axis: Flat, cosine: float, turn: Vector, along: float) -> None:
+    x, y, z = row[0], row[1], row[2]
+    row[0] = cosine * x + (y * turn[2] - z * turn[1]) + along * axis[0]
+    row[1] = cosine * y + (z * turn[0] - x * turn[2]) + along * axis[1]
+    row[2] = cosine * z + (x * turn[1] - y * turn[0]) + along * axis[2]

@@ -1,31 +1,22 @@
 """The arcs of a curve of solutions that are inside the joint limits, full turns told apart."""
 
 import functools
-import itertools
 import math
+import operator
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
-from .curve import CurveMarks, SolutionCurve, marks_of, places_of
+from .curve import CurvePieces, SolutionCurve, pieces_of, places_of
 from .plan import InversePlan
 from .result import IkArc, IkArcEnd
 from .sliced_arm import SlicedArm
 
 SIDES = ('lower', 'upper')
-# Places as near to each other are one, as a share of the way between samples.
-ONE = 1e-7
 Turns = tuple[int, ...]
-
-
-class _Crossing(NamedTuple):
-    # A place of a curve where a joint is at a limit.
-    place: float
-    end: IkArcEnd
 
 
 class JointCurve:
@@ -49,7 +40,6 @@ class JointCurve:
         self.last = len(curve.psi) - 1
         # Row j: joint j by the screws.
         self.path = curve.path(arm.uncoupling[: robot.dof])
-        self.marks = marks_of(self.path, plan.limits, plan.periods)
         self.lap = np.zeros(robot.dof)
         if curve.closed:
             self.lap = arm.to_joints(curve.psi[-1] - curve.psi[0], robot.dof)
@@ -62,8 +52,8 @@ class JointCurve:
     def at(self, places: Floats) -> Floats:
         """Return joint positions (m, n) at places (m,) of the curve."""
         laps = np.floor(places / self.last) if self.curve.closed else np.zeros(len(places))
-        psi = places_of(self.path, places - laps * self.last)
-        return self.arm.to_joints(psi, self.robot.dof) + laps[:, None] * self.lap
+        q = places_of(self.path, places - laps * self.last)
+        return q + laps[:, None] * self.lap
 
     def nearest(self, begin: float, end: float, q: Floats) -> float:
         """Return the place nearest to joint positions (n,) between two next to each other."""
@@ -75,62 +65,23 @@ class JointCurve:
     def spread(self, places: Floats) -> Floats:
         """Return how far the joints (n,) leave the chord of two places at most, by proof."""
         laps = np.floor(places / self.last) if self.curve.closed else np.zeros(2)
-        widths = self.curve.spread(*places_of(self.path, places - laps * self.last))
+        widths = self.curve.spread(*map(self.curve.at, places - laps * self.last))
         if not math.isfinite(widths[0]):
             return np.full(self.robot.dof, math.inf)
         return np.asarray(np.abs(self.arm.uncoupling[: self.robot.dof]) @ widths)
 
     def arcs(self) -> tuple[IkArc, ...]:
         """Return the arcs inside the limits; those that differ by full turns once."""
-        if self.marks is None:
+        pieces = pieces_of(self.path, _bounds_of(self.plan), self.curve.closed)
+        if pieces is None:
             return ()
-        crossings = self._crossings(self.marks)
-        if not self.curve.closed:
-            stop = IkArcEnd('', 'singular')
-            crossings = [_Crossing(0.0, stop), *crossings, _Crossing(float(self.last), stop)]
-        elif not crossings:
-            crossings = [_Crossing(0.0, IkArcEnd('', ''))]
-        pieces = len(crossings) if self.curve.closed else len(crossings) - 1
-        ends = np.array([one.place for one in crossings])
-        following = np.append(ends, ends[0] + self.last)[: pieces + 1]
-        q = self.at(np.concatenate([ends, 0.5 * (following[:-1] + following[1:])]))
-        inside = self._turns_inside(q[len(ends) :])
-        if not any(inside):
-            return ()
-        samples = self._samples(self.marks.places[self.marks.sides > 1])
-        arcs: dict[tuple[int, int], IkArc] = {}
-        for first, count, turns, closed in self._paths(inside):
-            if (first, count) in arcs:
-                arcs[first, count] = arcs[first, count].wound_once_more()
-                continue
-            laps, last = divmod(first + count, pieces) if self.curve.closed else (0, first + count)
-            stop = ends[last] + laps * self.last
-            sides = () if closed else (crossings[first].end, crossings[last].end)
-            rows = q[first], q[last] + laps * self.lap
-            arcs[first, count] = self._arc((ends[first], stop), rows, turns, sides, samples)
-        return tuple(arcs.values())
-
-    def _crossings(self, marks: CurveMarks) -> list[_Crossing]:
-        names, at_limit = self.robot.joint_names, marks.sides < 2
-        limits = zip(*(column[at_limit].tolist() for column in marks))
-        return _once(
-            sorted(_Crossing(x % self.last, IkArcEnd(names[j], SIDES[i])) for x, j, i in limits)
+        # Those that differ by full turns have the same pieces.
+        found: dict[tuple[int, int], list[tuple[Turns, bool]]] = {}
+        for first, count, turns, closed in self._paths(_turns_inside(pieces.turns)):
+            found.setdefault((first, count), []).append((turns, closed))
+        return tuple(
+            self._arc(pieces, *key, *windings[0], len(windings)) for key, windings in found.items()
         )
-
-    def _turns_inside(self, q: Floats) -> list[set[Turns]]:
-        # Of each piece, by its middle, the numbers of periods that bring all joints inside their
-        # limits.
-        low, high = self.plan.limits.T
-        wound = np.isfinite(low) & np.isfinite(high) & np.isfinite(self.plan.periods)
-        periods = np.where(wound, self.plan.periods, 1.0)
-        first = np.where(wound, np.ceil((np.where(wound, low, 0.0) - q) / periods), 0.0)
-        last = np.where(wound, np.floor((np.where(wound, high, 0.0) - q) / periods), 0.0)
-        last[~wound & ((q < low) | (q > high))] = -1.0
-        choices: list[set[Turns]] = [set() for _ in q]
-        for i in np.flatnonzero(np.all(first <= last, axis=1)).tolist():
-            ways = zip(first[i].astype(int).tolist(), last[i].astype(int).tolist())
-            choices[i] = set(itertools.product(*(range(a, b + 1) for a, b in ways)))
-        return choices
 
     def _paths(self, inside: list[set[Turns]]) -> list[tuple[int, int, Turns, bool]]:
         # Of each arc its first piece, how many it has, its turns, and whether it closes.
@@ -152,58 +103,63 @@ class JointCurve:
     def _next(self, i: int, turns: Turns, pieces: int) -> tuple[int, Turns]:
         if i + 1 < pieces or not self.curve.closed:
             return i + 1, turns
+        return 0, tuple(map(operator.add, turns, self._turns_of_lap))
+
+    @functools.cached_property
+    def _turns_of_lap(self) -> Turns:
         laps = np.where(np.isfinite(self.plan.periods), self.lap / self.plan.periods, 0.0)
         limited = np.isfinite(self.plan.limits).all(axis=1)
-        ways = np.where(limited, np.round(laps), 0.0).astype(int).tolist()
-        return 0, tuple(k + way for k, way in zip(turns, ways))
-
-    def _with_sides(self, ends: tuple[IkArcEnd, ...], q: Floats) -> tuple[IkArcEnd, ...]:
-        # Where a lower limit is an upper one a turn farther, the turns tell which it is.
-        sided = []
-        for end, at in zip(ends, (q[0], q[-1])):
-            if end.joint:
-                j = self.robot.joint_names.index(end.joint)
-                side = SIDES[int(np.argmin(np.abs(self.plan.limits[j] - at[j])))]
-                end = IkArcEnd(end.joint, side)
-            sided.append(end)
-        return tuple(sided)
-
-    def _samples(self, folds: Floats) -> tuple[Floats, Floats]:
-        # All places of a lap, sorted, where there are samples or ends of ranges; positions there.
-        places = np.concatenate([np.arange(self.last), folds])
-        order = np.argsort(places, kind='stable')
-        q = np.concatenate([self.samples[:-1], self.at(folds)])
-        # An end of a range at a sample is that sample.
-        apart = np.diff(places[order], prepend=-1.0) > ONE
-        return places[order][apart], q[order][apart]
+        return tuple(np.where(limited, np.round(laps), 0.0).astype(int).tolist())
 
     def _arc(
-        self,
-        ends: tuple[float, float],
-        rows: tuple[Floats, Floats],
-        turns: Turns,
-        sides: tuple[IkArcEnd, ...],
-        samples: tuple[Floats, Floats],
+        self, pieces: CurvePieces, first: int, count: int, turns: Turns, closed: bool, wound: int
     ) -> IkArc:
-        # Between two places, with the joint positions there.
-        places, q = [np.array(ends[:1])], [rows[0][None]]
-        for lap in range(int(ends[1] // self.last) + 1):
-            within = np.array([ends[0] + ONE, ends[1] - ONE]) - lap * self.last
-            begin, stop = np.searchsorted(samples[0], within).tolist()
-            places.append(samples[0][begin:stop] + lap * self.last)
-            q.append(samples[1][begin:stop] + lap * self.lap)
-        places.append(np.array(ends[1:]))
-        q.append(rows[1][None])
-        periods = np.where(np.isfinite(self.plan.periods), self.plan.periods, 0.0)
-        offset = np.array(turns) * periods
-        positions, at = np.concatenate(q) + offset, np.concatenate(places)
-        ways = (positions[1:] - positions[:-1]) / self.plan.scales
-        s = np.zeros(len(at))
-        np.cumsum(np.sqrt(np.einsum('ij,ij->i', ways, ways)), out=s[1:])
-        along = ArcPlaces(self, s, at, offset)
-        sided = self._with_sides(sides, positions)
+        # Of so many pieces, lap after lap.
+        plan, last, laps = self.plan, first + count, 0
+        if self.curve.closed:
+            laps, last = divmod(last, len(pieces.begins))
+        table, begin, stop = pieces.table, pieces.begins[first], pieces.begins[last] + 1
+        rows = table[begin:stop]
+        if laps:
+            parts = [table[begin:-1], *[table[:-1]] * (laps - 1), table[:stop]]
+            lap = table[-1] - table[0]
+            rows = np.concatenate([part + k * lap for k, part in enumerate(parts)])
+        offset = _turn_of(plan) * turns
+        q, s, places = rows[:, 2:] + offset, rows[:, 1] - rows[0, 1], rows[:, 0].copy()
+        ends = () if closed else (self._end(pieces, first, q[0]), self._end(pieces, last, q[-1]))
+        along = ArcPlaces(self, s, places, offset)
         # The limits and scales of a plan are frozen.
-        return IkArc(positions, s, not sides, sided, 1, self.plan.limits, self.plan.scales, along)
+        return IkArc(q, s, not ends, ends, wound, plan.limits, plan.scales, along)
+
+    def _end(self, pieces: CurvePieces, k: int, q: Floats) -> IkArcEnd:
+        joint, side = pieces.ends[k]
+        if side >= len(SIDES):
+            return IkArcEnd('', 'singular')
+        # Where a lower limit is an upper one a turn farther, the turns tell which it is.
+        low, high = np.abs(self.plan.limits[joint] - q[joint]).tolist()
+        return IkArcEnd(self.robot.joint_names[joint], SIDES[high < low])
+
+
+@functools.lru_cache(maxsize=128)
+def _bounds_of(plan: InversePlan) -> Floats:
+    # Of each joint its limits, period, and what a rad counts.
+    return np.column_stack([plan.limits, plan.periods, plan.scales])
+
+
+@functools.lru_cache(maxsize=128)
+def _turn_of(plan: InversePlan) -> Floats:
+    return np.where(np.isfinite(plan.periods), plan.periods, 0.0)
+
+
+def _turns_inside(turns: list[list[list[int]]]) -> list[set[Turns]]:
+    # Of each piece the numbers of periods that bring all joints inside their limits.
+    inside: list[set[Turns]] = []
+    for piece in turns:
+        ways: list[Turns] = [()]
+        for first, last in piece:
+            ways = [(*way, k) for way in ways for k in range(first, last + 1)]
+        inside.append(set(ways))
+    return inside
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,15 +200,3 @@ class ArcPlaces:
     def turned(self, offset: Floats) -> 'ArcPlaces':
         """Return the same with full turns (n,) added."""
         return replace(self, offset=self.offset + offset)
-
-
-def _once(crossings: list[_Crossing]) -> list[_Crossing]:
-    # Of crossings of a joint at one place the first one.
-    kept: list[_Crossing] = []
-    for one in crossings:
-        same = (
-            other.end.joint == one.end.joint for other in kept if one.place - other.place < ONE
-        )
-        if not any(same):
-            kept.append(one)
-    return kept

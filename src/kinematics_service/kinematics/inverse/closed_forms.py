@@ -78,16 +78,28 @@ def solutions_of(
     `which` of them; default: all.
     """
     which = range(proved.count) if which is None else which
-    names, exact = problem.robot.joint_names, problem.target.exact
+    names, exact, least = problem.robot.joint_names, problem.target.exact, -kernel.AT_LIMIT
+    new = object.__new__
+    rows = proved.q[which.start : which.stop].copy()
+    # What is seen of it is read-only, too.
+    rows.setflags(write=False)
     solutions = []
-    for k, q in zip(which, proved.q[which.start : which.stop].copy()):
+    for k, q in zip(which, rows):
         margin = proved.margin(k)
-        feasible = margin >= -kernel.AT_LIMIT
-        beyond: tuple[str, ...] = ()
-        if not feasible:
-            if only_feasible:
-                continue
-            beyond = tuple(name for j, name in enumerate(names) if proved.is_beyond(k, j))
-        error, posture = proved.miss(k), POSTURES[proved.posture(k)]
-        solutions.append(IkSolution(q, error, feasible, beyond, margin, posture, 1, error < exact))
+        feasible = margin >= least
+        if only_feasible and not feasible:
+            continue
+        error = proved.miss(k)
+        solution = new(IkSolution)
+        # Not field by field, as a frozen dataclass, which is a sixth of a call: see `made`.
+        own = solution.__dict__
+        own['q'], own['residual'], own['feasible'] = q, error, feasible
+        own['beyond'] = () if feasible else _beyond(proved, k, names)
+        own['margin'], own['posture'] = margin, POSTURES[proved.posture(k)]
+        own['multiplicity'], own['exact'] = 1, error < exact
+        solutions.append(solution)
     return tuple(solutions)
+
+
+def _beyond(proved: kernel.Solutions, k: int, names: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(name for j, name in enumerate(names) if proved.is_beyond(k, j))

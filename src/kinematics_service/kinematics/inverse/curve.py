@@ -8,33 +8,39 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import kernel
-from ...kernel import Floats, Integers
+from ...kernel import Floats
 from ...robot.chain import FrozenArrays
 
 # Most samples of a curve, eight times what the longest of a robot's had, and those that there is
 # room for at first: where lengths are far apart a curve has no end.
 MOST, FEW = 1 << 14, 1 << 12
-# Ends of ranges and limits of a curve that there is room for at first.
+# Limits and ends of ranges of a curve that there is room for at first.
 MARKS = 256
 
 
-class CurveMarks(NamedTuple):
+class CurvePieces(NamedTuple):
     """
-    Where on a curve a sum of positions is at an end of its range, or at a limit.
+    A curve cut where joints are at their limits.
 
     Attributes
     ----------
-    places : shape (m,)
-        Of `SolutionCurve.at`.
-    rows : shape (m,)
-        Which of the sums.
-    sides : shape (m,)
-        0 or 1 for a lower or upper limit, 2 for an end of the range.
+    table : shape (m, 2 + n)
+        Samples, limits and ends of joints' ranges, in their order: the place, of
+        `SolutionCurve.at`; how far along the curve (rad); the joint positions. The last row of a
+        closed curve is its first one again.
+    begins
+        Rows at which pieces begin, and of a curve that is not closed where the last one ends.
+    ends
+        There: which joint is at a limit, and 0 or 1 for a lower or upper one; more for none.
+    turns
+        Of each piece the least and largest number of periods by which each joint is inside its
+        limits; none where the least is larger.
     """
 
-    places: Floats
-    rows: Integers
-    sides: Integers
+    table: Floats
+    begins: list[int]
+    ends: list[list[int]]
+    turns: list[list[list[int]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +74,7 @@ class SolutionCurve(FrozenArrays):
 
     def at(self, place: float) -> Floats:
         """Return the solution (n,) at a place: a sample's number and a share of the next piece."""
-        path = self.path(np.empty((0, len(self.turning))))
+        path = self.path(np.eye(len(self.turning)))
         return np.asarray(places_of(path, np.array([place]))[0])
 
     def tangent_at(self, psi: Floats, k: int) -> Floats:
@@ -90,33 +96,38 @@ class SolutionCurve(FrozenArrays):
 
     def folds(self, direction: Floats) -> list[float]:
         """Return the places where a motion (n,) times the positions is largest or smallest."""
-        path, nothing = self.path(direction[None]), np.full((1, 2), np.inf)
-        marks = marks_of(path, nothing, nothing[0, :1])
-        return [] if marks is None else marks.places.tolist()
+        places = np.empty(len(self.psi))
+        count = kernel.folds(self.path(direction[None]), places)
+        return [float(place) for place in places[:count]]
 
 
 def places_of(path: kernel.CurvePath, places: Floats) -> Floats:
-    """Return the solutions (m, n) at places (m,) of a curve."""
-    psi = np.empty((len(places), path.n))
-    kernel.write_places(path, places, psi)
-    return psi
+    """Return what is looked at (m, k) at places (m,) of a curve."""
+    sums = np.empty((len(places), path.k))
+    kernel.write_places(path, places, sums)
+    return sums
 
 
-def marks_of(path: kernel.CurvePath, limits: Floats, periods: Floats) -> CurveMarks | None:
+def pieces_of(path: kernel.CurvePath, joints: Floats, closed: bool) -> CurvePieces | None:
     """
-    Return where the sums that are looked at are at ends of their ranges or at limits.
+    Return the pieces of a curve between limits; None where none is inside all of them.
 
-    `limits` (k, 2) come again after each period (k,). None: one of them is never inside.
+    `joints` (n, 4): limits, period, and what a rad counts, of each joint that is looked at.
     """
-    room = MARKS
+    room, rows = path.m + MARKS, np.empty(1, dtype=np.int64)
     while True:
-        places, kinds = np.empty(room), np.empty((room, 2), dtype=np.int64)
-        count = kernel.marks(path, limits, periods, places, kinds)
-        if count < 0:
-            return None
-        if count <= room:
-            return CurveMarks(places[:count], *kinds[:count].T)
-        room = count
+        table, kinds = np.empty((room, 2 + path.k)), np.empty((room, 2), dtype=np.int64)
+        begins = np.empty(room, dtype=np.int64)
+        turns = np.empty((room, path.k, 2), dtype=np.int64)
+        pieces = kernel.cut(path, joints, closed, table, kinds, begins, turns, rows)
+        if pieces >= 0:
+            break
+        room *= 4
+    if pieces == 0:
+        return None
+    begins = begins[: pieces + (not closed)]
+    ends = kinds[begins].tolist()
+    return CurvePieces(table[: rows[0] + closed], begins.tolist(), ends, turns[:pieces].tolist())
 
 
 def traced(

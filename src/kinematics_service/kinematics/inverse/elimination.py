@@ -9,12 +9,14 @@ from ...kernel import Floats
 from ...rigid_motion import exponential, inverse
 from .closed_forms import room_for
 from .problem import IkProblem
-from .screws import screws_of
-from .search import DistinctSolutions, refined, refinement
+from .screws import Screws, screws_of
+from .search import BATCH, DistinctSolutions, distinct, refined, refinement, starts
 from .target import residual_of
 
 # So far targets are moved beside a degenerate one, as shares of the length and in rad.
 BESIDE = (1e-6, 1e-4)
+# Imaginary parts (rad or m) that no real solution has, which refinement then proves.
+NOT_REAL = 1e-6
 
 
 class Eliminated(NamedTuple):
@@ -62,6 +64,31 @@ def eliminated_solutions(problem: IkProblem, arm: kernel.SixJoints) -> Eliminate
     return Eliminated(solutions, (found, arm.bound), real, bool(proved))
 
 
+def completed_solutions(problem: IkProblem, arm: kernel.SixJoints) -> DistinctSolutions | None:
+    """
+    Return all solutions where starts lead to real ones that elimination left out.
+
+    They are all where with the complex ones as many are certified as there can be; None where that
+    is not so.
+    """
+    robot, target, plan = problem.robot, problem.target, problem.plan
+    screws = screws_of(robot.chain)
+    arrived = refined(target, plan, starts(robot, plan, problem.random(), BATCH), far=True)
+    found, _ = distinct(target, plan, arrived)
+    psi, accuracy = np.zeros((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
+    motion = np.ascontiguousarray(target.pose @ inverse(screws.home))
+    complex_ones = kernel.complex_solutions(arm, motion, psi, accuracy)
+    count = complex_ones + len(found.q)
+    if count > len(psi):
+        return None
+    psi[complex_ones:count] = 0.0
+    psi[complex_ones:count, :, 0] = found.q @ screws.coupling.T
+    count = kernel.followed_solutions(arm, motion, count, psi)
+    real = psi[:count][np.max(np.abs(psi[:count, :, 1]), axis=1) < NOT_REAL, :, 0]
+    every, _ = distinct(target, plan, refined(target, plan, _positions(screws, real)))
+    return every if count == arm.bound and len(every.q) == len(real) else None
+
+
 class Beside(NamedTuple):
     """
     What targets beside a degenerate one show of it.
@@ -104,9 +131,14 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
             count = kernel.complex_solutions(arm, pose @ home, psi, accuracy)
             count = kernel.followed_solutions(arm, target.pose @ home, count, psi)
             real = _real_ones(psi[:count])
-            candidates.append(np.asarray(np.linalg.solve(screws.coupling, real.T).T, np.float64))
+            candidates.append(_positions(screws, real))
             simple = max(simple, (count, len(real)))
     return Beside(refined(target, plan, np.vstack(candidates), far=True), simple)
+
+
+def _positions(screws: Screws, psi: Floats) -> Floats:
+    # Of the angles (m, 6) that the screws turn by.
+    return np.asarray(np.linalg.solve(screws.coupling, psi.T).T, np.float64)
 
 
 def _real_ones(psi: Floats) -> Floats:

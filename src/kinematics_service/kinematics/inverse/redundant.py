@@ -16,7 +16,7 @@ from .arcs import JointCurve
 from .families import SolutionFamily, nearer, tangent
 from .plan import InversePlan
 from .problem import IkProblem
-from .result import IkArc, IkFamily, IkResult, Method
+from .result import IkArc, IkFamily, IkResult, Method, squares_of
 from .search import DistinctSolutions, LeastError, errors_at, refined, starts
 from .self_motion import CurveSearch
 from .sliced_arm import sliced_arm_of
@@ -62,8 +62,8 @@ def _of_curves(
         with_arcs = [(curve, arcs) for curve, arcs in with_arcs if arcs]
     families = [_family_of_curve(problem, curve, arcs) for curve, arcs in with_arcs]
     families += [family_of(problem, family) for family in alone]
-    away = [float(np.linalg.norm((f.q - problem.near) / plan.scales)) for f in families]
-    ordered = tuple(families[k] for k in np.argsort(away, kind='stable'))
+    families.sort(key=lambda one: _square((one.q - problem.near) / plan.scales))
+    ordered = tuple(families)
     best = LeastError(ordered[0].q, ordered[0].residual)
     proved = not search.gap
     by: Method = 'algebraic' if proved else 'search'
@@ -99,7 +99,11 @@ def _family_of_curve(problem: IkProblem, curve: JointCurve, arcs: tuple[IkArc, .
 
 
 def _away(problem: IkProblem, arc: IkArc) -> float:
-    return float(np.min(np.linalg.norm((arc.q - problem.near) / problem.plan.scales, axis=1)))
+    return float(squares_of((arc.q - problem.near) / problem.plan.scales).min())
+
+
+def _square(way: Floats) -> float:
+    return float(way @ way)
 
 
 def redundant_family(

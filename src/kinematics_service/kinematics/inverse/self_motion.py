@@ -28,8 +28,9 @@ SHORTEST = 1e-12
 TUBES = (0.1, 0.03, 0.01, 0.003, 0.001)
 # Solutions of a slice are the same as points of a curve (rad or m).
 SAME = 1e-7
-# A point of a curve is in the tube of one of so many samples nearest to it.
-NEXT = 4
+# A point of a curve is in the tube of one of so many samples nearest to it; no chart reaches
+# farther (rad): 0.69 over the root of n, in units in which a rad of each axis is 1 at least.
+NEXT, REACH = 4, 0.35
 # Positions of the held joint for slices that are to find, not to prove (rad).
 MORE = np.linspace(-math.pi, math.pi, 24, endpoint=False) + 0.05
 # Curves and pieces of complex solutions at most.
@@ -335,12 +336,13 @@ def _one_of_each_pair(solutions: Floats) -> list[Floats]:
 
 def _is_on(curve: SolutionCurve, psi: Floats) -> bool:
     # Whether a solution (n,) is on a curve: in the tube of a piece next to it.
+    away = (curve.psi - psi)[:, curve.turning]
+    away -= math.tau * np.round(away / math.tau)
+    far = np.abs(away, out=away).max(axis=1, initial=0.0)
+    near = np.flatnonzero(far < REACH)
     t = np.zeros((len(psi), 2))
     t[:, 0] = psi
-    away = curve.psi - psi
-    away -= np.where(curve.turning, math.tau * np.round(away / math.tau), 0.0)
-    away = np.max(np.abs(away), axis=1)
-    for k in np.argsort(away)[:NEXT].tolist():
+    for k in near[np.argsort(far[near])[:NEXT]].tolist():
         if curve.tangent_at(curve.psi[k], k) is not None and kernel.holds(curve.chart, t, 1.0):
             return True
     return False

@@ -30,13 +30,18 @@ from .closed_forms import (
     room_for,
     solutions_of,
 )
-from .elimination import Eliminated, eliminated_solutions, solutions_beside
+from .elimination import (
+    Eliminated,
+    completed_solutions,
+    eliminated_solutions,
+    solutions_beside,
+)
 from .families import SUSPECT, isolated_or_not, tangent
 from .multiple import with_multiplicities
 from .plan import elimination_of, plan_for
 from .problem import IkProblem, near_or_middle
 from .redundant import dimension, into_limits, redundant_result
-from .result import IkFamily, IkResult, Method
+from .result import IkFamily, IkResult, Method, made
 from .search import DistinctSolutions, LeastError, distinct, reached, refinement, search, starts
 from .target import ik_target_of, poses_of
 
@@ -258,8 +263,17 @@ def _solved(
     inside = len(wanted) if respect_limits else sum(one.feasible for one in wanted)
     if not inside:
         return None
-    reason = inside_limits(inside, 0)
-    return IkResult(wanted, (), 'solved', reason, method, None, 'proved', roots)
+    return made(
+        IkResult,
+        solutions=wanted,
+        families=(),
+        status='solved',
+        reason=inside_limits(inside, 0),
+        method=method,
+        nearest=None,
+        complete='proved',
+        roots=roots,
+    )
 
 
 def _unsure(problem: IkProblem, closed: kernel.Solutions, respect_limits: bool) -> IkResult:
@@ -290,6 +304,10 @@ def _degenerate(
 ) -> IkResult:
     # Where solutions have become one, or every determinant vanishes, at the target itself.
     robot, checked, plan, near, *_ = problem
+    completed, best = completed_solutions(problem, arm), LeastError(near, np.inf)
+    if completed is not None:
+        every = (arm.bound, arm.bound)
+        return answer(problem, completed, _method_of(arm), best, respect_limits, every)
     beside = solutions_beside(problem, arm)
     certified, real = max(beside.simple, (eliminated.roots[0], eliminated.real))
     known, _ = distinct(checked, plan, _joined(_found(eliminated.solutions), beside.found))
@@ -299,7 +317,7 @@ def _degenerate(
         # A multiplicity of 0 is unknown; a singular one of 1 may be among the certified ones.
         multiples = found.multiplicities[np.count_nonzero(~singular) :]
         if all(m > 1 for m in multiples) and certified + sum(multiples) == arm.bound:
-            best, roots = LeastError(near, np.inf), (arm.bound, arm.bound)
+            roots = (arm.bound, arm.bound)
             return result_of(problem, found, (), _method_of(arm), best, respect_limits, roots)
     return _searched(problem, respect_limits, known)
 

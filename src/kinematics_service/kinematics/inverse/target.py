@@ -118,7 +118,7 @@ def ik_target_of(
             f'tolerance must be 0 or a positive number (m and rad), not {tolerance}', 'tolerance'
         )
     try:
-        given = np.array(target, dtype=np.float64, order='C')
+        given = np.asarray(target, dtype=np.float64, order='C')
     except (TypeError, ValueError):
         raise TargetError(
             'target must be numbers: a pose (4, 4) or a position (3,)', 'target', SHAPES

@@ -36,7 +36,7 @@ TOLD = 'each step has two solutions, told apart by the sign of a factor of det(J
 NO_CUSPS = (
     'no position of the three joints has three equal solutions, which is proved by subdivision, '
     'and without such a position there is no change (a theorem for three turning joints: '
-    'Salunkhe, Spartalis, Capco, Chablat, Wenger 2022)'
+    'Salunkhe, Spartalis, Capco, Chablat, Wenger 2022, arXiv 2202.08686)'
 )
 
 
