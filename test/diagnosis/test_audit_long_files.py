@@ -129,8 +129,7 @@ def poses_of(robot, q, random):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('missing', [False, True])
-@pytest.mark.parametrize('back', [False, True])
+@pytest.mark.parametrize(('missing', 'back'), [(False, True), (True, False)])
 def test_pieces_of_a_table_give_the_same_document(tmp_path, capsys, monkeypatch, missing, back):
     robot = robot_of('ur5e')
     random = np.random.default_rng(8)
