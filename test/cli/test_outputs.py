@@ -359,9 +359,7 @@ LARGE_OUTPUTS = [
     'robots',
     'derive planar_2r --format html',
     'export ur5e --urdf -',
-    'check ur5e puma560 panda kuka_iiwa7',
     'audit run.csv --robot planar_2r --json -',
-    'jacobian --robot ur5e --q=0,1,1,1,1,1 --json',
     'audit --help',
 ]
 
