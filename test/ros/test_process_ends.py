@@ -323,7 +323,7 @@ def long_bags(tmp_path_factory):
         return q, np.cos(t[:, None] + np.arange(robot.dof))
 
     bags = [folder / 'a.mcap', folder / 'b.mcap']
-    write_motion(bags[0], robot.joint_names, 300_000, motion)
+    write_motion(bags[0], robot.joint_names, 120_000, motion)
     shutil.copy(*bags)
     return bags
 

@@ -134,6 +134,8 @@ WRONG = {
         'q4 = atan2(r21, r11) + q1 + q2 + q3',
         'q4 = atan2(r21, r11) - q1 - q2',
         'q4 = q3',
+        # The other joints follow whatever it is.
+        'q4 = 0.4',
         'q3 = atan2(r21, r11) - q1 - q2',
         'q2 = atan2(y, x) - q1',
         'q1 = atan2(r21, r11) - q2',
