@@ -311,6 +311,16 @@ def test_a_length_that_explains_most_but_not_two_thirds_is_mentioned_not_named(s
     assert 'a of links[2]' in diagnosis.sentence
 
 
+def test_a_length_that_explains_just_two_thirds_is_named():
+    robot, t, q, B = poses_of_arm('ur5e')
+    text = ks.bundled_robots()['ur5e'].read_text().partition('known_poses:')[0]
+    longer = ks.robot_from_text(text.replace('-0.425', '-0.435'))
+    B[:, :3, 3] += 2e-3 * np.random.default_rng(1).normal(size=(len(B), 3))
+    (cause,) = diagnose_frames(longer, q, B, t).causes
+    assert cause.key == 'link_length'
+    assert 3.0 <= cause.ratio < 4.0
+
+
 @pytest.mark.parametrize('axis', [0, 2])
 def test_mirrored_axes_are_refused_not_explained(axis):
     robot, t, q, B = poses_of_arm('ur5e', 40)
