@@ -246,6 +246,14 @@ def test_an_error_in_a_corner_is_no_drift_of_the_session_that_measured_it(name):
     assert 'are in other places' in found.terms[0].doubt
 
 
+def test_a_gain_of_less_than_two_of_its_deviations_is_chance():
+    rows, _ = in_sessions('scara_hsr065', 1, drift=1.2e-5)
+    found = rows.calibrated(sessions=rows.marks, check=False)
+    for one in found.terms:
+        assert 1.0 < one.gain < 2.0 * one.gain_deviation
+    assert not kept_of(found)
+
+
 def test_few_rows_tell_no_drift_and_a_load_at_one_pose_no_elasticity():
     robot = robot_of('ur5e')
     rows = Rows('ur5e', 0, positions_within(robot, 6, 0), np.repeat([0, 1], 3))
