@@ -12,7 +12,7 @@ import xml.etree.ElementTree as ElementTree
 import linkages
 import numpy as np
 import pytest
-from arms import BUNDLED, LOOPED, robot_of, without_known_poses
+from arms import BUNDLED, DISTINCT_BUNDLED, LOOPED, robot_of, without_known_poses
 from folders import GOLDEN
 
 import kinematics_service as ks
@@ -90,7 +90,7 @@ def curves(axes):
 # The skeleton, by another road: the columns of J are the screws of the joints.
 
 
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_joint_axes_are_those_of_the_jacobian(name):
     robot = robot_of(name)
     q = np.random.default_rng(3).uniform(*finite_ranges(robot).T)
@@ -110,7 +110,7 @@ def test_joint_axes_are_those_of_the_jacobian(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_the_drawn_arm_is_one_line_from_the_base_to_the_tool(name):
     robot = robot_of(name)
     q = shown_pose(name)
@@ -436,7 +436,7 @@ def test_intervals_near_singular_poses_are_shaded_and_named():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_units_of_determinant_and_manipulability(name):
     # By scaling: an arm twice as large has 2^k times the number where the unit is m^k.
     robot = robot_of(name)

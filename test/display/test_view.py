@@ -16,7 +16,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from arms import BUNDLED, robot_of
+from arms import DISTINCT_BUNDLED, robot_of
 from folders import CONFIG
 from tolerances import ROUND_OFF
 
@@ -88,7 +88,7 @@ def test_the_ellipsoid_is_the_image_of_the_unit_ball_of_joint_velocities(name):
         assert inside[:, ~reach] == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_a_joint_turns_the_tool_about_the_axes_drawn_for_it(name):
     robot = robot_of(name)
     q = pose_of(robot)
@@ -191,7 +191,7 @@ def test_the_name_of_the_factor_is_said():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_every_robot_can_be_seen_everywhere(name):
     robot = robot_of(name)
     poses = [pose_of(robot), np.zeros(robot.dof), np.full(robot.dof, 0.5)]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from arms import BUNDLED, DISTINCT, LOOPED, calm_poses, robot_of
+from arms import DISTINCT, DISTINCT_BUNDLED, LOOPED, calm_poses, robot_of
 from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
@@ -110,7 +110,9 @@ def test_where_a_loop_does_not_close_there_is_no_acceleration():
 
 
 @pytest.mark.peers
-@pytest.mark.parametrize('name', [n for n in BUNDLED if not n.startswith('parallelogram')])
+@pytest.mark.parametrize(
+    'name', [n for n in DISTINCT_BUNDLED if not n.startswith('parallelogram')]
+)
 def test_pinocchio_classical_accelerations_of_a_row_and_the_tool(name):
     pinocchio = pytest.importorskip('pinocchio')
     robot = robot_of(name)

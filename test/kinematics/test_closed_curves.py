@@ -70,7 +70,7 @@ def test_other_arms_have_none(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', [*CLOSED, *range(8)])
+@pytest.mark.parametrize('name', [*CLOSED, *range(4)])
 def test_closed_curves_are_those_of_the_slices(name):
     robot = redundant_arm(name) if isinstance(name, str) else closed_form_arm(name)
     proved, counted, taken = 0, 0, 0
@@ -111,7 +111,7 @@ def test_a_target_with_a_singular_pose_is_left_to_the_slices(name, zeros):
 @pytest.mark.parametrize('name', CLOSED)
 def test_nearer_to_a_singular_target_no_curve_is_missing_until_it_is_not_decided(name):
     robot = redundant_arm(name)
-    for pose, joint in itertools.product(poses_within(robot, 3), (1, 3, 5)):
+    for pose, joint in itertools.product(poses_within(robot, 2), (1, 3, 5)):
         q, decided = pose.copy(), []
         for share in 10.0 ** -np.arange(1.0, 15.0, 1.5):
             q[joint] = share

@@ -228,7 +228,7 @@ def test_hard_targets_get_an_honest_answer(name):
     within = np.where(np.isfinite(robot.limits), robot.limits, [-2.0, 2.0])
     random = np.random.default_rng(7)
     singular = singular_poses(robot, within)[:3]
-    near = [s + e * random.uniform(-1, 1, robot.dof) for s in singular for e in (1e-4, 1e-9)]
+    near = [s + e * random.uniform(-1, 1, robot.dof) for s, e in zip(singular, (1e-4, 1e-9, 1e-6))]
     hard = [np.clip(np.zeros(robot.dof), *robot.limits.T), *within.T, *singular, *near]
     for q in hard:
         q = np.clip(q, *robot.limits.T)

@@ -380,7 +380,7 @@ def test_of_a_wrist_that_is_stretched_it_is_no_more_than_its_angle():
 def test_where_a_file_lists_all_factors_the_nearest_is_always_found(name):
     robot = robot_of(name)
     assert robot.factors.complete
-    q = np.concatenate([random_poses(robot, 150, seed=9), brute_force.saddles(robot, 50)])
+    q = np.concatenate([random_poses(robot, 70, seed=9), brute_force.saddles(robot, 40)])
     found = ks.singularity(robot, q)
     by_force, _ = brute_force.nearest_singular(robot, q, starts=8, known=8)
     assert np.all(found.decided)
@@ -528,7 +528,7 @@ def test_where_none_is_found_and_it_is_not_decided_no_number_is_given():
 
 
 # Of random poses so many may be said to be farther than 1.1 times the truth although decided.
-MISSED_NEAR, MISSED_FAR = 1, 3
+MISSED_NEAR, MISSED_FAR = 1, 2
 
 
 @pytest.mark.slow
@@ -537,7 +537,7 @@ MISSED_NEAR, MISSED_FAR = 1, 3
 )
 def test_at_any_range_it_is_the_true_one(name):
     robot = ARMS[name]()
-    q = random_poses(robot, 200, seed=12)
+    q = random_poses(robot, 110, seed=12)
     found = ks.singularity(robot, q)
     by_force, _ = brute_force.nearest_singular(robot, q, starts=8, known=8)
     true = np.minimum(by_force, 1.0)

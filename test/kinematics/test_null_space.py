@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from arms import BUNDLED, DISTINCT, LOOPED, calm_poses, robot_of, seeded
+from arms import DISTINCT, DISTINCT_BUNDLED, LOOPED, calm_poses, robot_of, seeded
 from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
@@ -169,7 +169,9 @@ def test_no_self_motion_is_zero():
 
 
 @pytest.mark.peers
-@pytest.mark.parametrize('name', [n for n in BUNDLED if not n.startswith('parallelogram')])
+@pytest.mark.parametrize(
+    'name', [n for n in DISTINCT_BUNDLED if not n.startswith('parallelogram')]
+)
 def test_null_space_inverse_and_wrench_by_pinocchios_jacobian(name):
     pinocchio = pytest.importorskip('pinocchio')
     robot, random = robot_of(name), np.random.default_rng(4)

@@ -5,7 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
-from arms import BUNDLED, DISTINCT, LOOPED, calm_poses, robot_of
+from arms import DISTINCT, DISTINCT_BUNDLED, LOOPED, calm_poses, robot_of
 from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
@@ -273,7 +273,7 @@ def test_points_are_frozen_and_survive_copies(seen):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_an_arm_that_ends_at_a_row_has_the_numbers_of_the_row(name):
     robot = robot_of(name)
     q, row, at = calm_poses(robot, 4), robot.rows, (0.1, 0.2, -0.3)

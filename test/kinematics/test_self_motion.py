@@ -1,5 +1,6 @@
 """All postures of arms with one joint more than their target asks for: found, proved, limited."""
 
+import functools
 import math
 
 import numpy as np
@@ -31,6 +32,7 @@ ON_ARC = 1e-6
 SLICES = np.linspace(-math.pi, math.pi, 90, endpoint=False) + 0.013
 
 
+@functools.cache
 def target_and_result(name, k=0, **asked):
     robot = redundant_arm(name)
     q = poses_within(robot, k + 1)[k]

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from arms import BUNDLED, robot_of
+from arms import BUNDLED, DISTINCT_BUNDLED, robot_of
 from tolerances import DIFFERENCE, DIFFERENCE_STEP
 
 import kinematics_service as ks
@@ -66,7 +66,7 @@ def times(trajectory):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 @pytest.mark.parametrize('kind', KINDS)
 def test_a_motion_stays_inside_the_limits(kind, name):
     robot = robot_of(name)
@@ -77,7 +77,7 @@ def test_a_motion_stays_inside_the_limits(kind, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 @pytest.mark.parametrize('kind', KINDS)
 def test_a_velocity_is_the_derivative_of_the_position(kind, name):
     motion = motion_of(name, kind)
@@ -89,7 +89,7 @@ def test_a_velocity_is_the_derivative_of_the_position(kind, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_the_smooth_path_keeps_its_share_of_the_velocity_limits(name):
     robot = robot_of(name)
     motion = motion_of(name)
@@ -127,7 +127,7 @@ TURN_ON_THE_SPOT = ('offset_stanford_dh', 'offset_stanford_printed', 'offset_sta
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_joints_speed_up_towards_a_singular_pose_and_the_tool_does_not(name):
     robot = robot_of(name)
     motion = motion_of(name)

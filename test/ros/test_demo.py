@@ -131,8 +131,10 @@ def test_five_seconds_lead_through_a_singular_pose(ros_domain):
     assert '  OK  scale 1.00' in done.stdout
 
 
-@pytest.mark.parametrize('robot', ['scara_hsr065', 'six_joint_dh', 'panda'])
-@pytest.mark.parametrize('trajectory', ['smooth', 'sine'])
+@pytest.mark.parametrize(
+    ('robot', 'trajectory'),
+    [('scara_hsr065', 'smooth'), ('six_joint_dh', 'sine'), ('panda', 'smooth')],
+)
 def test_other_arms_and_the_other_trajectory(told, robot, trajectory):
     code, output, errors = told('--robot', robot, '--trajectory', trajectory, '--duration', '1')
     assert code == 0

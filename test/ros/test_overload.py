@@ -20,7 +20,7 @@ from kinematics_service.ros.process.spin import Spinner  # noqa: E402
 
 # A second of messages of 240 kB has 240 MB; what is left of a flood is far less (MiB).
 LEFT_BEHIND = 40
-SECONDS = 3.0
+SECONDS = 1.5
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ Formulas of the inverse kinematics: the whole pose decides where the point does 
 import pytest
 
 import kinematics_service as ks
+from kinematics_service.symbolic.formulas import comparison
 from kinematics_service.symbolic.formulas.comparison import compare
 
 # Three axes that meet, turned about z, y', z'': the tool's point says nothing about them.
@@ -133,6 +134,8 @@ WRONG = {
         'q4 = atan2(r21, r11) + q1 + q2 + q3',
         'q4 = atan2(r21, r11) - q1 - q2',
         'q4 = q3',
+        # The other joints follow whatever it is.
+        'q4 = 0.4',
         'q3 = atan2(r21, r11) - q1 - q2',
         'q2 = atan2(y, x) - q1',
         'q1 = atan2(r21, r11) - q2',
@@ -177,7 +180,9 @@ def test_there_are_sixty_wrong_ones():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(('name', 'formula'), cases(WRONG))
-def test_a_wrong_formula_of_a_wrist_or_of_a_redundant_joint_differs(name, formula):
+def test_a_wrong_formula_of_a_wrist_or_of_a_redundant_joint_differs(name, formula, monkeypatch):
+    # What is wrong with it is searched for longer, and tested elsewhere.
+    monkeypatch.setattr(comparison, 'explain', lambda check: comparison.Explained((), ()))
     (verdict,) = compare(arm(name), formula).verdicts
     assert verdict.status == 'differs'
 

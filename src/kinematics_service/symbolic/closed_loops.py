@@ -132,10 +132,12 @@ def loops_of(
         first = coupling.rows
         psi = symbols[first : first + len(loop.passive)]
         equations = _equations(arm, loop, arithmetic)
-        by_all = loop_equations(loop.name, equations, symbols[:first], psi)
-        own = (by_all.coupling * coupling).applyfunc(simplified)
-        coupling = coupling.col_join(own)
-        found.append(replace(by_all, coupling=own))
+        own = loop_equations(loop.name, equations, symbols[:first], psi)
+        if found:
+            by_joints = (own.coupling * coupling).applyfunc(simplified)
+            own = replace(own, coupling=by_joints)
+        coupling = coupling.col_join(own.coupling)
+        found.append(own)
     return tuple(found)
 
 
