@@ -17,10 +17,10 @@ of those. Beside chi-square, which takes the parameters as normal with the covar
 much less likely the truth is than what was found: that needs no covariance, and is 1 over the
 number of all parameters where the fit is right.
 
-    python bench/calibrate.py [runs] --positions [arm ...] [--begin SEED]
+    python bench/calibrate.py [runs] --few [arm ...] [--positions [arm ...]] [--begin SEED]
 
-is chi-square of 10 to 40 positions alone, and how many errors are within their deviations. Few
-numbers tell the noise of ten: chi-square has then so heavy a tail that its mean says little.
+is chi-square of 10 to 40 poses, of 10 to 40 positions alone, and how many errors are within their
+deviations. Few numbers tell the noise of ten positions: chi-square has then so heavy a tail that its mean says little.
 
     python bench/calibrate.py [runs] --proposals [arm ...]
 
@@ -85,7 +85,7 @@ from kinematics_service.rigid_motion import exponential, pose_of
 from kinematics_service.robot.file.parts.parameters import ENDS, TABLE_GROUPS, end_parameters
 
 NOISE, POSES = 5e-5, 50
-# Counts of positions alone.
+# Counts of poses, or of positions alone.
 FEW = (10, 12, 15, 20, 40)
 # Poses proposed, random ones to choose from, draws of them; rounds to the floor, and how near.
 PROPOSED, CANDIDATES, DRAWS, TRIALS, CLOSE = 8, 1500, 200, 400, 5e-3
@@ -108,20 +108,21 @@ def table_errors(found, errors):
     return error, found.covariance[np.ix_(table, table)]
 
 
-def few_positions(name, runs, begin=0):
-    """Print chi-square of few positions, and by how many numbers these tell the noise."""
+def few(name, runs, begin, what):
+    """Print chi-square of few poses or positions, and by how many numbers these tell the noise."""
     for count in FEW:
         squares, freedom, deviations = [], [], []
         for seed in range(begin, begin + runs):
             arm = measured_arm(name, count, NOISE, seed)
-            found = ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3], check=False)
+            seen = arm.poses if what == 'poses' else arm.poses[:, :3, 3]
+            found = ks.calibrate(arm.robot, arm.q, seen, check=False)
             squares.append(chi_square(found, arm.errors))
             freedom.append(found.freedom.position)
             error, covariance = table_errors(found, arm.errors)
             deviations.append(np.abs(error) / np.sqrt(np.diag(covariance)))
         shares = (f'{100.0 * np.mean(np.less(deviations, k)):.1f}' for k in (1, 2, 3))
         print(
-            f'{name:22} {count} positions: chi-square/P {np.mean(squares):.3f} (median '
+            f'{name:22} {count} {what}: chi-square/P {np.mean(squares):.3f} (median '
             f'{np.median(squares):.3f}, largest {np.max(squares):.2f}), within 1, 2, 3 deviations '
             f'{", ".join(shares)} %, the noise is told by {np.median(freedom):.1f} numbers',
             flush=True,
@@ -457,6 +458,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('runs', nargs='?', type=int, default=20)
     parser.add_argument('--touches', nargs='*', metavar='ARM')
+    parser.add_argument('--few', nargs='*', metavar='ARM')
     parser.add_argument('--positions', nargs='*', metavar='ARM')
     parser.add_argument('--proposals', nargs='*', metavar='ARM')
     parser.add_argument('--zeros', action='store_true')
@@ -478,9 +480,10 @@ def main():
         for name in given.touches or TEN:
             touches(name, runs, given.size)
         return
-    if given.positions is not None:
-        for name in given.positions or TEN:
-            few_positions(name, runs, given.begin)
+    for what, names in (('poses', given.few), ('positions', given.positions)):
+        for name in () if names is None else names or TEN:
+            few(name, runs, given.begin, what)
+    if given.few is not None or given.positions is not None:
         return
     if given.proposals is not None:
         for name in given.proposals or TEN[:4]:
