@@ -20,7 +20,8 @@ number of all parameters where the fit is right.
     python bench/calibrate.py [runs] --few [arm ...] [--positions [arm ...]] [--begin SEED]
 
 is chi-square of 10 to 40 poses, of 10 to 40 positions alone, and how many errors are within their
-deviations. Few numbers tell the noise of ten positions: chi-square has then so heavy a tail that its mean says little.
+deviations. Few numbers tell the noise of ten positions: chi-square has then so heavy a tail that
+its mean says little.
 
     python bench/calibrate.py [runs] --proposals [arm ...]
 
