@@ -22,7 +22,7 @@ INCLUDED = ('places', 'arrays', 'pairs')
 PLAIN = ('__init__', 'compiled', 'reinstallation')
 # Every operation is rounded by itself, so that the compiled kernel gives the numbers of its source
 # to the last bit, on every machine. Nobody asks for the flags of floating-point errors, and the
-# loops over lanes need what they call inline. The passes that are left out are a seventh of the
+# loops over lanes need what they call inline. The passes that are left out are an eighth of the
 # compiler's time, and no call is slower without them; without ranges of values it takes numbers
 # that are set in every branch for unset.
 OPTIONS = [
