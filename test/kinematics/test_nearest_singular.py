@@ -548,10 +548,12 @@ def test_at_any_range_it_is_the_true_one(name):
 
 
 # Along short motions a pose asked alone is farther than the one that is followed by this share at
-# most. One of a batch is searched as shortly as the first of a motion: it and the one followed are
-# by a tenth apart within 0.2 rad never, and beyond at one of a hundred: poses of one motion are
-# missed together.
-NO_FARTHER, A_TENTH, NEAR, RARELY = 1.02, 1.1, 0.2, 0.01
+# most; so is one of a batch, which is searched as shortly as the first of a motion, but for arms
+# of seven joints: so many of a thousand of theirs, and by a tenth one of a hundred, beyond 0.2 rad
+# alone. The poses of one motion are missed together. One that is followed is farther by a tenth
+# than one of a batch never.
+NO_FARTHER, A_TENTH, NEAR = 1.02, 1.1, 0.2
+RARELY = {'kinova_gen3': (30, 10)}
 
 
 def short_motions(robot, seed):
@@ -569,18 +571,21 @@ def short_motions(robot, seed):
 )
 @pytest.mark.parametrize('seed', [8, 16])
 def test_live_and_asked_alone_agree(name, seed):
-    robot, apart = ARMS[name](), []
+    robot, farther, by_a_tenth = ARMS[name](), [], []
     for q in short_motions(robot, seed):
         batch, live = ks.singularity(robot, q), along(robot, q)
-        nearer = np.minimum(batch.distance, live.distance)
-        apart += list(np.maximum(batch.distance, live.distance) > A_TENTH * nearer + 1e-9)
-        assert not np.any(np.array(apart[-len(q) :]) & (nearer < NEAR))
+        farther += list(batch.distance > NO_FARTHER * live.distance + 1e-9)
+        missed = batch.distance > A_TENTH * live.distance + 1e-9
+        assert not np.any(missed & (live.distance < NEAR))
+        by_a_tenth += list(missed)
+        assert np.all(live.distance <= A_TENTH * batch.distance + 1e-9)
         np.testing.assert_array_equal(batch.level, live.level)
         for k, pose in enumerate(q):
             alone = ks.singularity(robot, pose)
             assert alone.distance <= NO_FARTHER * live.distance[k] + 1e-9
             assert alone.level == live.level[k]
-    assert np.mean(apart) <= RARELY
+    shares = 1000 * np.mean([farther, by_a_tenth], axis=1)
+    assert np.all(shares <= RARELY.get(name, (0, 0)))
 
 
 @pytest.mark.parametrize(
