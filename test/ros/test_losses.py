@@ -2,6 +2,7 @@
 
 import random
 
+import numpy as np
 import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
@@ -13,9 +14,12 @@ def losses(publishers=1):
     return Losses(lambda: publishers)
 
 
-def heard(one, numbers):
-    for number in numbers:
-        one.heard(number)
+MS = 1_000_000  # ns
+
+
+def heard(one, numbers, since=0):
+    for k, number in enumerate(numbers):
+        one.heard(number, (since + k) * MS)
     return one.count
 
 
@@ -71,15 +75,50 @@ def test_gaps_of_several_publishers_add_up_however_their_numbers_mix(seed, count
     draw = random.Random(seed)
     last = draw.sample(range(1, draw.choice([2 * count + 2, 40, 4_000]), 2), count)
     one, lost = losses(count), 0
-    heard(one, draw.sample(last, count) if seed % 2 else last)
+    for number in draw.sample(last, count) if seed % 2 else last:
+        one.heard(number, number * MS)
     for _ in range(3_000):
         k = draw.randrange(count)
         gap = draw.choice([0] * 30 + [1, 2, 30])
         last[k] += 1 + gap
         lost += gap
-        one.heard(last[k])
+        one.heard(last[k], last[k] * MS)  # each at 1 kHz, by its own clock
     # Each is heard once more, the highest number first: no gap is left open.
     for k in sorted(range(count), key=last.__getitem__, reverse=True):
         last[k] += 1
-        one.heard(last[k])
+        one.heard(last[k], last[k] * MS)
     assert one.count == lost
+
+
+def publisher(draw, joins, rate, share, first):
+    """Return (stamp ns, number) of what is heard of a publisher, and how many are lost between."""
+    times = np.arange(joins, 5.0, 1.0 / rate) + draw.uniform(0.0, 1.0 / rate)
+    kept = np.flatnonzero(draw.random(len(times)) >= share)
+    sent = [(int(1e9 * times[k]), int(first + k)) for k in kept]
+    return sent, int(kept[-1] - kept[0] + 1 - len(kept)) if len(kept) else 0
+
+
+@pytest.mark.parametrize('apart', [0, 50, 3_000, 100_000])
+@pytest.mark.parametrize('share', [0.02, 0.2, 0.5])
+@pytest.mark.parametrize('seed', range(2))
+def test_publishers_of_other_rates_that_join_later_are_counted_within_two_percent(
+    seed, share, apart
+):
+    draw = np.random.default_rng(seed)
+    count = int(draw.integers(2, 9))
+    joins = draw.uniform(0.0, 2.0, count)
+    every = [
+        publisher(draw, t, draw.choice([50, 100, 250, 500, 1000]), share, draw.integers(apart + 1))
+        for t in joins
+    ]
+    there = 0
+    one = Losses(lambda: there)
+    for stamp, number in sorted(message for sent, _ in every for message in sent):
+        before, there = there, sum(1e9 * joins <= stamp)
+        if there != before:
+            one.forget()
+        one.heard(number, stamp)
+    lost = sum(missing for _, missing in every)
+    # Where publishers join, a gap of each may be taken for the first message of the one that does.
+    hidden = count * 2 / (1 - share)
+    assert one.count == pytest.approx(lost, rel=0.02, abs=hidden)

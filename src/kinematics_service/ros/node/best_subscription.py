@@ -240,7 +240,7 @@ class BestSubscription:
         # Where more wait than the present queue has room for, the former one ends.
         is_full = count > len(newest)
         for data, info in (newest[-1],) if is_full else newest:
-            former.losses.heard(info['publication_sequence_number'])
+            former.losses.heard(info['publication_sequence_number'], info['source_timestamp'])
             self._take_once(recent, data, info)
         if is_full:
             self._end(former)
@@ -288,7 +288,7 @@ class _Numbered:
         def taken(*arguments: Any) -> None:
             # `EventsExecutor` of Jazzy hands over message and information as one tuple.
             data, info = arguments if len(arguments) == 2 else arguments[0]
-            heard(info['publication_sequence_number'])
+            heard(info['publication_sequence_number'], info['source_timestamp'])
             take(self, data, info)
 
         # rclpy looks at this to see whether the information is wanted.
