@@ -448,3 +448,37 @@ def test_newton_ends_at_one_solution_from_everywhere_in_a_tube():
             ends.append(start)
         assert h > 0.0
         assert all(np.max(np.abs(end - at)) < 1e-9 for end in ends)
+
+
+@pytest.mark.parametrize(
+    ('name', 'q'),
+    [
+        # Two joints are at a limit: the curve goes through a corner.
+        ('panda', [2.8973, 0.399, 2.8973, -1.399, 1.806, 3.107, -0.61]),
+        ('panda', [-0.578, 1.342, -1.817, -3.0718, -2.8973, 2.407, 1.03]),
+        ('panda', [0.768, -1.288, 0.933, -0.0698, 0.861, -0.0175, 0.827]),
+        # The elbow is at a limit, and stands still while the others move.
+        ('kuka_iiwa14', [1.975, 0.297, 2.231, math.radians(120), 1.951, 0.354, -2.269]),
+        ('kuka_iiwa14', [-1.133, -1.121, -0.787, -math.radians(120), -1.546, 1.871, 0.868]),
+        # It comes to the limit from beyond, and goes back.
+        ('panda', [0.616, 1.326, 2.305, -0.0698, -math.pi / 2, 1.749, 2.86]),
+        ('xarm7', [-0.561, 0.211, 2.262, -0.19198, -math.pi / 2, 1.606, -1.655]),
+    ],
+)
+def test_a_posture_at_limits_is_on_an_arc(name, q):
+    robot = ks.load_robot(name)
+    result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q), near=q)
+    assert (result.status, result.complete) == ('solved', 'proved')
+    arcs = [arc for family in result.families for arc in family.intervals]
+    # Of arcs that differ by full turns one is there.
+    ways = [np.remainder(one.q - q + math.pi, math.tau) - math.pi for one in arcs]
+    away = [np.min(np.max(np.abs(way), axis=1)) for way in ways]
+    arc = arcs[int(np.argmin(away))]
+    turned = q + math.tau * np.round((arc.q[0] - q) / math.tau)
+    np.testing.assert_allclose(arc.nearest_to(turned), turned, rtol=0, atol=1e-7)
+    low, high = np.array(robot.limits).T
+    at = np.vstack([arc.q, arc.at(0.5 * arc.length)])
+    assert np.all((at >= low - 1e-9) & (at <= high + 1e-9))
+    target = ks.forward_kinematics(robot, q)
+    for one in at:
+        np.testing.assert_allclose(ks.forward_kinematics(robot, one), target, atol=1e-11)

@@ -7,7 +7,7 @@ limits and one that is not there is a place where a joint is at a limit and none
 
 import math
 
-from ..layout import arrays
+from ..layout import arrays, places
 from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
 from . import curve_path
 from .curve_path import CurvePath
@@ -133,9 +133,25 @@ class _CutCurve:
             fold = self.path.zero(place, slope, place + 1.0, following)
             at = self.path.times(self.path.row, self.path.point.psi)
             self._add_here(fold, i, FOLD)
+            self._mark_touch(i, place, fold, at, slope > 0.0)
             self._mark_limits(i, begin, here, fold, at)
             begin, here = fold, at
         self._mark_limits(i, begin, here, place + 1.0, self.next_at[i])
+
+    def _mark_touch(self, i: int, begin: float, fold: float, at: float, is_largest: bool) -> None:
+        # Adds where a joint comes to a limit from beyond and goes back: a piece about the fold.
+        limit = self.joints[4 * i + (0 if is_largest else 1)]
+        period = self.joints[4 * i + 2]
+        if math.isfinite(period):
+            limit += period * math.floor((at - limit) / period + 0.5)
+        if not abs(at - limit) <= places.AT_LIMIT:
+            return
+        for side in range(2):
+            place = (
+                max(fold - 2.0 * ONE, begin) if side == 0 else min(fold + 2.0 * ONE, begin + 1.0)
+            )
+            self.path.stand_at(place)
+            self._add_here(place, i, 0 if is_largest else 1)
 
     def _mark_limits(self, i: int, begin: float, first: float, end: float, last: float) -> None:
         low, high = min(first, last), max(first, last)
@@ -147,7 +163,9 @@ class _CutCurve:
             if math.isfinite(period):
                 limit += period * math.ceil((low - limit) / period)
             while limit <= high:
-                if (first > limit) != (last > limit):
+                crosses = (first > limit) != (last > limit)
+                # A joint that stands still at a limit is nowhere beyond it.
+                if crosses and max(abs(first - limit), abs(last - limit)) > places.AT_LIMIT:
                     self.path.kind, self.path.value = curve_path.VALUE, limit
                     self._add_here(
                         self.path.zero(begin, first - limit, end, last - limit), i, side
@@ -259,6 +277,7 @@ class _CutCurve:
             low, high = self.joints[4 * i], self.joints[4 * i + 1]
             period, value = self.joints[4 * i + 2], self.next_at[i]
             first, last = 0.0, 0.0
+            low, high = low - places.AT_LIMIT, high + places.AT_LIMIT
             if math.isfinite(period) and math.isfinite(low) and math.isfinite(high):
                 first = math.ceil((low - value) / period)
                 last = math.floor((high - value) / period)
