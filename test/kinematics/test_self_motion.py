@@ -463,6 +463,9 @@ def test_newton_ends_at_one_solution_from_everywhere_in_a_tube():
         # It comes to the limit from beyond, and goes back.
         ('panda', [0.616, 1.326, 2.305, -0.0698, -math.pi / 2, 1.749, 2.86]),
         ('xarm7', [-0.561, 0.211, 2.262, -0.19198, -math.pi / 2, 1.606, -1.655]),
+        # There another one passes its limit.
+        ('kuka_iiwa14', [0.543, -math.radians(120), -1.793, 1.238, 0, -math.radians(120), -0.638]),
+        ('xarm7', [-0.593, 1.41, 0.407, 3.372, math.tau, -1.69297, -0.647]),
     ],
 )
 def test_a_posture_at_limits_is_on_an_arc(name, q):
@@ -473,8 +476,9 @@ def test_a_posture_at_limits_is_on_an_arc(name, q):
     # Of arcs that differ by full turns one is there.
     ways = [np.remainder(one.q - q + math.pi, math.tau) - math.pi for one in arcs]
     away = [np.min(np.max(np.abs(way), axis=1)) for way in ways]
-    arc = arcs[int(np.argmin(away))]
-    turned = q + math.tau * np.round((arc.q[0] - q) / math.tau)
+    k = int(np.argmin(away))
+    arc, row = arcs[k], int(np.argmin(np.max(np.abs(ways[k]), axis=1)))
+    turned = q + math.tau * np.round((arc.q[row] - q) / math.tau)
     np.testing.assert_allclose(arc.nearest_to(turned), turned, rtol=0, atol=1e-7)
     low, high = np.array(robot.limits).T
     at = np.vstack([arc.q, arc.at(0.5 * arc.length)])

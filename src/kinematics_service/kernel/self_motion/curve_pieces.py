@@ -16,6 +16,8 @@ from .curve_path import CurvePath
 FAR = 0.1
 # Places as near to each other are one, as a share of the way between samples.
 ONE = 1e-7
+# What comes as near to a limit as this (rad, m), half of AT_LIMIT, leaves it as far beyond.
+LEFT = 5e-10
 # What is at a place beside a lower (0) or upper limit (1): an end of a joint's range, a sample.
 FOLD, SAMPLE = 2, 3
 
@@ -133,28 +135,12 @@ class _CutCurve:
             fold = self.path.zero(place, slope, place + 1.0, following)
             at = self.path.times(self.path.row, self.path.point.psi)
             self._add_here(fold, i, FOLD)
-            self._mark_touch(i, place, fold, at, slope > 0.0)
             self._mark_limits(i, begin, here, fold, at)
             begin, here = fold, at
         self._mark_limits(i, begin, here, place + 1.0, self.next_at[i])
 
-    def _mark_touch(self, i: int, begin: float, fold: float, at: float, is_largest: bool) -> None:
-        # Adds where a joint comes to a limit from beyond and goes back: a piece about the fold.
-        limit = self.joints[4 * i + (0 if is_largest else 1)]
-        period = self.joints[4 * i + 2]
-        if math.isfinite(period):
-            limit += period * math.floor((at - limit) / period + 0.5)
-        if not abs(at - limit) <= places.AT_LIMIT:
-            return
-        for side in range(2):
-            place = (
-                max(fold - 2.0 * ONE, begin) if side == 0 else min(fold + 2.0 * ONE, begin + 1.0)
-            )
-            self.path.stand_at(place)
-            self._add_here(place, i, 0 if is_largest else 1)
-
     def _mark_limits(self, i: int, begin: float, first: float, end: float, last: float) -> None:
-        low, high = min(first, last), max(first, last)
+        low, high = min(first, last) - LEFT, max(first, last) + LEFT
         period = self.joints[4 * i + 2]
         for side in range(2):
             limit = self.joints[4 * i + side]
@@ -163,12 +149,15 @@ class _CutCurve:
             if math.isfinite(period):
                 limit += period * math.ceil((low - limit) / period)
             while limit <= high:
-                crosses = (first > limit) != (last > limit)
-                # A joint that stands still at a limit is nowhere beyond it.
-                if crosses and max(abs(first - limit), abs(last - limit)) > places.AT_LIMIT:
-                    self.path.kind, self.path.value = curve_path.VALUE, limit
+                # What begins or ends at a limit, but for the last digits, leaves it where it is
+                # beyond these.
+                least = limit + (LEFT if side == 1 else -LEFT)
+                if (first > least) != (last > least):
+                    if min(abs(first - limit), abs(last - limit)) > LEFT:
+                        least = limit
+                    self.path.kind, self.path.value = curve_path.VALUE, least
                     self._add_here(
-                        self.path.zero(begin, first - limit, end, last - limit), i, side
+                        self.path.zero(begin, first - least, end, last - least), i, side
                     )
                 if not math.isfinite(period):
                     break
