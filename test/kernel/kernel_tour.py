@@ -9,9 +9,11 @@ its source run by plain Python agree to the last bit where their lines are equal
 
 import contextlib
 import hashlib
+import itertools
 import sys
 from collections import Counter
 from collections.abc import Sequence
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -49,7 +51,9 @@ GIVEN = (
     *(kernel.Clearance, kernel.NearestSearch, kernel.PoseErrors),
 )
 # Of solutions, and of a step of the servo.
-SAID_OF_ONE = ('miss', 'margin', 'share', 'posture')
+# Of a solution's record, with the signs of its posture in place of words.
+SAID_OF_ONE = ('residual', 'margin', 'feasible', 'posture', 'beyond')
+SIGNS = tuple(itertools.product((-1, 0, 1), repeat=3))
 SAID_OF_A_STEP = ('qdot', 'damping', 'least_singular_value', 'shortened', 'slowest')
 # How it is built; and details, which have tests of their own.
 NOT_PART_OF_IT = {
@@ -83,16 +87,22 @@ def said_by(argument):
         yield from said_by(argument.stamp)
     elif isinstance(argument, kernel.Solutions):
         yield from said_by(argument.q[: argument.count])
-        for k in range(argument.count):
+        for k, record in enumerate(records_of(argument)):
+            yield from said_by(argument.share(k))
             for name in SAID_OF_ONE:
-                yield from said_by(getattr(argument, name)(k))
-            yield from said_by([argument.is_beyond(k, j) for j in range(argument.q.shape[1])])
+                yield from said_by(getattr(record, name))
     elif isinstance(argument, kernel.ServoOutput):
         for name in SAID_OF_A_STEP:
             yield from said_by(getattr(argument, name))
         yield from said_by([argument.is_held(j) for j in range(len(argument.qdot))])
     elif not isinstance(argument, GIVEN):
         yield repr(np.array(argument).tolist()).encode()
+
+
+def records_of(found):
+    """Return solutions as records, with the places of joints as their names."""
+    joints = tuple(range(found.q.shape[1]))
+    return found.records(SimpleNamespace, joints, SIGNS, PROVED, 0, found.count, False)
 
 
 class Record:

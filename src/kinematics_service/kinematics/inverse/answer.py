@@ -218,7 +218,7 @@ def _postures(problem: IkProblem, q: Floats) -> list[Posture]:
         return [NO_POSTURE] * len(q)
     signs = np.zeros((len(q), 3), dtype=np.int64)
     kernel.postures(closed, np.ascontiguousarray(q), signs)
-    return [POSTURES[a, b, c] for a, b, c in signs.tolist()]
+    return [POSTURES[13 + 9 * a + 3 * b + c] for a, b, c in signs.tolist()]
 
 
 def _nearest(

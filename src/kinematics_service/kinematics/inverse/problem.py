@@ -50,7 +50,7 @@ def near_or_middle(robot: Robot, plan: InversePlan, near: npt.ArrayLike | None) 
         It is something else.
     """
     if near is None:
-        return plan.middle.copy()
+        return plan.middle
     try:
         q = np.array(near, dtype=np.float64)
     except (TypeError, ValueError):

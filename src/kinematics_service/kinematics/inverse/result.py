@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, Protocol, TypeVar, overload
+from typing import Literal, NamedTuple, Protocol, overload
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
 from ..clearance import clearances
 
-Made = TypeVar('Made')
 Status = Literal['solved', 'family', 'outside_limits', 'unreachable']
 Method = Literal['closed form', 'algebraic', 'search']
 Complete = Literal['proved', 'found', 'partial']
@@ -283,18 +282,6 @@ class IkFamily(FrozenArrays):
         if self.straight:
             away = off_motions(away, self.motions * self.scales)
         return float(np.max(np.abs(_wrapped(away, self.periods) / self.scales)))
-
-
-def made(kind: type[Made], **fields: object) -> Made:
-    """
-    Return a frozen object with all its fields, whose arrays are read-only already.
-
-    A frozen dataclass sets field by field, which is a sixth of a call with a closed form
-    (bench/inverse_peers.py).
-    """
-    one = object.__new__(kind)
-    one.__dict__.update(fields)
-    return one
 
 
 def squares_of(ways: Floats) -> Floats:
