@@ -313,11 +313,10 @@ def curves(robot: Robot, q: np.ndarray):
         kernel.trace(chart, psi, side, samples, np.zeros(1, int))
     kernel.spread(chart, psi, samples[1, : psi.size].copy(), np.zeros(psi.size))
     at = np.stack([psi, np.zeros(psi.size)], axis=1)
-    kernel.tangent_at(chart, at, np.zeros(psi.size))
+    kernel.passes(chart, psi, samples[1, : psi.size].copy())
     for joint in (0, psi.size - 1):
         kernel.follow(chart, at.copy(), joint, psi[joint] + 0.02, 1e-6)
     fold, beside = at + 0.01, at.copy()
-    kernel.corrected(chart, fold, -1)
     kernel.fold_near(chart, fold, 3)
     kernel.fold_at(chart, fold, 3, 0.1, np.zeros(4))
     kernel.write_beside_fold(chart, 3, -1e-6, 1.0, beside)

@@ -118,6 +118,11 @@ class CurveChart:
         """Give the room back."""
         arrays.give_back(self.room)
 
+    def require(self, joint: int) -> None:
+        """Raise TypeError if there is no such joint."""
+        if not 0 <= joint < self.n:
+            raise TypeError('an arm has no such joint')
+
     def stand_at(self, positions: Flat) -> None:
         """Take positions (n pairs) for t."""
         for j in range(2 * self.n):
