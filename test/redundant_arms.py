@@ -10,8 +10,8 @@ from arms import robot_of
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.kinematics.inverse.curve import places_of
-from kinematics_service.kinematics.inverse.sliced_arm import sliced_arm_of
+from kinematics_service.kinematics.inverse.self_motion.curve import places_of
+from kinematics_service.kinematics.inverse.self_motion.sliced_arm import sliced_arm_of
 from kinematics_service.kinematics.inverse.target import ik_target_of
 
 WHOLE = ('x', 'y', 'z', 'rx', 'ry', 'rz')

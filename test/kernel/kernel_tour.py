@@ -26,7 +26,7 @@ from kinematics_service.estimation.joint_state_form import form_of
 from kinematics_service.kinematics.inverse.plan import plan_for
 from kinematics_service.kinematics.inverse.screws import screws_of
 from kinematics_service.kinematics.inverse.search import refinement
-from kinematics_service.kinematics.inverse.sliced_arm import sliced_arm_of
+from kinematics_service.kinematics.inverse.self_motion.sliced_arm import sliced_arm_of
 from kinematics_service.kinematics.inverse.target import PROVED, ik_target_of
 from kinematics_service.rigid_motion import inverse
 from kinematics_service.robot.closed_poses import close_at

@@ -9,7 +9,7 @@ from redundant_arms import poses_within, random_arm, redundant_arm
 
 import kinematics_service as ks
 from kinematics_service.kinematics.clearance import clearances
-from kinematics_service.kinematics.inverse.best_posture import (
+from kinematics_service.kinematics.inverse.self_motion.best_posture import (
     CRITERIA,
     FARTHER,
     best_posture,

@@ -21,7 +21,7 @@ from redundant_arms import (
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.kinematics.inverse import curve as curves
-from kinematics_service.kinematics.inverse import self_motion, sliced_arm
+from kinematics_service.kinematics.inverse.self_motion import curve_search, sliced_arm
 from kinematics_service.kinematics.inverse.target import ik_target_of
 
 ARMS = (*BUNDLED, *CALIBRATED, *RANDOM, *SLIDING)
@@ -180,7 +180,7 @@ def test_limits_cut_one_curve_into_five_arcs():
 def folds_of(robot, position):
     """Return how often joint 1 turns round along all curves, and whether they are all."""
     arm = sliced_arm.sliced_arm_of(robot, ('x', 'y', 'z'), '')
-    search = self_motion.CurveSearch(arm, ik_target_of(robot, position))
+    search = curve_search.CurveSearch(arm, ik_target_of(robot, position))
     proved = search.prove()
     return sum(len(curve.folds(np.eye(4)[0])) for curve in search.curves), proved
 
@@ -387,7 +387,7 @@ def proved(name, k=1):
     robot = redundant_arm(name)
     target = ks.forward_kinematics(robot, poses_within(robot, k + 1)[k])
     arm = sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, '')
-    search = self_motion.CurveSearch(arm, ik_target_of(robot, target))
+    search = curve_search.CurveSearch(arm, ik_target_of(robot, target))
     assert search.prove() == (not search.gap)
     return search
 
@@ -417,7 +417,7 @@ def test_curves_that_the_slice_does_not_meet_are_found_from_its_complex_solution
     apart = 0
     for q in poses_within(robot, 8):
         target = ik_target_of(robot, ks.forward_kinematics(robot, q))
-        search = self_motion.CurveSearch(arm, target)
+        search = curve_search.CurveSearch(arm, target)
         for curve in search.curves if search.prove() else ():
             path = curve.psi[:, arm.slices[0].joint]
             turns = (path - sliced_arm.TRIED[0]) / math.tau
@@ -447,3 +447,19 @@ def test_newton_ends_at_one_solution_from_everywhere_in_a_tube():
             ends.append(start)
         assert h > 0.0
         assert all(np.max(np.abs(end - at)) < 1e-9 for end in ends)
+
+
+def test_a_curve_passes_nothing_where_no_chart_can_be_opened():
+    robot = redundant_arm('panda')
+    arm = sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, '')
+    curve = proved('panda', 0).curves[0]
+    a, b, far = curve.psi[10], curve.psi[11], curve.psi[len(curve.psi) // 2]
+    assert kernel.passes(curve.chart, a, b)
+    assert not kernel.passes(curve.chart, a, far)
+    # Stretched: no tangent is there, and the chart that was open before counts for nothing.
+    stretched = np.zeros(7)
+    target = ks.forward_kinematics(robot, stretched)
+    chart = arm.chart(ik_target_of(robot, target))
+    regular = ks.inverse_kinematics(robot, target, respect_limits=False).families[0].q
+    assert kernel.passes(chart, arm.to_screws(regular), arm.to_screws(regular))
+    assert not kernel.passes(chart, arm.to_screws(stretched), arm.to_screws(stretched))

@@ -9,8 +9,8 @@ import numpy as np
 import typer
 
 from ..kernel import Floats
-from ..kinematics.inverse.arcs import IkArc
 from ..kinematics.inverse.result import IkFamily, IkResult, IkSolution
+from ..kinematics.inverse.self_motion.arcs import IkArc
 from ..kinematics.inverse.solve import TOLERANCE, inverse_kinematics
 from ..kinematics.inverse.target import TOOL_AXES
 from ..printing import Output, attributes, facts, heading, json_text, number, plain

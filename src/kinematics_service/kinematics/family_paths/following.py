@@ -15,10 +15,10 @@ import numpy.typing as npt
 from ...errors import JointVectorError, PlanError, TargetError
 from ...kernel import Floats, Integers
 from ...robot.robot import AnyRobot, Robot, as_robot
-from ..inverse.arcs import IkArc
 from ..inverse.plan import InversePlan, plan_for
 from ..inverse.result import Complete, IkResult
 from ..inverse.search import errors_at
+from ..inverse.self_motion.arcs import IkArc
 from ..inverse.solve import TOLERANCE, inverse_kinematics
 from ..inverse.target import IkTarget, ik_target_of
 from ..plans.check import check_plan, threshold_of_distance

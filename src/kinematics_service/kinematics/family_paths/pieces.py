@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from ...kernel import Floats, Integers
 from ...robot.robot import Robot
-from ..inverse.arcs import IkArc
 from ..inverse.plan import InversePlan
+from ..inverse.self_motion.arcs import IkArc
 from ..singularity import singularity
 
 # Halvings of a piece that is too long for a box.

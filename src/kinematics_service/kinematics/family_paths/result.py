@@ -5,8 +5,8 @@ from typing import Literal, NamedTuple
 
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
-from ..inverse.arcs import IkArc
 from ..inverse.result import Complete
+from ..inverse.self_motion.arcs import IkArc
 from ..plans.verdicts import PlanCheck
 
 FamilyVerdict = Literal['yes', 'no', 'not decided']

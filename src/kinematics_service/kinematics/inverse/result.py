@@ -9,7 +9,7 @@ import numpy as np
 from ...kernel import Floats
 from ...notebook import as_html
 from ...robot.chain import FrozenArrays
-from .arcs import IkArc
+from .self_motion.arcs import IkArc
 
 Status = Literal['solved', 'family', 'outside_limits', 'unreachable']
 Method = Literal['closed form', 'algebraic', 'search']

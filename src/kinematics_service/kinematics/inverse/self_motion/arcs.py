@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import kernel
-from ...kernel import Floats
-from ...robot.chain import FrozenArrays
-from ...robot.robot import Robot
-from ..clearance import clearances
+from .... import kernel
+from ....kernel import Floats
+from ....robot.chain import FrozenArrays
+from ....robot.robot import Robot
+from ...clearance import clearances
+from ..plan import InversePlan
 from .curve import CurvePieces, SolutionCurve, pieces_of, places_of
-from .plan import InversePlan
 from .sliced_arm import SlicedArm
 
 SIDES = ('lower', 'upper')

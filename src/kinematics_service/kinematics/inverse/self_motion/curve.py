@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ... import kernel
-from ...kernel import Floats
-from ...robot.chain import FrozenArrays
+from .... import kernel
+from ....kernel import Floats
+from ....robot.chain import FrozenArrays
 
 # Most samples of a curve, eight times what the longest of a robot's had: where lengths are far
 # apart a curve has no end.

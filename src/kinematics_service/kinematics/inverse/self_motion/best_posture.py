@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel import Floats, Integers
-from ...robot.robot import Robot
-from ..clearance import clearances
-from ..forward import forward_kinematics
+from ....kernel import Floats, Integers
+from ....robot.robot import Robot
+from ...clearance import clearances
+from ...forward import forward_kinematics
+from ..plan import InversePlan, plan_for
+from ..target import TOOL_AXES, IkTarget
 from .arcs import IkArc, JointCurve
 from .curve import traced
-from .plan import InversePlan, plan_for
 from .sliced_arm import sliced_arm_of
-from .target import TOOL_AXES, IkTarget
 
 Cost = Callable[[Floats], Floats]
 

@@ -16,11 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import kernel
-from ...kernel import Floats
+from .... import kernel
+from ....kernel import Floats
+from ..target import IkTarget
 from .curve import SolutionCurve, curve_of, traced
 from .sliced_arm import TRIED, SlicedArm
-from .target import IkTarget
 
 # Pieces of a complex solution's path that are shorter are at a fold, or end it (rad).
 SHORTEST = 1e-12
