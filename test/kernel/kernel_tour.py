@@ -23,11 +23,11 @@ from kinematics_service.estimation.cdr import STAMP_AT, CdrWriter
 from kinematics_service.estimation.estimator import Estimator, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.estimation.joint_state_form import form_of
-from kinematics_service.kinematics.inverse.plan import plan_for
-from kinematics_service.kinematics.inverse.screws import screws_of
+from kinematics_service.kinematics.inverse.problem.plan import plan_for
+from kinematics_service.kinematics.inverse.problem.screws import screws_of
+from kinematics_service.kinematics.inverse.problem.target import PROVED, ik_target_of
 from kinematics_service.kinematics.inverse.search import refinement
 from kinematics_service.kinematics.inverse.self_motion.sliced_arm import sliced_arm_of
-from kinematics_service.kinematics.inverse.target import PROVED, ik_target_of
 from kinematics_service.rigid_motion import inverse
 from kinematics_service.robot.closed_poses import close_at
 from kinematics_service.robot.loops import closure_of

@@ -15,10 +15,10 @@ from redundant_arms import (
 
 import kinematics_service as ks
 from kinematics_service import kernel
+from kinematics_service.kinematics.inverse.problem.target import ik_target_of
 from kinematics_service.kinematics.inverse.self_motion import sliced_arm
 from kinematics_service.kinematics.inverse.self_motion.curve_search import CurveSearch
 from kinematics_service.kinematics.inverse.self_motion.sliced_arm import sliced_arm_of
-from kinematics_service.kinematics.inverse.target import ik_target_of
 
 CLOSED = ('panda', 'fr3', 'kuka_iiwa14', 'xarm7')
 OTHERS = ('kinova_gen3', 'panda-calibrated', 'RRRRRRR-0', 'RRPRRRR-0')

@@ -11,7 +11,7 @@ import pytest
 from arms import BUNDLED, CONVENTIONS, DISTINCT_BUNDLED, RANDOM, random_poses, robot_of
 
 import kinematics_service as ks
-from kinematics_service.kinematics.inverse.plan import plan_for
+from kinematics_service.kinematics.inverse.problem.plan import plan_for
 from kinematics_service.kinematics.singular_poses import singular_poses
 from kinematics_service.robot.task import ROW_NAMES
 

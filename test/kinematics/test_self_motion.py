@@ -20,9 +20,9 @@ from redundant_arms import (
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.kinematics.inverse import curve as curves
+from kinematics_service.kinematics.inverse.problem.target import ik_target_of
+from kinematics_service.kinematics.inverse.self_motion import curve as curves
 from kinematics_service.kinematics.inverse.self_motion import curve_search, sliced_arm
-from kinematics_service.kinematics.inverse.target import ik_target_of
 
 ARMS = (*BUNDLED, *CALIBRATED, *RANDOM, *SLIDING)
 REACHED = 1e-12  # m and of a rotation's numbers, at arms of about 1 m
@@ -453,9 +453,8 @@ def test_a_curve_passes_nothing_where_no_chart_can_be_opened():
     robot = redundant_arm('panda')
     arm = sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, '')
     curve = proved('panda', 0).curves[0]
-    a, b, far = curve.psi[10], curve.psi[11], curve.psi[len(curve.psi) // 2]
-    assert kernel.passes(curve.chart, a, b)
-    assert not kernel.passes(curve.chart, a, far)
+    assert kernel.passes(curve.chart, curve.psi[10], curve.at(10.05))
+    assert not kernel.passes(curve.chart, curve.psi[10], curve.psi[len(curve.psi) // 2])
     # Stretched: no tangent is there, and the chart that was open before counts for nothing.
     stretched = np.zeros(7)
     target = ks.forward_kinematics(robot, stretched)

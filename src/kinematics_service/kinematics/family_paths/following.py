@@ -15,12 +15,12 @@ import numpy.typing as npt
 from ...errors import JointVectorError, PlanError, TargetError
 from ...kernel import Floats, Integers
 from ...robot.robot import AnyRobot, Robot, as_robot
-from ..inverse.plan import InversePlan, plan_for
+from ..inverse.problem.plan import InversePlan, plan_for
+from ..inverse.problem.target import IkTarget, ik_target_of
 from ..inverse.result import Complete, IkResult
 from ..inverse.search import errors_at
 from ..inverse.self_motion.arcs import IkArc
 from ..inverse.solve import TOLERANCE, inverse_kinematics
-from ..inverse.target import IkTarget, ik_target_of
 from ..plans.check import check_plan, threshold_of_distance
 from .joint_path import banned_step, deviations, on_turns_inside, smoothed
 from .pieces import ArcPieces, StepRule, a_step_apart, only, pieces_of, step_rule

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ...kernel import Floats, Integers
 from ...robot.robot import Robot
-from ..inverse.plan import InversePlan
+from ..inverse.problem.plan import InversePlan
 from ..inverse.self_motion.arcs import IkArc
 from ..singularity import singularity
 

@@ -14,11 +14,11 @@ from ...robot.task import ROW_NAMES
 from .closed_forms import NO_POSTURE, POSTURES
 from .families import SolutionFamily, isolated_or_not, nearer
 from .multiple import with_multiplicities
-from .plan import InversePlan
-from .problem import IkProblem
+from .problem.plan import InversePlan
+from .problem.problem import IkProblem
+from .problem.target import IkTarget
 from .result import Complete, IkFamily, IkResult, IkSolution, Method, NearestPose, Posture, Status
 from .search import DistinctSolutions, LeastError, refined, starts
-from .target import IkTarget
 
 # Starts, inside the limits, for the nearest pose.
 NEAREST_STARTS = 64

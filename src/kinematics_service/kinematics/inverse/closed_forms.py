@@ -4,7 +4,7 @@ import numpy as np
 
 from ... import kernel
 from ...kernel import Floats, Integers
-from .problem import IkProblem
+from .problem.problem import IkProblem
 from .result import IkSolution, Posture
 from .search import refinement
 

@@ -38,12 +38,12 @@ from .elimination import (
 )
 from .families import SUSPECT, isolated_or_not, tangent
 from .multiple import with_multiplicities
-from .plan import elimination_of, plan_for
-from .problem import IkProblem, near_or_middle
+from .problem.plan import elimination_of, plan_for
+from .problem.problem import IkProblem, near_or_middle
+from .problem.target import ik_target_of, poses_of
+from .redundant import dimension, into_limits, redundant_result
 from .result import IkFamily, IkResult, Method
 from .search import DistinctSolutions, LeastError, distinct, reached, refinement, search, starts
-from .self_motion.redundant import dimension, into_limits, redundant_result
-from .target import ik_target_of, poses_of
 
 # How far off a target is reached (m, rad): what a person types has seven digits.
 TOLERANCE = 1e-6

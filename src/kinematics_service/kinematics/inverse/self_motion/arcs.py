@@ -15,7 +15,7 @@ from ....kernel import Floats
 from ....robot.chain import FrozenArrays
 from ....robot.robot import Robot
 from ...clearance import clearances
-from ..plan import InversePlan
+from ..problem.plan import InversePlan
 from .curve import CurvePieces, SolutionCurve, pieces_of, places_of
 from .sliced_arm import SlicedArm
 

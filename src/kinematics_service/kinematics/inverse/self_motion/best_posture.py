@@ -10,8 +10,8 @@ from ....kernel import Floats, Integers
 from ....robot.robot import Robot
 from ...clearance import clearances
 from ...forward import forward_kinematics
-from ..plan import InversePlan, plan_for
-from ..target import TOOL_AXES, IkTarget
+from ..problem.plan import InversePlan, plan_for
+from ..problem.target import TOOL_AXES, IkTarget
 from .arcs import IkArc, JointCurve
 from .curve import traced
 from .sliced_arm import sliced_arm_of

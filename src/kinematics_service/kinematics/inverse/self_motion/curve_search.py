@@ -18,7 +18,7 @@ import numpy as np
 
 from .... import kernel
 from ....kernel import Floats
-from ..target import IkTarget
+from ..problem.target import IkTarget
 from .curve import SolutionCurve, curve_of, traced
 from .sliced_arm import TRIED, SlicedArm
 

@@ -8,19 +8,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from .... import kernel
-from ....kernel import Floats
-from ....robot.robot import Robot
-from ..answer import family_of, not_exact, representatives, result_of
-from ..families import SolutionFamily, nearer, tangent
-from ..plan import InversePlan
-from ..problem import IkProblem
-from ..result import IkFamily, IkResult, Method
-from ..search import DistinctSolutions, LeastError, errors_at, refined, starts
-from ..target import IkTarget
-from .arcs import IkArc, JointCurve, squares_of
-from .curve_search import CurveSearch
-from .sliced_arm import sliced_arm_of
+from ... import kernel
+from ...kernel import Floats
+from ...robot.robot import Robot
+from .answer import family_of, not_exact, representatives, result_of
+from .families import SolutionFamily, nearer, tangent
+from .problem.plan import InversePlan
+from .problem.problem import IkProblem
+from .problem.target import IkTarget
+from .result import IkFamily, IkResult, Method
+from .search import DistinctSolutions, LeastError, errors_at, refined, starts
+from .self_motion.arcs import IkArc, JointCurve, squares_of
+from .self_motion.curve_search import CurveSearch
+from .self_motion.sliced_arm import sliced_arm_of
 
 # Number of starts inside the limits, at first and if those fail.
 FEW, MANY = 24, 240

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import JointVectorError
-from ...kernel import Floats
-from ...robot.robot import Robot
+from ....errors import JointVectorError
+from ....kernel import Floats
+from ....robot.robot import Robot
 from .plan import InversePlan
 from .target import IkTarget
 

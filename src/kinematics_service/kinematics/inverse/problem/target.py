@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ... import kernel
-from ...errors import TargetError
-from ...kernel import Floats
-from ...robot.robot import Robot
-from ...robot.task import ROW_NAMES
-from ..arguments import rows_in_order
+from .... import kernel
+from ....errors import TargetError
+from ....kernel import Floats
+from ....robot.robot import Robot
+from ....robot.task import ROW_NAMES
+from ...arguments import rows_in_order
 
 IDENTITY = np.eye(4)
 
