@@ -254,8 +254,9 @@ class ClosedCurves:
             stop = at[i + 1] if i + 1 < count else at[0] + places.TAU
             after = which[i + 1] if i + 1 < count else which[0]
             added = self._add_piece(at[i], stop, side, which[i], after)
-            # A single root of D parts a piece from none. Where it does not, the tangents of both
-            # pieces refuse to go on from one to the other, but not if neither is one.
+            # A single root of D parts a piece from none. One that was put to the wrong sign of Y
+            # does not: beside an end of the range of joint 4, where Y is nothing. To trace pieces
+            # would be refused there, too, as far as was seen: the other sign has no piece there.
             if added < 0 or i > 0 and which[i] == OF_THREE and added == before:
                 return False
             first, before = added if i == 0 else first, added
