@@ -2,7 +2,9 @@
 
 import functools
 import math
+from dataclasses import replace
 
+import mpmath
 import numpy as np
 import pytest
 import redundant_arms
@@ -462,3 +464,68 @@ def test_a_curve_passes_nothing_where_no_chart_can_be_opened():
     regular = ks.inverse_kinematics(robot, target, respect_limits=False).families[0].q
     assert kernel.passes(chart, arm.to_screws(regular), arm.to_screws(regular))
     assert not kernel.passes(chart, arm.to_screws(stretched), arm.to_screws(stretched))
+
+
+def exactly(screws, goal, t):
+    """Return the solution that Newton leads to from complex angles (6,), in forty digits."""
+    axes = [mpmath.matrix(axis.tolist()) for axis in screws.axes]
+    points = [mpmath.matrix(point.tolist()) for point in screws.points]
+    R_goal = mpmath.matrix(goal[:3, :3].tolist())
+    p_goal = mpmath.matrix(goal[:3, 3].tolist())
+
+    def cross(a, b):
+        i, j = (1, 2, 0), (2, 0, 1)
+        return mpmath.matrix([a[i[k]] * b[j[k]] - a[j[k]] * b[i[k]] for k in range(3)])
+
+    for _ in range(8):
+        R, p, moved = mpmath.eye(3), mpmath.matrix(3, 1), []
+        for axis, point, angle in zip(axes, points, t):
+            z, o = R * axis, R * point + p
+            moved.append((z, o))
+            columns = [
+                row * mpmath.cos(angle)
+                + cross(axis, row) * mpmath.sin(angle)
+                + axis * (axis.T * row)[0] * (1 - mpmath.cos(angle))
+                for row in (mpmath.matrix([i == k for i in range(3)]) for k in range(3))
+            ]
+            E = mpmath.matrix(3, 3)
+            for k, column in enumerate(columns):
+                E[:, k] = column
+            R = R * E
+            p = o - R * point
+        J, left = mpmath.matrix(6, 6), mpmath.matrix(6, 1)
+        S = R_goal * R.T
+        for k, (z, o) in enumerate(moved):
+            J[:3, k], J[3:, k] = cross(z, p - o), z
+        left[:3, 0] = p_goal - p
+        for k in range(3):
+            a, b = (k + 2) % 3, (k + 1) % 3
+            left[3 + k] = (S[a, b] - S[b, a]) / 2
+        step = mpmath.lu_solve(J, left)
+        t = [x + y for x, y in zip(t, step)]
+    assert max(abs(x) for x in step) < 1e-30
+    # Axes and goal are of unit length and orthogonal to round-off, which far angles enlarge.
+    assert max(abs(x) for x in (R - R_goal)) < 1e-6
+    return t
+
+
+def test_complex_solutions_far_from_real_ones_are_certified_each_once():
+    robot = redundant_arm('panda-calibrated')
+    arm = sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, '')
+    target = ik_target_of(robot, ks.forward_kinematics(robot, poses_within(robot, 1, 7)[0]))
+    slices, position = arm.slices[1], 1.7
+    assert slices.joint == 0
+    solutions = arm.solutions(slices, target, position)
+    assert len(solutions) == slices.bound == 16
+    assert np.sum(np.abs(solutions[:, :, 1]).max(axis=1) > 7.0) == 4
+    screws = replace(arm.screws, axes=arm.screws.axes[1:], points=arm.screws.points[1:])
+    goal = sliced_arm._motion_of(arm.screws, 0, -position) @ arm.motion(target)
+    with mpmath.workdps(40):
+        found = []
+        for one in solutions[:, 1:]:
+            t = exactly(screws, goal, [mpmath.mpc(*angle) for angle in one])
+            there = np.array([complex(x) for x in t])
+            assert np.max(np.abs(there - (one[:, 0] + 1j * one[:, 1]))) < 1e-6
+            found.append(np.exp(1j * there))
+    away = np.array([[np.max(np.abs(a - b)) for a in found] for b in found])
+    assert np.min(away + 1e3 * np.eye(len(found))) > 1e-3
