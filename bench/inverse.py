@@ -153,7 +153,7 @@ def toolbox(robot, targets, tolerance):
 
 
 def eaik(robot, targets, python):
-    from kinematics_service.kinematics.inverse.screws import screws_of
+    from kinematics_service.kinematics.inverse.problem.screws import screws_of
 
     screws = screws_of(robot.chain)
     if any(screws.slides) or not np.array_equal(screws.coupling, np.eye(robot.dof)):

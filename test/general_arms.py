@@ -11,9 +11,9 @@ import math
 import numpy as np
 
 import kinematics_service as ks
-from kinematics_service.kinematics.inverse.plan import plan_for
+from kinematics_service.kinematics.inverse.problem.plan import plan_for
+from kinematics_service.kinematics.inverse.problem.target import ik_target_of
 from kinematics_service.kinematics.inverse.search import distinct, refined, starts
-from kinematics_service.kinematics.inverse.target import ik_target_of
 
 H, DEGREE = math.pi / 2, math.pi / 180
 

@@ -10,9 +10,9 @@ from arms import robot_of
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.kinematics.inverse.curve import places_of
-from kinematics_service.kinematics.inverse.sliced_arm import sliced_arm_of
-from kinematics_service.kinematics.inverse.target import ik_target_of
+from kinematics_service.kinematics.inverse.problem.target import ik_target_of
+from kinematics_service.kinematics.inverse.self_motion.curve import places_of
+from kinematics_service.kinematics.inverse.self_motion.sliced_arm import sliced_arm_of
 
 WHOLE = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 BUNDLED = ('panda', 'fr3', 'kuka_iiwa14', 'kinova_gen3', 'xarm7')

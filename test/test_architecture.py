@@ -35,6 +35,8 @@ ROOMS = (
     'robot/file',
     'robot',
     'kinematics',
+    'kinematics/inverse/problem',
+    'kinematics/inverse/self_motion',
     'kinematics/inverse',
     'kinematics/plans',
     'kinematics/family_paths',

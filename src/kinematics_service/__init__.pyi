@@ -40,11 +40,11 @@ from .kinematics.forward import jacobian as jacobian
 from .kinematics.forward import link_frames as link_frames
 from .kinematics.forward import twist as twist
 from .kinematics.forward import twist_at as twist_at
-from .kinematics.inverse.result import IkArc as IkArc
-from .kinematics.inverse.result import IkArcEnd as IkArcEnd
 from .kinematics.inverse.result import IkFamily as IkFamily
 from .kinematics.inverse.result import IkResult as IkResult
 from .kinematics.inverse.result import IkSolution as IkSolution
+from .kinematics.inverse.self_motion.arcs import IkArc as IkArc
+from .kinematics.inverse.self_motion.arcs import IkArcEnd as IkArcEnd
 from .kinematics.inverse.servo import ServoSettings as ServoSettings
 from .kinematics.inverse.servo import ServoStep as ServoStep
 from .kinematics.inverse.servo import joint_velocity as joint_velocity

@@ -9,9 +9,11 @@ its source run by plain Python agree to the last bit where their lines are equal
 
 import contextlib
 import hashlib
+import itertools
 import sys
 from collections import Counter
 from collections.abc import Sequence
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -21,11 +23,11 @@ from kinematics_service.estimation.cdr import STAMP_AT, CdrWriter
 from kinematics_service.estimation.estimator import Estimator, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.estimation.joint_state_form import form_of
-from kinematics_service.kinematics.inverse.plan import plan_for
-from kinematics_service.kinematics.inverse.screws import screws_of
+from kinematics_service.kinematics.inverse.problem.plan import plan_for
+from kinematics_service.kinematics.inverse.problem.screws import screws_of
+from kinematics_service.kinematics.inverse.problem.target import PROVED, ik_target_of
 from kinematics_service.kinematics.inverse.search import refinement
-from kinematics_service.kinematics.inverse.sliced_arm import sliced_arm_of
-from kinematics_service.kinematics.inverse.target import PROVED, ik_target_of
+from kinematics_service.kinematics.inverse.self_motion.sliced_arm import sliced_arm_of
 from kinematics_service.rigid_motion import inverse
 from kinematics_service.robot.closed_poses import close_at
 from kinematics_service.robot.loops import closure_of
@@ -49,7 +51,9 @@ GIVEN = (
     *(kernel.Clearance, kernel.NearestSearch, kernel.PoseErrors),
 )
 # Of solutions, and of a step of the servo.
-SAID_OF_ONE = ('miss', 'margin', 'share', 'posture')
+# Of a solution's record, with the signs of its posture in place of words.
+SAID_OF_ONE = ('residual', 'margin', 'feasible', 'posture', 'beyond')
+SIGNS = tuple(itertools.product((-1, 0, 1), repeat=3))
 SAID_OF_A_STEP = ('qdot', 'damping', 'least_singular_value', 'shortened', 'slowest')
 # How it is built; and details, which have tests of their own.
 NOT_PART_OF_IT = {
@@ -83,16 +87,22 @@ def said_by(argument):
         yield from said_by(argument.stamp)
     elif isinstance(argument, kernel.Solutions):
         yield from said_by(argument.q[: argument.count])
-        for k in range(argument.count):
+        for k, record in enumerate(records_of(argument)):
+            yield from said_by(argument.share(k))
             for name in SAID_OF_ONE:
-                yield from said_by(getattr(argument, name)(k))
-            yield from said_by([argument.is_beyond(k, j) for j in range(argument.q.shape[1])])
+                yield from said_by(getattr(record, name))
     elif isinstance(argument, kernel.ServoOutput):
         for name in SAID_OF_A_STEP:
             yield from said_by(getattr(argument, name))
         yield from said_by([argument.is_held(j) for j in range(len(argument.qdot))])
     elif not isinstance(argument, GIVEN):
         yield repr(np.array(argument).tolist()).encode()
+
+
+def records_of(found):
+    """Return solutions as records, with the places of joints as their names."""
+    joints = tuple(range(found.q.shape[1]))
+    return found.records(SimpleNamespace, joints, SIGNS, PROVED, 0, found.count, False)
 
 
 class Record:
@@ -303,11 +313,10 @@ def curves(robot: Robot, q: np.ndarray):
         kernel.trace(chart, psi, side, samples, np.zeros(1, int))
     kernel.spread(chart, psi, samples[1, : psi.size].copy(), np.zeros(psi.size))
     at = np.stack([psi, np.zeros(psi.size)], axis=1)
-    kernel.tangent_at(chart, at, np.zeros(psi.size))
+    kernel.passes(chart, psi, samples[1, : psi.size].copy())
     for joint in (0, psi.size - 1):
         kernel.follow(chart, at.copy(), joint, psi[joint] + 0.02, 1e-6)
     fold, beside = at + 0.01, at.copy()
-    kernel.corrected(chart, fold, -1)
     kernel.fold_near(chart, fold, 3)
     kernel.fold_at(chart, fold, 3, 0.1, np.zeros(4))
     kernel.write_beside_fold(chart, 3, -1e-6, 1.0, beside)

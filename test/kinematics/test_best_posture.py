@@ -9,14 +9,14 @@ from redundant_arms import poses_within, random_arm, redundant_arm
 
 import kinematics_service as ks
 from kinematics_service.kinematics.clearance import clearances
-from kinematics_service.kinematics.inverse.best_posture import (
+from kinematics_service.kinematics.inverse.problem.target import ik_target_of
+from kinematics_service.kinematics.inverse.self_motion.best_posture import (
     CRITERIA,
     FARTHER,
     best_posture,
     has_arcs,
     place_on_arc,
 )
-from kinematics_service.kinematics.inverse.target import ik_target_of
 
 REACHED = 1e-12  # m and of a rotation's numbers, at arms of about 1 m
 # Places on an arc are found to a billionth of a tenth of a rad.

@@ -15,10 +15,10 @@ from redundant_arms import (
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.kinematics.inverse import sliced_arm
-from kinematics_service.kinematics.inverse.self_motion import CurveSearch
-from kinematics_service.kinematics.inverse.sliced_arm import sliced_arm_of
-from kinematics_service.kinematics.inverse.target import ik_target_of
+from kinematics_service.kinematics.inverse.problem.target import ik_target_of
+from kinematics_service.kinematics.inverse.self_motion import sliced_arm
+from kinematics_service.kinematics.inverse.self_motion.curve_search import CurveSearch
+from kinematics_service.kinematics.inverse.self_motion.sliced_arm import sliced_arm_of
 
 CLOSED = ('panda', 'fr3', 'kuka_iiwa14', 'xarm7')
 OTHERS = ('kinova_gen3', 'panda-calibrated', 'RRRRRRR-0', 'RRPRRRR-0')
@@ -106,6 +106,25 @@ def test_a_target_with_a_singular_pose_is_left_to_the_slices(name, zeros):
     search = search_of(robot, ks.forward_kinematics(robot, q))
     assert not search._take_closed()
     assert not search.curves
+
+
+@pytest.mark.parametrize(
+    ('name', 'q'),
+    [
+        # Where joints 3 and 4 are both at an end of their range but for 1e-8 to 1e-4 rad, a root
+        # is put to the wrong sign of Y: pieces on both sides of it, or none.
+        ('panda', (-1.25778, 0.77627, -2.17223, -0.46700244284569, -1.57080, 1.28679, 1.48506)),
+        ('panda', (-2.2192, -0.3749, -0.8577, -3.60859506957439, -1.57074313571, -1.3e-8, 1.3429)),
+    ],
+)
+def test_where_pieces_are_not_apart_nothing_is_traced(name, q):
+    robot = redundant_arm(name)
+    arm, target = sliced_arm_of(robot, WHOLE, ''), ks.forward_kinematics(robot, q)
+    checked = ik_target_of(robot, target)
+    samples, lengths = np.full((3000, 14), np.nan), np.zeros(16, dtype=np.int64)
+    motion = np.ascontiguousarray(arm.motion(checked))
+    assert kernel.closed_curves(arm.closed, arm.point(checked), motion, samples, lengths) == -1
+    assert np.isnan(samples).all()
 
 
 @pytest.mark.parametrize('name', CLOSED)

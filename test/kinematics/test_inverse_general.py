@@ -12,10 +12,10 @@ from arms import robot_of, without_known_poses
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.kinematics.inverse import elimination
-from kinematics_service.kinematics.inverse.plan import plan_for
-from kinematics_service.kinematics.inverse.screws import screws_of
-from kinematics_service.kinematics.inverse.six_joints import six_joints_of
-from kinematics_service.kinematics.inverse.target import ik_target_of
+from kinematics_service.kinematics.inverse.problem.plan import plan_for
+from kinematics_service.kinematics.inverse.problem.screws import screws_of
+from kinematics_service.kinematics.inverse.problem.six_joints import six_joints_of
+from kinematics_service.kinematics.inverse.problem.target import ik_target_of
 from kinematics_service.rigid_motion import inverse, rotation_vector
 from kinematics_service.robot.task import ROW_NAMES
 

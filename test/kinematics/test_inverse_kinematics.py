@@ -3,13 +3,15 @@ Inverse kinematics on every arm: round trips, limits, families, and targets that
 """
 
 import math
+import pickle
+from dataclasses import fields
 
 import numpy as np
 import pytest
 from arms import BUNDLED, CONVENTIONS, DISTINCT_BUNDLED, RANDOM, random_poses, robot_of
 
 import kinematics_service as ks
-from kinematics_service.kinematics.inverse.plan import plan_for
+from kinematics_service.kinematics.inverse.problem.plan import plan_for
 from kinematics_service.kinematics.singular_poses import singular_poses
 from kinematics_service.robot.task import ROW_NAMES
 
@@ -286,6 +288,26 @@ def test_solutions_outside_the_limits_name_the_limit():
     everything = ks.inverse_kinematics(robot, [0.2, 0.1, 0.5], respect_limits=False)
     assert [one.beyond for one in everything] == [('d3',)] * 4
     assert all(one.margin < 0.0 and not one.feasible for one in everything)
+
+
+@pytest.mark.parametrize('respect_limits', [True, False])
+def test_results_that_the_kernel_fills_in_are_those_of_the_constructor(respect_limits):
+    robot = ks.load_robot('puma560')
+    target = ks.forward_kinematics(robot, [0.3, -0.2, 0.4, 0.5, -0.6, 0.7])
+    result = ks.inverse_kinematics(robot, target, respect_limits=respect_limits)
+    for one in (result, *result):
+        assert [*vars(one)] == [field.name for field in fields(one)]
+    assert result.roots is None
+    assert result.families == ()
+    for one in result:
+        same = pickle.loads(pickle.dumps(one))
+        assert repr(same) == repr(one)
+        room = np.minimum(one.q - robot.limits[:, 0], robot.limits[:, 1] - one.q)
+        assert one.margin == np.min(room)
+        assert one.feasible == (np.min(room) >= 0.0)
+        names = tuple(name for name, left in zip(robot.joint_names, room) if left < 0.0)
+        assert one.beyond == names
+    assert all(one.feasible for one in result) == respect_limits
 
 
 def test_without_limits_angles_are_in_the_half_open_turn():

@@ -10,8 +10,8 @@ import pytest
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.kinematics.inverse.plan import plan_for
-from kinematics_service.kinematics.inverse.screws import screws_of
+from kinematics_service.kinematics.inverse.problem.plan import plan_for
+from kinematics_service.kinematics.inverse.problem.screws import screws_of
 from kinematics_service.rigid_motion import inverse
 from kinematics_service.robot.task import ROW_NAMES
 

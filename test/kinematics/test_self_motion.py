@@ -2,7 +2,9 @@
 
 import functools
 import math
+from dataclasses import replace
 
+import mpmath
 import numpy as np
 import pytest
 import redundant_arms
@@ -20,9 +22,9 @@ from redundant_arms import (
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.kinematics.inverse import curve as curves
-from kinematics_service.kinematics.inverse import self_motion, sliced_arm
-from kinematics_service.kinematics.inverse.target import ik_target_of
+from kinematics_service.kinematics.inverse.problem.target import ik_target_of
+from kinematics_service.kinematics.inverse.self_motion import curve as curves
+from kinematics_service.kinematics.inverse.self_motion import curve_search, sliced_arm
 
 ARMS = (*BUNDLED, *CALIBRATED, *RANDOM, *SLIDING)
 REACHED = 1e-12  # m and of a rotation's numbers, at arms of about 1 m
@@ -180,7 +182,7 @@ def test_limits_cut_one_curve_into_five_arcs():
 def folds_of(robot, position):
     """Return how often joint 1 turns round along all curves, and whether they are all."""
     arm = sliced_arm.sliced_arm_of(robot, ('x', 'y', 'z'), '')
-    search = self_motion.CurveSearch(arm, ik_target_of(robot, position))
+    search = curve_search.CurveSearch(arm, ik_target_of(robot, position))
     proved = search.prove()
     return sum(len(curve.folds(np.eye(4)[0])) for curve in search.curves), proved
 
@@ -387,7 +389,7 @@ def proved(name, k=1):
     robot = redundant_arm(name)
     target = ks.forward_kinematics(robot, poses_within(robot, k + 1)[k])
     arm = sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, '')
-    search = self_motion.CurveSearch(arm, ik_target_of(robot, target))
+    search = curve_search.CurveSearch(arm, ik_target_of(robot, target))
     assert search.prove() == (not search.gap)
     return search
 
@@ -417,7 +419,7 @@ def test_curves_that_the_slice_does_not_meet_are_found_from_its_complex_solution
     apart = 0
     for q in poses_within(robot, 8):
         target = ik_target_of(robot, ks.forward_kinematics(robot, q))
-        search = self_motion.CurveSearch(arm, target)
+        search = curve_search.CurveSearch(arm, target)
         for curve in search.curves if search.prove() else ():
             path = curve.psi[:, arm.slices[0].joint]
             turns = (path - sliced_arm.TRIED[0]) / math.tau
@@ -433,18 +435,17 @@ def test_newton_ends_at_one_solution_from_everywhere_in_a_tube():
     curve = proved('panda', 0).curves[0]
     chart = arm.chart(ik_target_of(robot, target))
     random = np.random.default_rng(0)
-    tangent = np.empty(7)
     for k in range(0, len(curve.psi) - 1, 40):
         at = np.zeros((7, 2))
         at[:, 0] = curve.psi[k]
-        assert kernel.tangent_at(chart, at, tangent)
+        assert kernel.passes(chart, curve.psi[k], curve.psi[k])
         joint, h, r = chart.parameter, chart.h, chart.r
         ends = []
         for _ in range(8):
             start = np.zeros((7, 2))
             start[:, 0] = curve.psi[k] + 0.5 * r * random.normal(size=7) / math.sqrt(7)
             start[joint, 0] = curve.psi[k][joint]
-            assert kernel.corrected(chart, start, joint)
+            assert kernel.follow(chart, start, joint, start[joint, 0], 0.0)
             ends.append(start)
         assert h > 0.0
         assert all(np.max(np.abs(end - at)) < 1e-9 for end in ends)
@@ -486,3 +487,83 @@ def test_a_posture_at_limits_is_on_an_arc(name, q):
     target = ks.forward_kinematics(robot, q)
     for one in at:
         np.testing.assert_allclose(ks.forward_kinematics(robot, one), target, atol=1e-11)
+
+
+def test_a_curve_passes_nothing_where_no_chart_can_be_opened():
+    robot = redundant_arm('panda')
+    arm = sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, '')
+    curve = proved('panda', 0).curves[0]
+    assert kernel.passes(curve.chart, curve.psi[10], curve.at(10.05))
+    assert not kernel.passes(curve.chart, curve.psi[10], curve.psi[len(curve.psi) // 2])
+    # Stretched: no tangent is there, and the chart that was open before counts for nothing.
+    stretched = np.zeros(7)
+    target = ks.forward_kinematics(robot, stretched)
+    chart = arm.chart(ik_target_of(robot, target))
+    regular = ks.inverse_kinematics(robot, target, respect_limits=False).families[0].q
+    assert kernel.passes(chart, arm.to_screws(regular), arm.to_screws(regular))
+    assert not kernel.passes(chart, arm.to_screws(stretched), arm.to_screws(stretched))
+
+
+def exactly(screws, goal, t):
+    """Return the solution that Newton leads to from complex angles (6,), in forty digits."""
+    axes = [mpmath.matrix(axis.tolist()) for axis in screws.axes]
+    points = [mpmath.matrix(point.tolist()) for point in screws.points]
+    R_goal = mpmath.matrix(goal[:3, :3].tolist())
+    p_goal = mpmath.matrix(goal[:3, 3].tolist())
+
+    def cross(a, b):
+        i, j = (1, 2, 0), (2, 0, 1)
+        return mpmath.matrix([a[i[k]] * b[j[k]] - a[j[k]] * b[i[k]] for k in range(3)])
+
+    for _ in range(8):
+        R, p, moved = mpmath.eye(3), mpmath.matrix(3, 1), []
+        for axis, point, angle in zip(axes, points, t):
+            z, o = R * axis, R * point + p
+            moved.append((z, o))
+            columns = [
+                row * mpmath.cos(angle)
+                + cross(axis, row) * mpmath.sin(angle)
+                + axis * (axis.T * row)[0] * (1 - mpmath.cos(angle))
+                for row in (mpmath.matrix([i == k for i in range(3)]) for k in range(3))
+            ]
+            E = mpmath.matrix(3, 3)
+            for k, column in enumerate(columns):
+                E[:, k] = column
+            R = R * E
+            p = o - R * point
+        J, left = mpmath.matrix(6, 6), mpmath.matrix(6, 1)
+        S = R_goal * R.T
+        for k, (z, o) in enumerate(moved):
+            J[:3, k], J[3:, k] = cross(z, p - o), z
+        left[:3, 0] = p_goal - p
+        for k in range(3):
+            a, b = (k + 2) % 3, (k + 1) % 3
+            left[3 + k] = (S[a, b] - S[b, a]) / 2
+        step = mpmath.lu_solve(J, left)
+        t = [x + y for x, y in zip(t, step)]
+    assert max(abs(x) for x in step) < 1e-30
+    # Axes and goal are of unit length and orthogonal to round-off, which far angles enlarge.
+    assert max(abs(x) for x in (R - R_goal)) < 1e-6
+    return t
+
+
+def test_complex_solutions_far_from_real_ones_are_certified_each_once():
+    robot = redundant_arm('panda-calibrated')
+    arm = sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, '')
+    target = ik_target_of(robot, ks.forward_kinematics(robot, poses_within(robot, 1, 7)[0]))
+    slices, position = arm.slices[1], 1.7
+    assert slices.joint == 0
+    solutions = arm.solutions(slices, target, position)
+    assert len(solutions) == slices.bound == 16
+    assert np.sum(np.abs(solutions[:, :, 1]).max(axis=1) > 7.0) == 4
+    screws = replace(arm.screws, axes=arm.screws.axes[1:], points=arm.screws.points[1:])
+    goal = sliced_arm._motion_of(arm.screws, 0, -position) @ arm.motion(target)
+    with mpmath.workdps(40):
+        found = []
+        for one in solutions[:, 1:]:
+            t = exactly(screws, goal, [mpmath.mpc(*angle) for angle in one])
+            there = np.array([complex(x) for x in t])
+            assert np.max(np.abs(there - (one[:, 0] + 1j * one[:, 1]))) < 1e-6
+            found.append(np.exp(1j * there))
+    away = np.array([[np.max(np.abs(a - b)) for a in found] for b in found])
+    assert np.min(away + 1e3 * np.eye(len(found))) > 1e-3

@@ -12,7 +12,7 @@ from ros_harness import ONE_TRANSPORT, change, level_of, nanoseconds, values_of
 from target_harness import BASE, Targets, pose_target, twist_target
 
 import kinematics_service as ks
-from kinematics_service.kinematics.inverse.plan import plan_for
+from kinematics_service.kinematics.inverse.problem.plan import plan_for
 
 OK, WARN, ERROR, STALE = range(4)
 # A solution is exact to round-off of the arm's lengths.

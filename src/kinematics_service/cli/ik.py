@@ -9,9 +9,10 @@ import numpy as np
 import typer
 
 from ..kernel import Floats
-from ..kinematics.inverse.result import IkArc, IkFamily, IkResult, IkSolution
+from ..kinematics.inverse.problem.target import TOOL_AXES
+from ..kinematics.inverse.result import IkFamily, IkResult, IkSolution
+from ..kinematics.inverse.self_motion.arcs import IkArc
 from ..kinematics.inverse.solve import TOLERANCE, inverse_kinematics
-from ..kinematics.inverse.target import TOOL_AXES
 from ..printing import Output, attributes, facts, heading, json_text, number, plain
 from ..rigid_motion import rotation_of_quaternion, rotation_of_roll_pitch_yaw
 from ..robot.robot import Robot

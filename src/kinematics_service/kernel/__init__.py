@@ -83,13 +83,12 @@ from .self_motion.curve_path import nearest_place as nearest_place
 from .self_motion.curve_path import write_places as write_places
 from .self_motion.curve_pieces import cut as cut
 from .self_motion.curve_point import CurvePoint as CurvePoint
-from .self_motion.curves import corrected as corrected
 from .self_motion.curves import fold_at as fold_at
 from .self_motion.curves import fold_near as fold_near
 from .self_motion.curves import follow as follow
 from .self_motion.curves import holds as holds
+from .self_motion.curves import passes as passes
 from .self_motion.curves import spread as spread
-from .self_motion.curves import tangent_at as tangent_at
 from .self_motion.curves import trace as trace
 from .self_motion.curves import write_beside_fold as write_beside_fold
 from .six_joints.six_joints import SixJoints as SixJoints

@@ -5,9 +5,9 @@ import viser
 
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
-from ...kinematics.inverse.best_posture import has_arcs, place_on_arc
-from ...kinematics.inverse.result import IkArc
-from ...kinematics.inverse.target import ik_target_of
+from ...kinematics.inverse.problem.target import ik_target_of
+from ...kinematics.inverse.self_motion.arcs import IkArc
+from ...kinematics.inverse.self_motion.best_posture import has_arcs, place_on_arc
 from ...robot.robot import Robot
 from ...robot.task import ROW_NAMES
 from .sliders import Sliders

@@ -1,12 +1,14 @@
 """Solutions: distinguished, sorted, and judged against the limits and the target."""
 
 import math
+from typing import TypeVar
 
 from ..layout import arrays, places
 from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
 from .joints import Joints
 from .residuals import Residual
 
+Record = TypeVar('Record')
 # Two solutions (rad, scaled) nearer than this may be one.
 MAYBE_SAME = 1e-2
 # Error of a solution that is round-off, as a share of the length.
@@ -87,16 +89,58 @@ class Solutions:
         self.require(k)
         return self.shares[k]
 
-    def is_beyond(self, k: int, j: int) -> bool:
-        """Return whether joint j of solution k is beyond its limits."""
-        self.require(k)
-        return 0 <= j < self.n and self.beyond[k * self.n + j] == 1
+    def records(
+        self,
+        kind: type[Record],
+        names: tuple[str, ...],
+        postures: tuple[object, ...],
+        exact: float,
+        first: int,
+        stop: int,
+        only_feasible: bool,
+    ) -> list[Record]:
+        """
+        Return solutions from `first` to before `stop` as objects that have their fields by name.
 
-    def posture(self, k: int) -> tuple[int, int, int]:
-        """Return the signs of solution k: see `postures`; 0 if there are none."""
-        self.require(k)
-        signs = arrays.whole_after(self.postures, 3 * k)
-        return int(signs[0]), int(signs[1]), int(signs[2])
+        Parameters
+        ----------
+        kind
+            Their class. It is not called: the constructor of a frozen dataclass sets field by
+            field, which takes a fifth of a call with a closed form.
+        names
+            Of the joints.
+        postures
+            What stands for the signs -1 -1 -1, -1 -1 0, and so on to 1 1 1 of `postures`.
+        exact
+            Largest error of a solution that is exact, m.
+        only_feasible
+            Whether to leave out those outside the limits.
+        """
+        if first < stop:
+            self.require(first)
+            self.require(stop - 1)
+        found: list[Record] = []
+        for k in range(first, stop):
+            feasible = self.margins[k] >= -places.AT_LIMIT
+            if only_feasible and not feasible:
+                continue
+            one = kind.__new__(kind)
+            fields = one.__dict__
+            signs = arrays.whole_after(self.postures, 3 * k)
+            fields['q'] = self.q[k]
+            fields['residual'] = self.misses[k]
+            fields['feasible'] = feasible
+            fields['beyond'] = () if feasible else self._beyond(k, names)
+            fields['margin'] = self.margins[k]
+            fields['posture'] = postures[13 + 9 * signs[0] + 3 * signs[1] + signs[2]]
+            fields['multiplicity'] = 1
+            fields['exact'] = self.misses[k] < exact
+            found.append(one)
+        return found
+
+    def _beyond(self, k: int, names: tuple[str, ...]) -> tuple[str, ...]:
+        # The names of the joints of solution k that are beyond their limits.
+        return tuple([names[j] for j in range(self.n) if self.beyond[k * self.n + j] == 1])
 
 
 class SolutionCandidates:

@@ -118,6 +118,11 @@ class CurveChart:
         """Give the room back."""
         arrays.give_back(self.room)
 
+    def require(self, joint: int) -> None:
+        """Raise TypeError if there is no such joint."""
+        if not 0 <= joint < self.n:
+            raise TypeError('an arm has no such joint')
+
     def stand_at(self, positions: Flat) -> None:
         """Take positions (n pairs) for t."""
         for j in range(2 * self.n):
@@ -286,7 +291,8 @@ class CurveChart:
 
     def _choose_frame(self) -> None:
         # Far from real positions rotations are large: the frame of the joint in which the axes
-        # are least. Real ones are of unit length in each.
+        # are least, by their product: one of them is large in any. Real ones are of unit length
+        # in each.
         self.frame = 0
         axes = self.product.axes
         best: float = places.INFINITY
@@ -296,8 +302,9 @@ class CurveChart:
         if imaginary < NEARLY_REAL:
             return
         for k in range(self.n):
-            frame, square = arrays.after(self.product.frames, 18 * k), 0.0
+            frame, logarithms = arrays.after(self.product.frames, 18 * k), 0.0
             for j in range(self.n):
+                square = 0.0
                 for i in range(3):
                     total = (0.0, 0.0)
                     for m in range(3):
@@ -306,8 +313,9 @@ class CurveChart:
                         )
                         total = pairs.plus(total, 1.0, way)
                     square += pairs.square_of(total)
-            if square < best:
-                best, self.frame = square, k
+                logarithms += math.log(square)
+            if logarithms < best:
+                best, self.frame = logarithms, k
 
     def _turn_back(self, v: Flat, share: float, turned: Flat) -> None:
         frame = arrays.after(self.product.frames, 18 * self.frame)

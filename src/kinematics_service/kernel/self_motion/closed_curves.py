@@ -24,15 +24,7 @@ import math
 from ..forward import vectors
 from ..inverse import roots, targets
 from ..layout import arrays, places
-from ..layout.arrays import (
-    Flat,
-    FlatIntegers,
-    Floats,
-    Integers,
-    Numbers,
-    Vector,
-    WholeNumbers,
-)
+from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Numbers, Vector, WholeNumbers
 from ..six_joints import trigonometric_roots
 from . import curve_point
 from .curve_point import CurvePoint
@@ -84,6 +76,8 @@ class ClosedCurves:
     noise: float
     level: float
     pieces: int
+    rows: Flat
+    most: int
     wrist: float
     away: float
 
@@ -108,7 +102,7 @@ class ClosedCurves:
         self.first: FlatIntegers = arrays.as_whole(arrays.after(self.sides, MOST_PIECES))
         self.last: FlatIntegers = arrays.whole_after(self.first, MOST_PIECES)
         self.gone: FlatIntegers = arrays.whole_after(self.last, MOST_PIECES)
-        self.pieces = 0
+        self.pieces, self.rows, self.most = 0, self.room, 0
         z3 = vectors.axis_of(self.screws, 2)
         w = vectors.three(self.meeting, 0)
         o = vectors.three(self.crossing, 0)
@@ -143,13 +137,9 @@ class ClosedCurves:
         M[3], M[7], M[11] = p[0], p[1], p[2]
         goal = vectors.times_point(M, w)
         self.goal[0], self.goal[1], self.goal[2] = goal[0], goal[1], goal[2]
-        at_0, at_1, at_2 = (
-            self._square(0.0),
-            self._square(0.5 * places.PI),
-            self._square(places.PI),
-        )
+        at_0, at_2 = self._square(0.0), self._square(places.PI)
         self.rho, self.rho_c = 0.5 * (at_0 + at_2), 0.5 * (at_0 - at_2)
-        self.rho_s = at_1 - self.rho
+        self.rho_s = self._square(0.5 * places.PI) - self.rho
         size = self.rho + abs(self.rho_c) + abs(self.rho_s) + self.C + self.R
         self.noise = (ROUND_OFF + self.error + targets.off(motion)) * size
         self.pieces = 0
@@ -264,8 +254,9 @@ class ClosedCurves:
             stop = at[i + 1] if i + 1 < count else at[0] + places.TAU
             after = which[i + 1] if i + 1 < count else which[0]
             added = self._add_piece(at[i], stop, side, which[i], after)
-            # A single root of D parts a piece from none. Where it does not, the tangents of both
-            # pieces refuse to go on from one to the other, but not if neither is one.
+            # A single root of D parts a piece from none. One that was put to the wrong sign of Y
+            # does not: beside an end of the range of joint 4, where Y is nothing. To trace pieces
+            # would be refused there, too, as far as was seen: the other sign has no piece there.
             if added < 0 or i > 0 and which[i] == OF_THREE and added == before:
                 return False
             first, before = added if i == 0 else first, added
@@ -329,9 +320,10 @@ class ClosedCurves:
 
     def write_curve(self, point: CurvePoint, p: int, bent: float, rows: Flat, most: int) -> int:
         """Write the samples of the curve that begins with a piece; how many, -1 where singular."""
+        self.rows, self.most = rows, most
         count, at, way, sign = 0, p, 1.0, bent
         for _ in range(2 * MOST_PIECES):
-            count = self._write_piece(point, at, way, sign, rows, count, most)
+            count = self._write_piece(point, at, way, sign, count)
             if count < 0:
                 return count
             self.gone[at] |= 1 if sign > 0.0 else 2
@@ -354,16 +346,7 @@ class ClosedCurves:
                 return k
         return -1
 
-    def _write_piece(
-        self,
-        point: CurvePoint,
-        p: int,
-        way: float,
-        bent: float,
-        rows: Flat,
-        count: int,
-        most: int,
-    ) -> int:
+    def _write_piece(self, point: CurvePoint, p: int, way: float, bent: float, count: int) -> int:
         # Writes samples from one end of a piece to the other; of later pieces not the first one.
         whole = self.first[p] == NO_END
         a, b = self.begins[p], self.stops[p]
@@ -371,7 +354,7 @@ class ClosedCurves:
         x, step = 0.0, 0.05 * end
         if count == 0:
             self._place(a, self.sides[p], bent)
-            if not self._write_row(point, not whole, rows, 0):
+            if not self._write_row(point, not whole, 0):
                 return -1
             count = 1
         away = self.away
@@ -380,12 +363,12 @@ class ClosedCurves:
             t: float = a + to if whole else 0.5 * (a + b - way * (b - a) * math.cos(to))
             if not whole and to == end:
                 t = b if way > 0.0 else a
-            if count == most:
+            if count == self.most:
                 return -2
             self._place(t, self.sides[p], bent)
-            fine = self._write_row(point, not whole and to == end, rows, count)
-            size = self._way_to(rows, count) if fine else 1.0
-            if fine and size <= APART and self._is_next(rows, count, away):
+            fine = self._write_row(point, not whole and to == end, count)
+            size = self._way_to(count) if fine else 1.0
+            if fine and size <= APART and self._is_next(count, away):
                 away = self.away
                 x, count = to, count + 1
                 step *= min(2.0, max(0.5, 0.8 * APART / max(size, 1e-9)))
@@ -395,9 +378,9 @@ class ClosedCurves:
                     return -1
         return count
 
-    def _write_row(self, point: CurvePoint, at_end: bool, rows: Flat, count: int) -> bool:
+    def _write_row(self, point: CurvePoint, at_end: bool, count: int) -> bool:
         # Writes the place and the tangent there; at an end, where square roots are, refined.
-        row, before = arrays.after(rows, 14 * count), arrays.after(rows, 14 * max(count - 1, 0))
+        row, before = self._row(count), self._row(max(count - 1, 0))
         for j in range(7):
             k = 6 - j if self.backwards else j
             angle = -self.psi[k] if self.backwards else self.psi[k]
@@ -417,19 +400,22 @@ class ClosedCurves:
             row[7 + j] = -point.tangent[j] if along < 0.0 else point.tangent[j]
         return True
 
-    def _way_to(self, rows: Flat, count: int) -> float:
+    def _row(self, count: int) -> Flat:
+        return arrays.after(self.rows, 14 * count)
+
+    def _way_to(self, count: int) -> float:
         # The longest way of a joint since the last row.
-        row, before = arrays.after(rows, 14 * count), arrays.after(rows, 14 * (count - 1))
+        row, before = self._row(count), self._row(count - 1)
         way: float = 0.0
         for j in range(7):
             way = max(way, abs(row[j] - before[j]))
         return way
 
-    def _is_next(self, rows: Flat, count: int, away: float) -> bool:
+    def _is_next(self, count: int, away: float) -> bool:
         # Whether the tangent is like the last one, and the wrist is not stretched on the way.
         along: float = 0.0
         ways: float = 0.0
-        row, before = arrays.after(rows, 14 * count), arrays.after(rows, 14 * (count - 1))
+        row, before = self._row(count), self._row(count - 1)
         for j in range(7):
             k = 6 - j if self.backwards else j
             along += row[7 + j] * before[7 + j]
@@ -440,8 +426,9 @@ class ClosedCurves:
             along = abs(along)
         return along >= ALIKE and 2.0 * ways <= away + self.away
 
-    def write_flipped(self, rows: Flat, count: int, flipped: Flat) -> None:
-        """Write the same curve with the wrist turned over."""
+    def write_flipped(self, count: int, flipped: Flat) -> None:
+        """Write the last curve, of so many samples, with the wrist turned over."""
+        rows = self.rows
         for i in range(count):
             for j in range(7):
                 k = 6 - j if self.backwards else j
@@ -522,7 +509,7 @@ def _find(
             if used + 2 * count > most or found + 2 > room:
                 return -2
             _close(curve, count)
-            arm.write_flipped(curve, count, arrays.after(curve, 14 * count))
+            arm.write_flipped(count, arrays.after(curve, 14 * count))
             counts[found], counts[found + 1] = count, count
             used += 2 * count
             found += 2

@@ -40,8 +40,7 @@ def trace(chart: CurveChart, start: Floats, side: float, samples: Floats, closed
     most = arrays.extent(samples, 0)
     rows, how = arrays.results(samples, 2 * most * n), arrays.whole_results(closed, 1)
     begin, room = arrays.numbers(start, n), arrays.scratch(2 * n)
-    for j in range(n):
-        chart.t[2 * j], chart.t[2 * j + 1] = begin[j], 0.0
+    _put_real(begin, n, chart.t)
     count = 0
     how[0] = 0
     lock = arrays.let_go()
@@ -100,8 +99,7 @@ def follow(chart: CurveChart, t: Floats, joint: int, end: float, shortest: float
     arrays.given(chart)
     n = chart.n
     at = arrays.results(t, 2 * n)
-    if not 0 <= joint < n:
-        raise TypeError('an arm has no such joint')
+    chart.require(joint)
     chart.stand_at(at)
     lock = arrays.let_go()
     arrived = _followed(chart, joint, end, shortest)
@@ -132,19 +130,6 @@ def _followed(chart: CurveChart, joint: int, end: float, shortest: float) -> boo
     return False
 
 
-def corrected(chart: CurveChart, t: Floats, joint: int) -> bool:
-    """Move positions (n, 2) of screws to a solution, one joint held (-1: whichever moves most)."""
-    arrays.given(chart)
-    n = chart.n
-    at = arrays.results(t, 2 * n)
-    if not -1 <= joint < n:
-        raise TypeError('an arm has no such joint')
-    chart.stand_at(at)
-    arrived = chart.improve(joint)
-    chart.write_place(at)
-    return arrived
-
-
 def spread(chart: CurveChart, begin: Floats, end: Floats, widths: Floats) -> bool:
     """
     Fill in how far the curve of real solutions leaves the chord of two of them at most, by proof.
@@ -164,11 +149,8 @@ def spread(chart: CurveChart, begin: Floats, end: Floats, widths: Floats) -> boo
     n = chart.n
     first, last = arrays.numbers(begin, n), arrays.numbers(end, n)
     written, room = arrays.results(widths, n), arrays.scratch(2 * n)
-    for j in range(n):
-        room[2 * j], room[2 * j + 1] = first[j], 0.0
-    chart.stand_at(room)
-    for j in range(n):
-        room[2 * j] = last[j]
+    _put_real(first, n, chart.t)
+    _put_real(last, n, room)
     found = chart.open(charts.ANY, charts.RADIUS) and chart.bend_further(charts.RADIUS)
     found = found and chart.holds(room, 1.0)
     if found:
@@ -186,25 +168,31 @@ def spread(chart: CurveChart, begin: Floats, end: Floats, widths: Floats) -> boo
     return found
 
 
-def tangent_at(chart: CurveChart, t: Floats, tangent: Floats) -> bool:
+def passes(chart: CurveChart, begin: Floats, end: Floats) -> bool:
     """
-    Fill in the tangent at a real solution (n, 2), of unit length; return False where singular.
+    Return whether the curve through a real solution passes another one, by a chart at the first.
 
-    Its sign is that of the motion of the chart's parameter.
+    Parameters
+    ----------
+    chart
+        Of the arm and its target.
+    begin, end : shape (n,), rad or m
+        Positions of the screws; full turns of joints that turn do not count.
     """
     arrays.given(chart)
     n = chart.n
-    at, written = arrays.numbers(t, 2 * n), arrays.results(tangent, n)
-    chart.stand_at(at)
-    if not chart.open(charts.ANY, charts.RADIUS):
-        return False
-    size = 0.0
+    first, last = arrays.numbers(begin, n), arrays.numbers(end, n)
+    room = arrays.scratch(2 * n)
+    _put_real(first, n, chart.t)
+    _put_real(last, n, room)
+    found = chart.open(charts.ANY, charts.RADIUS) and chart.holds(room, 1.0)
+    arrays.give_back(room)
+    return found
+
+
+def _put_real(positions: Flat, n: int, t: Flat) -> None:
     for j in range(n):
-        written[j] = chart.w[2 * j] / chart.sizes[j]
-        size += written[j] * written[j]
-    for j in range(n):
-        written[j] /= math.sqrt(size)
-    return True
+        t[2 * j], t[2 * j + 1] = positions[j], 0.0
 
 
 def fold_near(chart: CurveChart, t: Floats, joint: int) -> bool:
@@ -223,8 +211,7 @@ def fold_near(chart: CurveChart, t: Floats, joint: int) -> bool:
     arrays.given(chart)
     n = chart.n
     at = arrays.results(t, 2 * n)
-    if not 0 <= joint < n:
-        raise TypeError('an arm has no such joint')
+    chart.require(joint)
     chart.stand_at(at)
     arrived = chart.move_to_fold(joint)
     chart.write_place(at)
@@ -253,8 +240,7 @@ def fold_at(chart: CurveChart, t: Floats, joint: int, radius: float, fold: Float
     arrays.given(chart)
     n = chart.n
     at, written = arrays.numbers(t, 2 * n), arrays.results(fold, 4)
-    if not 0 <= joint < n:
-        raise TypeError('an arm has no such joint')
+    chart.require(joint)
     chart.stand_at(at)
     if not chart.open(charts.ANY, charts.RADIUS) or chart.parameter == joint:
         return False
@@ -301,8 +287,7 @@ def write_beside_fold(chart: CurveChart, joint: int, away: float, side: float, t
     """
     arrays.given(chart)
     at = arrays.results(t, 2 * chart.n)
-    if not 0 <= joint < chart.n:
-        raise TypeError('an arm has no such joint')
+    chart.require(joint)
     # The joint moves by b s^2 / 2.
     square = pairs.over((2.0 * away * chart.sizes[joint], 0.0), pairs.pair(chart.b, joint))
     s = complex_numbers.root(square)

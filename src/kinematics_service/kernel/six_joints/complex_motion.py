@@ -14,11 +14,14 @@ MOST_STEPS = 12
 # Angles change by no more than this in a step. A step doubles the digits: after one below the
 # second what is left is round-off.
 LONGEST, STANDS = 0.5, 1e-7
-# A solution misses the goal by less, in units of the loop: nothing else has the same first order.
-MISSES = 1e-9
+# A solution misses the goal by less, in units of the loop, times what round-off grows by: nothing
+# else has the same first order. What differs by half a turn misses it by more than a tenth.
+MISSES, FAR_OFF = 1e-9, 0.1
 # Round-off of one number of the product, and the most that Newton and Kantorovich's h may be.
 # Below 1/2 there is a solution within two steps and no other within 1 / (beta K).
 ROUND_OFF, CERTAIN = 1e-15, 0.0625
+# Round-off grows by more where a position is far from the real ones.
+FAR = 1e3
 WIDTH = 13  # six columns of J, what is left, and six of the identity
 
 
@@ -66,8 +69,9 @@ class Motion:
     ----------
     first
         The largest change of a joint in the first step of `improve`.
-    radius
-        Of `certify`: there is no other solution as near, and this one is nearer by far.
+    weights, radius : shape (6,)
+        Of `certify`: what each joint's way counts; there is no other solution as near, and this
+        one is nearer by far.
     """
 
     first: float
@@ -79,7 +83,9 @@ class Motion:
         self.p: Flat = self.product.p
         self.axes: Flat = self.product.axes
         self.points: Flat = self.product.points
-        self.J: Flat = arrays.scratch(12 * WIDTH)
+        self.J: Flat = arrays.scratch(12 * WIDTH + 12)
+        self.weights: Flat = arrays.after(self.J, 12 * WIDTH)
+        self.sizes: Flat = arrays.after(self.weights, 6)
         self.first, self.radius = 0.0, 0.0
 
     def __dealloc__(self) -> None:
@@ -117,13 +123,15 @@ class Motion:
         Return whether there is one solution at t (6 pairs), and fill in how far there is no other.
 
         By the theorem of Newton and Kantorovich: beta is the norm of the inverse of J, and K
-        bounds the change of J. Where a way is long, it is the unit of length.
+        bounds the change of J. Where a way is long, it is the unit of length. Far from real
+        positions twists are large: there, where that is not enough, each is a unit of its own.
         """
-        if not self.miss(loop, t) < MISSES:
+        missed, growth = self.miss(loop, t), self._growth(loop)
+        if not missed < min(MISSES * max(growth / 6.0, 1.0), FAR_OFF):
             return False
         self._fill(loop)
         unit = self._measure_by_ways(loop, t)
-        turning, reaching, sizes = 0.0, 0.0, 0.0
+        turning, reaching, sizes, apart = 0.0, 0.0, 0.0, 0.0
         for j in range(6):
             axis, reach = 0.0, 0.0
             for i in range(3):
@@ -137,20 +145,43 @@ class Motion:
             size = 1.0 + math.sqrt(reach) / unit
             turning += axis
             reaching += axis * size * size
-            sizes += math.sqrt(axis) * size
+            self.sizes[j] = math.sqrt(axis) * size
+            sizes += self.sizes[j]
+            apart += 1.0 / (size * size)
         if not self._solve(WIDTH):
             return False
-        bound = math.sqrt(turning) * math.sqrt(reaching)
+        off = ROUND_OFF * max(sizes, growth)
+        if self._is_certain(math.sqrt(turning) * math.sqrt(reaching), off, False):
+            return True
+        # Each twist is one in units of itself.
+        return growth > FAR and self._is_certain(math.sqrt(6.0 * apart), off, True)
+
+    def _is_certain(self, bound: float, off: float, weighted: bool) -> bool:
+        # Whether h is small enough, with the twists as units or not; fills weights and radius.
         step, inverse = 0.0, 0.0
         for j in range(6):
             row = arrays.after(self.J, 2 * WIDTH * j)
-            step += row[12] * row[12] + row[13] * row[13]
+            self.weights[j] = self.sizes[j] if weighted else 1.0
+            square = self.weights[j] * self.weights[j]
+            step += square * (row[12] * row[12] + row[13] * row[13])
             for k in range(14, 2 * WIDTH):
-                inverse += row[k] * row[k]
+                inverse += square * row[k] * row[k]
         beta = math.sqrt(inverse)
-        way = math.sqrt(step) + beta * ROUND_OFF * sizes
+        way = math.sqrt(step) + beta * off
         self.radius = 1.0 / (beta * bound)
         return way * beta * bound < CERTAIN
+
+    def _growth(self, loop: SixScrews) -> float:
+        # By how much the product may enlarge the round-off of its factors, all added up: by the
+        # norms of what is before and behind each, which are one where a position is real.
+        growth = 0.0
+        for k in range(6):
+            square = 0.0
+            for i in range(9):
+                square += pairs.square_of(pairs.pair(self.product.frames, 9 * k + i))
+            o = vectors.point_of(loop.screws, k)
+            growth += square / 3.0 * (1.0 + math.sqrt(vectors.dot(o, o)))
+        return growth
 
     def _measure_by_ways(self, loop: SixScrews, t: Numbers) -> float:
         # Makes the longest way the unit of length in J, and in what is left, unless it is shorter

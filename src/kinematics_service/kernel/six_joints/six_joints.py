@@ -129,7 +129,7 @@ class Roots:
     first_step: float
 
     def __init__(self) -> None:
-        self.room: Flat = arrays.scratch(MOST * 15 + 48 + 24 + 12 + 12)
+        self.room: Flat = arrays.scratch(MOST * 21 + 48 + 24 + 12 + 12 + 6)
         self.psi: Flat = self.room
         self.radii: Flat = arrays.after(self.psi, 12 * MOST)
         self.lengths: Flat = arrays.after(self.radii, MOST)
@@ -138,6 +138,8 @@ class Roots:
         self.bounds: Flat = arrays.after(self.z, 48)
         self.t: Flat = arrays.after(self.bounds, 24)
         self.one: Flat = arrays.after(self.t, 12)
+        self.weights: Flat = arrays.after(self.one, 12)
+        self.scales: Flat = arrays.after(self.weights, 6)
         self.loop, self.elimination, self.pencil = SixScrews(), Elimination(), Pencil()
         self.linkage, self.hidden = SphericalLinkage(), THIRD
         self.positions, self.motion = Positions(), Motion()
@@ -290,8 +292,10 @@ class Roots:
         imaginary: float = 0.0
         for j in range(6):
             share = length if vectors.slides(self.loop.screws, j) else 1.0
-            imaginary = max(imaginary, abs(self.t[2 * j + 1]))
+            weight = self.motion.weights[j]
+            imaginary = max(imaginary, weight * abs(self.t[2 * j + 1]))
             k = self.loop.order[j]
+            self.weights[k] = weight
             self.one[2 * k] = share * self.t[2 * j]
             self.one[2 * k + 1] = share * self.t[2 * j + 1]
         # The conjugate is a solution, too: where that is the same one, it is real.
@@ -306,8 +310,10 @@ class Roots:
         if self.count >= MOST:
             return
         for i in range(self.count):
-            if self._are_one(i, length) < 0.5 * max(radius, self.radii[i]):
+            if self._are_one(i, radius, length):
                 return
+        for k in range(6):
+            self.scales[6 * self.count + k] = self.weights[k]
         for j in range(12):
             self.psi[12 * self.count + j] = self.one[j]
         self.radii[self.count] = radius
@@ -315,9 +321,10 @@ class Roots:
         self.is_real[self.count] = 1 if real else 0
         self.count += 1
 
-    def _are_one(self, i: int, length: float) -> float:
-        # The distance to solution i, without full turns, in units of the longer of both units.
-        square = 0.0
+    def _are_one(self, i: int, radius: float, length: float) -> bool:
+        # Whether one is within half the other's radius, without full turns, in units of the longer
+        # of both units.
+        mine, others = 0.0, 0.0
         for k in range(6):
             j = 0
             while self.loop.order[j] != k:
@@ -329,8 +336,12 @@ class Roots:
                 re, im = share * re, share * im
             else:
                 re -= places.TAU * math.floor(re / places.TAU + 0.5)
-            square += re * re + im * im
-        return math.sqrt(square)
+            square = re * re + im * im
+            mine += self.weights[k] * self.weights[k] * square
+            others += self.scales[6 * i + k] * self.scales[6 * i + k] * square
+        if math.sqrt(mine) < 0.5 * radius:
+            return True
+        return math.sqrt(others) < 0.5 * self.radii[i]
 
 
 def _log_size(z: Complex) -> float:

@@ -15,11 +15,12 @@ import numpy.typing as npt
 from ...errors import JointVectorError, PlanError, TargetError
 from ...kernel import Floats, Integers
 from ...robot.robot import AnyRobot, Robot, as_robot
-from ..inverse.plan import InversePlan, plan_for
-from ..inverse.result import Complete, IkArc, IkResult
+from ..inverse.problem.plan import InversePlan, plan_for
+from ..inverse.problem.target import IkTarget, ik_target_of
+from ..inverse.result import Complete, IkResult
 from ..inverse.search import errors_at
+from ..inverse.self_motion.arcs import IkArc
 from ..inverse.solve import TOLERANCE, inverse_kinematics
-from ..inverse.target import IkTarget, ik_target_of
 from ..plans.check import check_plan, threshold_of_distance
 from .joint_path import banned_step, deviations, on_turns_inside, smoothed
 from .pieces import ArcPieces, StepRule, a_step_apart, only, pieces_of, step_rule
@@ -55,8 +56,7 @@ def follow_family(
     the straight line, `path` says; targets that are nearer to each other bring it nearer.
 
     `no` rests on the proof that all arcs are known (`complete`), with the exception that
-    `inverse_kinematics` names, and is never said without. The limits are those of its arcs: a
-    posture where a curve only touches a limit from beyond is not looked at.
+    `inverse_kinematics` names, and is never said without.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ from ...kernel import Floats
 from ...rigid_motion import exponential, rotation_vector
 from ...robot.robot import Robot
 from ..forward import forward_kinematics
-from ..inverse.result import IkArc
+from ..inverse.self_motion.arcs import IkArc
 from .pieces import StepRule
 
 # Rounds in which postures move to between their neighbours.

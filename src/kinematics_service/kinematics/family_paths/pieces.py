@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from ...kernel import Floats, Integers
 from ...robot.robot import Robot
-from ..inverse.plan import InversePlan
-from ..inverse.result import IkArc
+from ..inverse.problem.plan import InversePlan
+from ..inverse.self_motion.arcs import IkArc
 from ..singularity import singularity
 
 # Halvings of a piece that is too long for a box.
@@ -137,7 +137,7 @@ def only(robot: Robot, arcs: Sequence[IkArc], q: Floats, rule: StepRule) -> ArcP
 
 
 def _spread(arcs: Sequence[IkArc], arc: Integers, s: Floats, shape: tuple[int, ...]) -> Floats:
-    rows = [arcs[k].along.spread(*ends) for k, ends in zip(arc.tolist(), s.tolist())]
+    rows = [arcs[k].spread(*ends) for k, ends in zip(arc.tolist(), s.tolist())]
     return np.array(rows).reshape(shape)
 
 

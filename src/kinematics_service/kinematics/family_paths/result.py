@@ -5,7 +5,8 @@ from typing import Literal, NamedTuple
 
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
-from ..inverse.result import Complete, IkArc
+from ..inverse.result import Complete
+from ..inverse.self_motion.arcs import IkArc
 from ..plans.verdicts import PlanCheck
 
 FamilyVerdict = Literal['yes', 'no', 'not decided']

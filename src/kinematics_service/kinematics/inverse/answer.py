@@ -14,11 +14,11 @@ from ...robot.task import ROW_NAMES
 from .closed_forms import NO_POSTURE, POSTURES
 from .families import SolutionFamily, isolated_or_not, nearer
 from .multiple import with_multiplicities
-from .plan import InversePlan
-from .problem import IkProblem
+from .problem.plan import InversePlan
+from .problem.problem import IkProblem
+from .problem.target import IkTarget
 from .result import Complete, IkFamily, IkResult, IkSolution, Method, NearestPose, Posture, Status
 from .search import DistinctSolutions, LeastError, refined, starts
-from .target import IkTarget
 
 # Starts, inside the limits, for the nearest pose.
 NEAREST_STARTS = 64
@@ -218,7 +218,7 @@ def _postures(problem: IkProblem, q: Floats) -> list[Posture]:
         return [NO_POSTURE] * len(q)
     signs = np.zeros((len(q), 3), dtype=np.int64)
     kernel.postures(closed, np.ascontiguousarray(q), signs)
-    return [POSTURES[a, b, c] for a, b, c in signs.tolist()]
+    return [POSTURES[13 + 9 * a + 3 * b + c] for a, b, c in signs.tolist()]
 
 
 def _nearest(

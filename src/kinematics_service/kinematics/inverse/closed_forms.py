@@ -4,17 +4,17 @@ import numpy as np
 
 from ... import kernel
 from ...kernel import Floats, Integers
-from .problem import IkProblem
+from .problem.problem import IkProblem
 from .result import IkSolution, Posture
 from .search import refinement
 
-# Words for the signs that the kernel returns.
-POSTURES = {
-    (a - 1, b - 1, c - 1): Posture(shoulder, elbow, wrist)
-    for a, shoulder in enumerate(('left', '', 'right'))
-    for b, elbow in enumerate(('down', '', 'up'))
-    for c, wrist in enumerate(('flip', '', 'no_flip'))
-}
+# Words for the signs that the kernel returns, from -1 -1 -1 to 1 1 1.
+POSTURES = tuple(
+    Posture(shoulder, elbow, wrist)
+    for shoulder in ('left', '', 'right')
+    for elbow in ('down', '', 'up')
+    for wrist in ('flip', '', 'no_flip')
+)
 NO_POSTURE = Posture()
 
 
@@ -78,28 +78,10 @@ def solutions_of(
     `which` of them; default: all.
     """
     which = range(proved.count) if which is None else which
-    names, exact, least = problem.robot.joint_names, problem.target.exact, -kernel.AT_LIMIT
-    new = object.__new__
-    rows = proved.q[which.start : which.stop].copy()
     # What is seen of it is read-only, too.
-    rows.setflags(write=False)
-    solutions = []
-    for k, q in zip(which, rows):
-        margin = proved.margin(k)
-        feasible = margin >= least
-        if only_feasible and not feasible:
-            continue
-        error = proved.miss(k)
-        solution = new(IkSolution)
-        # Not field by field, as a frozen dataclass, which is a sixth of a call: see `made`.
-        own = solution.__dict__
-        own['q'], own['residual'], own['feasible'] = q, error, feasible
-        own['beyond'] = () if feasible else _beyond(proved, k, names)
-        own['margin'], own['posture'] = margin, POSTURES[proved.posture(k)]
-        own['multiplicity'], own['exact'] = 1, error < exact
-        solutions.append(solution)
-    return tuple(solutions)
-
-
-def _beyond(proved: kernel.Solutions, k: int, names: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(name for j, name in enumerate(names) if proved.is_beyond(k, j))
+    proved.q.setflags(write=False)
+    names, exact = problem.robot.joint_names, problem.target.exact
+    found = proved.records(
+        IkSolution, names, POSTURES, exact, which.start, which.stop, only_feasible
+    )
+    return tuple(found)

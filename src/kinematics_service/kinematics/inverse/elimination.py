@@ -8,10 +8,10 @@ from ... import kernel
 from ...kernel import Floats
 from ...rigid_motion import exponential, inverse
 from .closed_forms import room_for
-from .problem import IkProblem
-from .screws import Screws, screws_of
+from .problem.problem import IkProblem
+from .problem.screws import Screws, screws_of
+from .problem.target import residual_of
 from .search import BATCH, DistinctSolutions, distinct, refined, refinement, starts
-from .target import residual_of
 
 # So far targets are moved beside a degenerate one, as shares of the length and in rad.
 BESIDE = (1e-6, 1e-4)

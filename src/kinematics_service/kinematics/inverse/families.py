@@ -9,10 +9,10 @@ from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
 from ...robot.task import least_motion
-from .plan import InversePlan, signed
+from .problem.plan import InversePlan, signed
+from .problem.target import IkTarget
 from .result import off_motions
 from .search import DistinctSolutions, apart, errors_at, refined
-from .target import IkTarget
 
 # Below this share of the largest singular value a motion may be free (then it is tried out).
 MAYBE_FREE = 1e-5

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from ... import kernel
 from ...kernel import Floats
-from .problem import IkProblem
+from .problem.problem import IkProblem
 from .search import DistinctSolutions, apart, errors_at
 
 # g is sampled so far on both sides (rad), at so many places, by a polynomial of a lower degree.

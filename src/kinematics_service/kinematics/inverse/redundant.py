@@ -12,15 +12,15 @@ from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
 from .answer import family_of, not_exact, representatives, result_of
-from .arcs import JointCurve
 from .families import SolutionFamily, nearer, tangent
-from .plan import InversePlan
-from .problem import IkProblem
-from .result import IkArc, IkFamily, IkResult, Method, squares_of
+from .problem.plan import InversePlan
+from .problem.problem import IkProblem
+from .problem.target import IkTarget
+from .result import IkFamily, IkResult, Method
 from .search import DistinctSolutions, LeastError, errors_at, refined, starts
-from .self_motion import CurveSearch
-from .sliced_arm import sliced_arm_of
-from .target import IkTarget
+from .self_motion.arcs import IkArc, JointCurve, squares_of
+from .self_motion.curve_search import CurveSearch
+from .self_motion.sliced_arm import sliced_arm_of
 
 # Number of starts inside the limits, at first and if those fail.
 FEW, MANY = 24, 240
@@ -62,7 +62,7 @@ def _of_curves(
         with_arcs = [(curve, arcs) for curve, arcs in with_arcs if arcs]
     families = [_family_of_curve(problem, curve, arcs) for curve, arcs in with_arcs]
     families += [family_of(problem, family) for family in alone]
-    families.sort(key=lambda one: _square((one.q - problem.near) / plan.scales))
+    families.sort(key=lambda one: float(np.linalg.norm((one.q - problem.near) / plan.scales)))
     ordered = tuple(families)
     best = LeastError(ordered[0].q, ordered[0].residual)
     proved = not search.gap
@@ -100,10 +100,6 @@ def _family_of_curve(problem: IkProblem, curve: JointCurve, arcs: tuple[IkArc, .
 
 def _away(problem: IkProblem, arc: IkArc) -> float:
     return float(squares_of((arc.q - problem.near) / problem.plan.scales).min())
-
-
-def _square(way: Floats) -> float:
-    return float(way @ way)
 
 
 def redundant_family(

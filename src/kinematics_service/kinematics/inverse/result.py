@@ -1,19 +1,16 @@
 """The result of inverse kinematics: solutions, families of them, or the nearest pose."""
 
-import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, Protocol, TypeVar, overload
+from typing import Literal, overload
 
 import numpy as np
 
 from ...kernel import Floats
 from ...notebook import as_html
 from ...robot.chain import FrozenArrays
-from ...robot.robot import Robot
-from ..clearance import clearances
+from .self_motion.arcs import IkArc
 
-Made = TypeVar('Made')
 Status = Literal['solved', 'family', 'outside_limits', 'unreachable']
 Method = Literal['closed form', 'algebraic', 'search']
 Complete = Literal['proved', 'found', 'partial']
@@ -26,8 +23,6 @@ OTHERS: dict[Complete, str] = {
 
 # Tolerance of angles that belong to a family (rad).
 ON_FAMILY = 1e-6
-# Golden sections to the best pose of an arc: a tenth of a rad becomes 1e-9.
-GOLDEN, SECTIONS = 0.6180339887498949, 38
 
 
 @dataclass(frozen=True)
@@ -93,141 +88,6 @@ class IkSolution(FrozenArrays):
     exact: bool = True
 
 
-class IkArcEnd(NamedTuple):
-    """
-    Where an arc ends.
-
-    Attributes
-    ----------
-    joint
-        The joint that is at a limit there, by name; empty where none is.
-    limit
-        `lower` or `upper`; `singular` where the arc cannot be followed farther.
-    """
-
-    joint: str
-    limit: str
-
-
-class CurveOfArc(Protocol):
-    """The curve that an arc is part of."""
-
-    def at(self, s: float) -> Floats:
-        """Return the joint positions (n,) at a length of the arc."""
-
-    def nearest(self, k: int, q: Floats) -> Floats:
-        """Return the joint positions (n,) nearest to others on the piece after sample k."""
-
-    def spread(self, first: float, last: float) -> Floats:
-        """Return how far the joints (n,) leave their chord between two lengths at most."""
-
-    def turned(self, offset: Floats) -> 'CurveOfArc':
-        """Return the curve with full turns (n,) added."""
-
-
-@dataclass(frozen=True, eq=False)
-class IkArc(FrozenArrays):
-    """
-    A continuous motion inside the joint limits during which the tool stays at the target.
-
-    Attributes
-    ----------
-    q : shape (m, n), rad or m
-        Joint positions along it, not farther apart than a tenth of a rad; among them all where a
-        joint is at an end of its range.
-    s : shape (m,), rad
-        How long the arc is up to each: prismatic joints divided by the arm's length.
-    closed
-        Whether the last one is the first one again, but for full turns.
-    ends
-        Of one that is not closed: where it begins and ends.
-    windings
-        How many arcs are this one but for full turns of some joints, each inside the limits.
-    limits : shape (n, 2), rad or m
-        The joint limits.
-    """
-
-    q: Floats
-    s: Floats
-    closed: bool
-    ends: tuple[IkArcEnd, ...]
-    windings: int
-    limits: Floats
-    scales: Floats
-    along: CurveOfArc
-
-    @property
-    def length(self) -> float:
-        """Return its length in rad: prismatic joints divided by the arm's length."""
-        return float(self.s[-1])
-
-    @property
-    def ranges(self) -> Floats:
-        """Return the least and the largest position of each joint, shape (n, 2), rad or m."""
-        return np.column_stack([self.q.min(axis=0), self.q.max(axis=0)])
-
-    def at(self, s: float) -> Floats:
-        """
-        Return the joint positions (n,) at a length from 0 to `length` (rad), to round-off.
-
-        A closed arc goes on before and behind, lap by lap.
-        """
-        laps = math.floor(s / self.length) if self.closed else 0
-        return np.asarray(self.along.at(s - laps * self.length) + laps * (self.q[-1] - self.q[0]))
-
-    def margins(self) -> Floats:
-        """Return the distance of each of `q` to the nearest limit, shape (m,), rad or m."""
-        return self.margin(self.q)
-
-    def margin(self, q: Floats) -> Floats:
-        """Return the distance of joint positions (..., n) to the nearest limit, rad or m."""
-        low, high = self.limits.T
-        return np.asarray(np.min(np.minimum(q - low, high - q), axis=-1))
-
-    def with_largest_margin(self) -> Floats:
-        """Return the joint positions (n,) farthest from their limits."""
-        return self._best(lambda q: -self.margin(q))
-
-    def nearest_to(self, q: Floats) -> Floats:
-        """Return the joint positions (n,) nearest to others: root of the sum of squares."""
-        away = squares_of((self.q - q) / self.scales)
-        k, last, lap = int(away.argmin()), len(self.q) - 1, self.q[-1] - self.q[0]
-        pieces = [(i, 0.0) for i in (k - 1, k) if 0 <= i < last]
-        if self.closed and k in (0, last):
-            pieces = [(last - 1, k / last - 1.0), (0, k / last)]
-        ways = [self.along.nearest(i, q - turn * lap) + turn * lap for i, turn in pieces]
-        rows = np.array(ways)
-        return np.array(rows[int(squares_of((rows - q) / self.scales).argmin())])
-
-    def with_largest_clearance(self, robot: Robot) -> Floats:
-        """Return the joint positions (n,) of `q` with the largest proved radius free of singular
-        poses.
-        """
-        return np.array(self.q[int(np.argmax(clearances(robot, np.array(self.q))))])
-
-    def place_of_least(self, cost: Callable[[Floats], Floats]) -> float:
-        """Return the length (rad) at which a cost of joint positions (..., n) is least."""
-        k, place = self._least(cost)
-        return min((float(self.s[k]), place), key=lambda s: cost(self.at(s)))
-
-    def _best(self, cost: Callable[[Floats], Floats]) -> Floats:
-        k, place = self._least(cost)
-        return min((np.array(self.q[k]), self.at(place)), key=cost)
-
-    def _least(self, cost: Callable[[Floats], Floats]) -> tuple[int, float]:
-        # The sample that has the least cost, and the place next to it by golden sections.
-        k, last = int(np.argmin(cost(self.q))), len(self.s) - 1
-        a, b = float(self.s[max(k - 1, 0)]), float(self.s[min(k + 1, last)])
-        if self.closed and k == 0:
-            a = float(self.s[-2]) - self.length
-        if self.closed and k == last:
-            b = self.length + float(self.s[1])
-        for _ in range(SECTIONS):
-            x, y = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
-            a, b = (a, y) if cost(self.at(x)) < cost(self.at(y)) else (x, b)
-        return k, 0.5 * (a + b)
-
-
 @dataclass(frozen=True, eq=False)
 class IkFamily(FrozenArrays):
     """
@@ -283,23 +143,6 @@ class IkFamily(FrozenArrays):
         if self.straight:
             away = off_motions(away, self.motions * self.scales)
         return float(np.max(np.abs(_wrapped(away, self.periods) / self.scales)))
-
-
-def made(kind: type[Made], **fields: object) -> Made:
-    """
-    Return a frozen object with all its fields, whose arrays are read-only already.
-
-    A frozen dataclass sets field by field, which is a sixth of a call with a closed form
-    (bench/inverse_peers.py).
-    """
-    one = object.__new__(kind)
-    one.__dict__.update(fields)
-    return one
-
-
-def squares_of(ways: Floats) -> Floats:
-    """Return the square of each of ways (m, n): a third of the time of their norms."""
-    return np.asarray(np.einsum('ij,ij->i', ways, ways))
 
 
 def off_motions(away: Floats, motions: Floats) -> Floats:

@@ -7,8 +7,8 @@ import numpy as np
 from ... import kernel
 from ...kernel import Floats, Integers
 from ...robot.robot import Robot
-from .plan import InversePlan
-from .target import IkTarget
+from .problem.plan import InversePlan
+from .problem.target import IkTarget
 
 BATCH = 48
 # The search ends when every solution has been met this often (Good 1953: solutions met once hint

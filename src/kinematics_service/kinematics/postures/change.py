@@ -16,7 +16,7 @@ from ...robot.robot import AnyRobot, Robot, as_robot
 from ...robot.task import ROW_NAMES, seeded_poses
 from ..clearance import clearances
 from ..forward import forward_kinematics
-from ..inverse.plan import plan_for
+from ..inverse.problem.plan import plan_for
 from ..inverse.solve import inverse_kinematics
 from ..plans.check import check_plan
 from ..singularity import singularity

@@ -14,8 +14,8 @@ import numpy as np
 
 from ...kernel import Floats
 from ...rigid_motion import turn_about
-from ..inverse.chain_geometry import with_feet
-from ..inverse.screws import Screws
+from ..inverse.problem.chain_geometry import with_feet
+from ..inverse.problem.screws import Screws
 
 # What coefficients are off by, as a share of the arm's size: axes that miss each other by less
 # are taken to meet.

@@ -13,7 +13,7 @@ import numpy as np
 from ...kernel import Floats
 from ...robot.robot import Robot
 from ...robot.task import ROW_NAMES
-from ..inverse.chain_geometry import (
+from ..inverse.problem.chain_geometry import (
     all_parallel,
     in_one_direction,
     meeting_point,
@@ -23,8 +23,8 @@ from ..inverse.chain_geometry import (
     with_feet,
     with_links_merged,
 )
-from ..inverse.plan import one_to_one
-from ..inverse.screws import Screws, screws_of
+from ..inverse.problem.plan import one_to_one
+from ..inverse.problem.screws import Screws, screws_of
 from .position_arm import ROUND_OFF, AspectGrid, position_proof
 
 ONE_JOINT = 'one joint is at the same place twice only where a pose between is singular'

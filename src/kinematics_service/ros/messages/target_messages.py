@@ -12,11 +12,11 @@ from std_msgs.msg import Float64MultiArray
 
 from ...errors import RefusedTargetError
 from ...kernel import Floats
-from ...kinematics.inverse.best_posture import BestPosture, best_posture
-from ...kinematics.inverse.plan import plan_for
+from ...kinematics.inverse.problem.plan import plan_for
+from ...kinematics.inverse.problem.target import ik_target_of
 from ...kinematics.inverse.result import IkFamily, IkResult, IkSolution
 from ...kinematics.inverse.search import errors_at
-from ...kinematics.inverse.target import ik_target_of
+from ...kinematics.inverse.self_motion.best_posture import BestPosture, best_posture
 from ...robot.robot import Robot
 from ..parameters.settings import NodeSettings
 from .messages import time_message

@@ -4,8 +4,8 @@ import numpy as np
 
 from ...estimation.status_text import StatusText
 from ...kernel import Floats
-from ...kinematics.inverse.best_posture import BestPosture
 from ...kinematics.inverse.result import IkFamily, IkResult
+from ...kinematics.inverse.self_motion.best_posture import BestPosture
 from ...kinematics.inverse.servo import ROUND_OFF, ServoStep
 from ...kinematics.inverse.way_out import WayOut
 from ...robot.measures import Level

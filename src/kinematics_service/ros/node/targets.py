@@ -15,8 +15,8 @@ from std_msgs.msg import Float64MultiArray
 from ...errors import KinematicsError, RefusedTargetError
 from ...estimation.estimator import EstimatorOutput
 from ...estimation.status_text import StatusText
-from ...kinematics.inverse.best_posture import has_arcs
-from ...kinematics.inverse.plan import plan_for
+from ...kinematics.inverse.problem.plan import plan_for
+from ...kinematics.inverse.self_motion.best_posture import has_arcs
 from ...kinematics.inverse.servo import joint_velocity
 from ...kinematics.inverse.solve import inverse_kinematics
 from ...kinematics.inverse.way_out import way_out_for

@@ -11,7 +11,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
 from ...errors import KinematicsError, RobotConflictError, SettingsError
-from ...kinematics.inverse.plan import plan_for
+from ...kinematics.inverse.problem.plan import plan_for
 from ...kinematics.uncertainty.arm_errors import errors_of_file
 from ...robot.bundled import TOPIC
 from ...robot.robot import Robot, load_robot

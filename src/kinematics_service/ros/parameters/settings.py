@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 from ...errors import KinematicsError, RobotFileError, SettingsError
 from ...estimation.estimator import EstimatorSettings
+from ...kinematics.inverse.problem.target import TOOL_AXES
 from ...kinematics.inverse.servo import ServoSettings
-from ...kinematics.inverse.target import TOOL_AXES
 from ...kinematics.servo_rule import ServoRule
 from ...robot.file.parts.quantities import LARGEST
 from ...robot.measures import Thresholds, thresholds_for

@@ -7,7 +7,7 @@ from typing import Any
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 
 from ...estimation.estimator import VELOCITY_SOURCES
-from ...kinematics.inverse.best_posture import CRITERIA
+from ...kinematics.inverse.self_motion.best_posture import CRITERIA
 from ...kinematics.servo_rule import ServoRule
 from ...robot.measures import MEASURES
 

@@ -12,17 +12,17 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ... import kernel
-from ...kernel import Floats
-from ...rigid_motion import inverse, turn_about
-from ...robot.robot import Robot
-from ...robot.task import ROW_NAMES, seeded_poses
-from ..forward import forward_kinematics
-from .chain_geometry import meeting_point, reversed_screws, through
-from .plan import one_to_one
-from .screws import Screws, screws_of
-from .six_joints import BOUNDS, six_joints_of
-from .target import TOOL_AXES, IkTarget
+from .... import kernel
+from ....kernel import Floats
+from ....rigid_motion import inverse, turn_about
+from ....robot.robot import Robot
+from ....robot.task import ROW_NAMES, seeded_poses
+from ...forward import forward_kinematics
+from ..problem.chain_geometry import meeting_point, reversed_screws, through
+from ..problem.plan import one_to_one
+from ..problem.screws import Screws, screws_of
+from ..problem.six_joints import BOUNDS, six_joints_of
+from ..problem.target import TOOL_AXES, IkTarget
 
 # Three axes of six that meet in a point leave at most eight solutions (Pieper 1968).
 MEETING_AXES_BOUND = 8

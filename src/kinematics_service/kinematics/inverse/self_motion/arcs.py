@@ -1,21 +1,27 @@
 """The arcs of a curve of solutions that are inside the joint limits, full turns told apart."""
 
 import functools
+import itertools
 import math
 import operator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from ... import kernel
-from ...kernel import Floats
-from ...robot.robot import Robot
+from .... import kernel
+from ....kernel import Floats
+from ....robot.chain import FrozenArrays
+from ....robot.robot import Robot
+from ...clearance import clearances
+from ..problem.plan import InversePlan
 from .curve import CurvePieces, SolutionCurve, pieces_of, places_of
-from .plan import InversePlan
-from .result import IkArc, IkArcEnd
 from .sliced_arm import SlicedArm
 
 SIDES = ('lower', 'upper')
+# Golden sections to the best pose of an arc: a tenth of a rad becomes 1e-9.
+GOLDEN, SECTIONS = 0.6180339887498949, 38
 Turns = tuple[int, ...]
 
 
@@ -70,7 +76,7 @@ class JointCurve:
             return np.full(self.robot.dof, math.inf)
         return np.asarray(np.abs(self.arm.uncoupling[: self.robot.dof]) @ widths)
 
-    def arcs(self) -> tuple[IkArc, ...]:
+    def arcs(self) -> tuple['IkArc', ...]:
         """Return the arcs inside the limits; those that differ by full turns once."""
         pieces = pieces_of(self.path, _bounds_of(self.plan), self.curve.closed)
         if pieces is None:
@@ -113,7 +119,7 @@ class JointCurve:
 
     def _arc(
         self, pieces: CurvePieces, first: int, count: int, turns: Turns, closed: bool, wound: int
-    ) -> IkArc:
+    ) -> 'IkArc':
         # Of so many pieces, lap after lap.
         plan, last, laps = self.plan, first + count, 0
         if self.curve.closed:
@@ -127,11 +133,9 @@ class JointCurve:
         offset = _turn_of(plan) * turns
         q, s, places = rows[:, 2:] + offset, rows[:, 1] - rows[0, 1], rows[:, 0].copy()
         ends = () if closed else (self._end(pieces, first, q[0]), self._end(pieces, last, q[-1]))
-        along = ArcPlaces(self, s, places, offset)
-        # The limits and scales of a plan are frozen.
-        return IkArc(q, s, not ends, ends, wound, plan.limits, plan.scales, along)
+        return IkArc(q, s, not ends, ends, wound, self, places, offset)
 
-    def _end(self, pieces: CurvePieces, k: int, q: Floats) -> IkArcEnd:
+    def _end(self, pieces: CurvePieces, k: int, q: Floats) -> 'IkArcEnd':
         joint, side = pieces.ends[k]
         if side >= len(SIDES):
             return IkArcEnd('', 'singular')
@@ -153,50 +157,160 @@ def _turn_of(plan: InversePlan) -> Floats:
 
 def _turns_inside(turns: list[list[list[int]]]) -> list[set[Turns]]:
     # Of each piece the numbers of periods that bring all joints inside their limits.
-    inside: list[set[Turns]] = []
-    for piece in turns:
-        ways: list[Turns] = [()]
-        for first, last in piece:
-            ways = [(*way, k) for way in ways for k in range(first, last + 1)]
-        inside.append(set(ways))
-    return inside
+    ranges = ([range(first, last + 1) for first, last in piece] for piece in turns)
+    return [set(itertools.product(*ways)) for ways in ranges]
 
 
-@dataclass(frozen=True, eq=False)
-class ArcPlaces:
+class IkArcEnd(NamedTuple):
     """
-    Where an arc is on its curve.
+    Where an arc ends.
 
     Attributes
     ----------
+    joint
+        The joint that is at a limit there, by name; empty where none is.
+    limit
+        `lower` or `upper`; `singular` where the arc cannot be followed farther.
+    """
+
+    joint: str
+    limit: str
+
+
+@dataclass(frozen=True, eq=False)
+class IkArc(FrozenArrays):
+    """
+    A continuous motion inside the joint limits during which the tool stays at the target.
+
+    Attributes
+    ----------
+    q : shape (m, n), rad or m
+        Joint positions along it, not farther apart than a tenth of a rad; among them all where a
+        joint is at an end of its range.
+    s : shape (m,), rad
+        How long the arc is up to each: prismatic joints divided by the arm's length.
+    closed
+        Whether the last one is the first one again, but for full turns.
+    ends
+        Of one that is not closed: where it begins and ends.
+    windings
+        How many arcs are this one but for full turns of some joints, each inside the limits.
     curve
-        The curve.
-    s, places : shape (m,)
-        Lengths of the arc (rad), and the places there.
+        What it is a part of.
+    places : shape (m,)
+        Where on the curve `q` are.
     offset : shape (n,), rad or m
         What full turns add to the curve's joint positions.
     """
 
-    curve: JointCurve
+    q: Floats
     s: Floats
+    closed: bool
+    ends: tuple[IkArcEnd, ...]
+    windings: int
+    curve: JointCurve
     places: Floats
     offset: Floats
 
-    def at(self, s: float) -> Floats:
-        """Return the joint positions (n,) at a length."""
-        place = np.interp(s, self.s, self.places)
-        return np.asarray(self.curve.at(np.array([place]))[0] + self.offset)
+    @property
+    def limits(self) -> Floats:
+        """Return the joint limits, shape (n, 2), rad or m."""
+        return self.curve.plan.limits
 
-    def nearest(self, k: int, q: Floats) -> Floats:
-        """Return the joint positions (n,) nearest to others on the piece after sample k."""
-        begin, end = self.places[k : k + 2].tolist()
-        place = self.curve.nearest(begin, end, q - self.offset)
+    @property
+    def scales(self) -> Floats:
+        """Return what a rad of each joint counts, shape (n,): the length for prismatic ones."""
+        return self.curve.plan.scales
+
+    @property
+    def length(self) -> float:
+        """Return its length in rad: prismatic joints divided by the arm's length."""
+        return float(self.s[-1])
+
+    @property
+    def ranges(self) -> Floats:
+        """Return the least and the largest position of each joint, shape (n, 2), rad or m."""
+        return np.column_stack([self.q.min(axis=0), self.q.max(axis=0)])
+
+    def at(self, s: float) -> Floats:
+        """
+        Return the joint positions (n,) at a length from 0 to `length` (rad), to round-off.
+
+        A closed arc goes on before and behind, lap by lap.
+        """
+        laps = math.floor(s / self.length) if self.closed else 0
+        place = np.interp(s - laps * self.length, self.s, self.places)
+        return np.asarray(self._at_place(float(place)) + laps * (self.q[-1] - self.q[0]))
+
+    def _at_place(self, place: float) -> Floats:
         return np.asarray(self.curve.at(np.array([place]))[0] + self.offset)
 
     def spread(self, first: float, last: float) -> Floats:
         """Return how far the joints (n,) leave their chord between two lengths at most."""
         return self.curve.spread(np.interp([first, last], self.s, self.places))
 
-    def turned(self, offset: Floats) -> 'ArcPlaces':
-        """Return the same with full turns (n,) added."""
-        return replace(self, offset=self.offset + offset)
+    def turned(self, offset: Floats) -> 'IkArc':
+        """Return the arc with full turns (n,) added."""
+        return replace(self, q=self.q + offset, offset=self.offset + offset)
+
+    def margins(self) -> Floats:
+        """Return the distance of each of `q` to the nearest limit, shape (m,), rad or m."""
+        return self.margin(self.q)
+
+    def margin(self, q: Floats) -> Floats:
+        """Return the distance of joint positions (..., n) to the nearest limit, rad or m."""
+        low, high = self.limits.T
+        return np.asarray(np.min(np.minimum(q - low, high - q), axis=-1))
+
+    def with_largest_margin(self) -> Floats:
+        """Return the joint positions (n,) farthest from their limits."""
+        return self._best(lambda q: -self.margin(q))
+
+    def nearest_to(self, q: Floats) -> Floats:
+        """Return the joint positions (n,) nearest to others: root of the sum of squares."""
+        away = squares_of((self.q - q) / self.scales)
+        k, last, lap = int(away.argmin()), len(self.q) - 1, self.q[-1] - self.q[0]
+        pieces = [(i, 0.0) for i in (k - 1, k) if 0 <= i < last]
+        if self.closed and k in (0, last):
+            pieces = [(last - 1, k / last - 1.0), (0, k / last)]
+        ways = [self._nearest_after(i, q - turn * lap) + turn * lap for i, turn in pieces]
+        rows = np.array(ways)
+        return np.array(rows[int(squares_of((rows - q) / self.scales).argmin())])
+
+    def _nearest_after(self, k: int, q: Floats) -> Floats:
+        # On the piece after sample k.
+        begin, end = self.places[k : k + 2].tolist()
+        return self._at_place(self.curve.nearest(begin, end, q - self.offset))
+
+    def with_largest_clearance(self, robot: Robot) -> Floats:
+        """Return the joint positions (n,) of `q` with the largest proved radius free of singular
+        poses.
+        """
+        return np.array(self.q[int(np.argmax(clearances(robot, np.array(self.q))))])
+
+    def place_of_least(self, cost: Callable[[Floats], Floats]) -> float:
+        """Return the length (rad) at which a cost of joint positions (..., n) is least."""
+        k, place = self._least(cost)
+        return min((float(self.s[k]), place), key=lambda s: cost(self.at(s)))
+
+    def _best(self, cost: Callable[[Floats], Floats]) -> Floats:
+        k, place = self._least(cost)
+        return min((np.array(self.q[k]), self.at(place)), key=cost)
+
+    def _least(self, cost: Callable[[Floats], Floats]) -> tuple[int, float]:
+        # The sample that has the least cost, and the place next to it by golden sections.
+        k, last = int(np.argmin(cost(self.q))), len(self.s) - 1
+        a, b = float(self.s[max(k - 1, 0)]), float(self.s[min(k + 1, last)])
+        if self.closed and k == 0:
+            a = float(self.s[-2]) - self.length
+        if self.closed and k == last:
+            b = self.length + float(self.s[1])
+        for _ in range(SECTIONS):
+            x, y = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
+            a, b = (a, y) if cost(self.at(x)) < cost(self.at(y)) else (x, b)
+        return k, 0.5 * (a + b)
+
+
+def squares_of(ways: Floats) -> Floats:
+    """Return the square of each of ways (m, n): a third of the time of their norms."""
+    return np.asarray(np.einsum('ij,ij->i', ways, ways))

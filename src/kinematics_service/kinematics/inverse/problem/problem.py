@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import JointVectorError
-from ...kernel import Floats
-from ...robot.robot import Robot
+from ....errors import JointVectorError
+from ....kernel import Floats
+from ....robot.robot import Robot
 from .plan import InversePlan
 from .target import IkTarget
 
@@ -50,7 +50,7 @@ def near_or_middle(robot: Robot, plan: InversePlan, near: npt.ArrayLike | None) 
         It is something else.
     """
     if near is None:
-        return plan.middle.copy()
+        return plan.middle
     try:
         q = np.array(near, dtype=np.float64)
     except (TypeError, ValueError):

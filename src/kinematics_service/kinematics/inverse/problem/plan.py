@@ -8,15 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ... import kernel
-from ...kernel import Floats
-from ...rigid_motion import inverse
-from ...robot.chain import FrozenArrays
-from ...robot.clearance_bounds import Reach, reach_of
-from ...robot.closed_poses import closed_poses
-from ...robot.robot import Robot
-from ...robot.task import ROW_NAMES, least_motion, seeded_poses
-from ..forward import forward_kinematics
+from .... import kernel
+from ....kernel import Floats
+from ....rigid_motion import inverse
+from ....robot.chain import FrozenArrays
+from ....robot.clearance_bounds import Reach, reach_of
+from ....robot.closed_poses import closed_poses
+from ....robot.robot import Robot
+from ....robot.task import ROW_NAMES, least_motion, seeded_poses
+from ...forward import forward_kinematics
 from .chain_geometry import (
     all_parallel,
     in_one_direction,

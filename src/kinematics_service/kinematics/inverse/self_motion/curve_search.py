@@ -16,11 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import kernel
-from ...kernel import Floats
+from .... import kernel
+from ....kernel import Floats
+from ..problem.target import IkTarget
 from .curve import SolutionCurve, curve_of, traced
 from .sliced_arm import TRIED, SlicedArm
-from .target import IkTarget
 
 # Pieces of a complex solution's path that are shorter are at a fold, or end it (rad).
 SHORTEST = 1e-12
@@ -275,8 +275,9 @@ class _Turn:
         t = np.zeros_like(fold.t)
         away = 0.5 * fold.room
         kernel.write_beside_fold(fold.chart, self.joint, away, side, t)
-        t[self.joint] = fold.position + away, 0.0
-        if not kernel.corrected(self.chart, t, self.joint) or not fold.holds(t):
+        above = fold.position + away
+        t[self.joint] = above, 0.0
+        if not kernel.follow(self.chart, t, self.joint, above, SHORTEST) or not fold.holds(t):
             raise _Unproved('the complex solutions beyond a fold were not found')
         return t
 
@@ -340,9 +341,5 @@ def _is_on(curve: SolutionCurve, psi: Floats) -> bool:
     away -= math.tau * np.round(away / math.tau)
     far = np.abs(away, out=away).max(axis=1, initial=0.0)
     near = np.flatnonzero(far < REACH)
-    t = np.zeros((len(psi), 2))
-    t[:, 0] = psi
-    for k in near[np.argsort(far[near])[:NEXT]].tolist():
-        if curve.tangent_at(curve.psi[k], k) is not None and kernel.holds(curve.chart, t, 1.0):
-            return True
-    return False
+    nearest, psi = near[np.argsort(far[near])[:NEXT]], np.ascontiguousarray(psi)
+    return any(kernel.passes(curve.chart, one, psi) for one in curve.psi[nearest])

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import kernel
-from ...kernel import Floats, Integers
-from ...rigid_motion import inverse
+from .... import kernel
+from ....kernel import Floats, Integers
+from ....rigid_motion import inverse
 from .screws import Screws
 
 # Isolated complex solutions a target has at most, by the number of prismatic joints (Raghavan and

@@ -2,21 +2,19 @@
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel import Floats, Integers
-from ...robot.robot import Robot
-from ..clearance import clearances
-from ..forward import forward_kinematics
-from .arcs import JointCurve
+from ....kernel import Floats, Integers
+from ....robot.robot import Robot
+from ...clearance import clearances
+from ...forward import forward_kinematics
+from ..problem.plan import InversePlan, plan_for
+from ..problem.target import TOOL_AXES, IkTarget
+from .arcs import IkArc, JointCurve
 from .curve import traced
-from .plan import InversePlan, plan_for
-from .result import IkArc
 from .sliced_arm import sliced_arm_of
-from .target import TOOL_AXES, IkTarget
 
 Cost = Callable[[Floats], Floats]
 
@@ -137,7 +135,7 @@ def _on_turns_near(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
     periods = np.where(np.isfinite(plan.periods), plan.periods, 0.0)
     away = (q - arc.q - turns * periods) / plan.scales
     for one in np.unique(turns[np.linalg.norm(away, axis=1) < APART], axis=0):
-        moved = _moved(arc, one * periods)
+        moved = arc.turned(one * periods)
         if moved.margins().min() > -ON_ARC:
             yield moved
 
@@ -151,7 +149,3 @@ def _turn_left(robot: Robot, target: IkTarget, q: Floats) -> float:
 
 def _away_from(q: Floats, scales: Floats) -> Cost:
     return lambda one: np.linalg.norm((one - q) / scales, axis=-1)
-
-
-def _moved(arc: IkArc, offset: Floats) -> IkArc:
-    return replace(arc, q=arc.q + offset, along=arc.along.turned(offset))

@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ... import kernel
-from ...kernel import Floats
-from ...robot.chain import FrozenArrays
+from .... import kernel
+from ....kernel import Floats
+from ....robot.chain import FrozenArrays
 
-# Most samples of a curve, eight times what the longest of a robot's had, and those that there is
-# room for at first: where lengths are far apart a curve has no end.
-MOST, FEW = 1 << 14, 1 << 12
+# Most samples of a curve, eight times what the longest of a robot's had: where lengths are far
+# apart a curve has no end.
+MOST = 1 << 14
 # Limits and ends of ranges of a curve that there is room for at first.
 MARKS = 256
 
@@ -77,13 +77,6 @@ class SolutionCurve(FrozenArrays):
         path = self.path(np.eye(len(self.turning)))
         return np.asarray(places_of(path, np.array([place]))[0])
 
-    def tangent_at(self, psi: Floats, k: int) -> Floats:
-        """Return the tangent (n,) at a solution on the piece after sample k."""
-        t, tangent = np.zeros((len(psi), 2)), np.zeros(len(psi))
-        t[:, 0] = psi
-        kernel.tangent_at(self.chart, t, tangent)
-        return -tangent if tangent @ self.tangents[k] < 0.0 else tangent
-
     def spread(self, begin: Floats, end: Floats) -> Floats:
         """
         Return how far the curve leaves the chord of two solutions (n,) at most, shape (n,), by
@@ -140,9 +133,8 @@ def traced(
     first, closed = _samples(chart, start, 1.0)
     if closed:
         n = len(start)
-        last = first[-1] if len(first) else start
         turned = first[0].copy()
-        turns = np.round((last[:n] - turned[:n]) / math.tau)
+        turns = np.round((first[-1, :n] - turned[:n]) / math.tau)
         turned[:n] += np.where(turning, turns * math.tau, 0.0)
         return curve_of(chart, point, np.vstack([first, turned]), turning, True)
     other, _ = _samples(chart, start, -1.0)
@@ -164,10 +156,6 @@ def curve_of(
 
 
 def _samples(chart: kernel.CurveChart, start: Floats, side: float) -> tuple[Floats, bool]:
-    room = FEW
-    while True:
-        samples, closed = np.empty((room, 2 * len(start))), np.zeros(1, dtype=np.int64)
-        count = kernel.trace(chart, np.ascontiguousarray(start), side, samples, closed)
-        if closed[0] or count < room or room >= MOST:
-            return samples[:count].copy(), bool(closed[0])
-        room *= 4
+    samples, closed = np.empty((MOST, 2 * len(start))), np.zeros(1, dtype=np.int64)
+    count = kernel.trace(chart, np.ascontiguousarray(start), side, samples, closed)
+    return samples[:count].copy(), bool(closed[0])

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...kernel import Floats
+from ....kernel import Floats
 from .screws import Screws
 
 # Axes are parallel, or meet, within this share of the arm's size: the round-off of ten digits in a

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...kernel import Chain, Floats
-from ...rigid_motion import screw_z
-from ...robot.chain import FrozenArrays
+from ....kernel import Chain, Floats
+from ....rigid_motion import screw_z
+from ....robot.chain import FrozenArrays
 
 
 @dataclass(frozen=True, eq=False)

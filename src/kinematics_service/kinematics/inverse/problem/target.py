@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ... import kernel
-from ...errors import TargetError
-from ...kernel import Floats
-from ...robot.robot import Robot
-from ...robot.task import ROW_NAMES
-from ..arguments import rows_in_order
+from .... import kernel
+from ....errors import TargetError
+from ....kernel import Floats
+from ....robot.robot import Robot
+from ....robot.task import ROW_NAMES
+from ...arguments import rows_in_order
 
 IDENTITY = np.eye(4)
 
@@ -118,19 +118,17 @@ def ik_target_of(
             f'tolerance must be 0 or a positive number (m and rad), not {tolerance}', 'tolerance'
         )
     try:
-        given = np.asarray(target, dtype=np.float64, order='C')
+        given = np.asarray(target, np.float64, 'C')
     except (TypeError, ValueError):
         raise TargetError(
             'target must be numbers: a pose (4, 4) or a position (3,)', 'target', SHAPES
         ) from None
-    if given.shape not in ((3,), (4, 4)):
+    shape = given.shape
+    if shape not in SHAPES:
         raise TargetError(
-            f'target has shape {given.shape}; it must be (4, 4) or (3,)',
-            'target',
-            SHAPES,
-            given.shape,
+            f'target has shape {shape}; it must be (4, 4) or (3,)', 'target', SHAPES, shape
         )
-    if axis is not None and (axis not in TOOL_AXES or given.shape != (4, 4)):
+    if axis is not None and (axis not in TOOL_AXES or shape != (4, 4)):
         raise TargetError(
             f'axis must be x, y or z, of a pose (4, 4) as target, not {axis!r}',
             'axis',
@@ -138,12 +136,12 @@ def ik_target_of(
             axis,
         )
     # A direction takes the place of the three rows of a rotation.
-    known = ROW_NAMES if given.shape == (4, 4) and axis is None else ROW_NAMES[:3]
+    known = ROW_NAMES if axis is None and shape == (4, 4) else ROW_NAMES[:3]
     ordered = known if rows is None else rows_in_order(TargetError, rows, known)
-    pose = _rigid(given)
-    residual = residual_of(robot, pose, ordered, axis or '')
-    bound = math.hypot(1.0, robot.task.length) * tolerance
-    _, exact = _sizes(robot)
+    counted = _counted(robot, ordered, axis or '')
+    pose, exact = _rigid(given), counted.exact
+    residual = _residual(robot, pose, counted)
+    bound = counted.off_by_one * tolerance
     return IkTarget(ordered, axis or '', pose, residual, tolerance, bound, exact, exact)
 
 
@@ -187,26 +185,39 @@ def _rigid(given: Floats) -> Floats:
     return pose
 
 
+class _Counted(NamedTuple):
+    # What counts of any target, in this order for the residual; besides the residual of a tool
+    # that is off by 1 m and 1 rad, and how far off an exact solution is at most, m.
+    weights: Floats
+    tool_axis: int
+    reach: float
+    off_by_one: float
+    exact: float
+
+
 @functools.lru_cache(maxsize=128)
-def _sizes(robot: Robot) -> tuple[float, float]:
-    # The arm's reach, and how far off an exact solution is at most, m. Where the tool never leaves
-    # frame 0 the length is that of a unit.
-    reach = max(robot.task.reach, robot.task.length)
-    return reach, min(max(PROVED, OF_LARGE * reach), OF_SMALL * reach)
+def _counted(robot: Robot, rows: tuple[str, ...], axis: str) -> _Counted:
+    # Where the tool never leaves frame 0 the length is that of a unit.
+    length = robot.task.length
+    reach = max(robot.task.reach, length)
+    names = rows + ROW_NAMES[3:] if axis else rows
+    units = [1.0] * 3 + [length] * 3
+    return _Counted(
+        np.array([unit if name in names else 0.0 for unit, name in zip(units, ROW_NAMES)]),
+        TOOL_AXES.index(axis) if axis else -1,
+        reach,
+        math.hypot(1.0, length),
+        min(max(PROVED, OF_LARGE * reach), OF_SMALL * reach),
+    )
 
 
 def residual_of(
     robot: Robot, pose: Floats, rows: tuple[str, ...], axis: str = ''
 ) -> kernel.Residual:
     """Return the residual of the tool against a pose (4, 4), in what counts of it."""
-    weights = _weights(robot.task.length, rows + ROW_NAMES[3:] if axis else rows)
-    tool_axis = TOOL_AXES.index(axis) if axis else -1
-    reach, _ = _sizes(robot)
+    return _residual(robot, pose, _counted(robot, rows, axis))
+
+
+def _residual(robot: Robot, pose: Floats, counted: _Counted) -> kernel.Residual:
+    weights, tool_axis, reach, _, _ = counted
     return kernel.Residual(robot.chain, pose, robot.task.rotation, weights, tool_axis, reach)
-
-
-@functools.lru_cache(maxsize=128)
-def _weights(length: float, rows: tuple[str, ...]) -> Floats:
-    return np.array(
-        [(1.0 if i < 3 else length) if name in rows else 0.0 for i, name in enumerate(ROW_NAMES)]
-    )

@@ -1,0 +1,1 @@
+"""The curves of an arm with one joint more than its target asks for."""
