@@ -486,7 +486,7 @@ def _moved(chain: CorrectedChain, first: int) -> CorrectedChain:
     begin = chain.still[0]
     six = [CorrectingMotion(k > 2, k % 3, first + k) for k in range(len(SIX))]
     at = 1 + len(SIX)
-    return chain._replace(still=((*begin[:at], *six, *begin[at:]), *chain.still[1:]))
+    return replace(chain, still=((*begin[:at], *six, *begin[at:]), *chain.still[1:]))
 
 
 def _drawn_blocks(positions: Integers) -> Integers:
