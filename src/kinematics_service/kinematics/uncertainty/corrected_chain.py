@@ -44,7 +44,7 @@ class JointScrew(NamedTuple):
     by_d: Floats
 
 
-class _Layout(NamedTuple):
+class _PartPlaces(NamedTuple):
     # Where what stands between the joints is, the products side by side: their constant parts
     # (levels, elements + 1, 4, 4), and of each correction its level, product, axis and column.
     parts: Floats
@@ -75,7 +75,7 @@ class CorrectedChain:
     gears: tuple[GearMotion, ...] = ()
 
     @cached_property
-    def _layout(self) -> _Layout:
+    def _layout(self) -> _PartPlaces:
         parts = np.zeros((max(map(len, self.still)), len(self.still), 4, 4))
         parts[:, :, range(4), range(4)] = 1.0
         found = []
@@ -86,7 +86,7 @@ class CorrectedChain:
                 else:
                     parts[level, k] = part
         depths, places, turning, along, columns = np.reshape(found, (-1, 5)).T.astype(np.int64)
-        return _Layout(parts, depths, places, turning > 0, along, columns)
+        return _PartPlaces(parts, depths, places, turning > 0, along, columns)
 
     @cached_property
     def _zeros(self) -> Floats:
