@@ -8,6 +8,7 @@ runs as plain Python.
 import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -35,6 +36,19 @@ def files_of(recipe, own=''):
         file.replace('NAME', own)
         for file in re.findall(r'^\| `([^`]+)` \|', part[1], re.MULTILINE)
     }
+
+
+EACH_COMMAND = """
+import contextlib, io, json, sys
+from kinematics_service.__main__ import main
+said = []
+for words in json.loads(sys.argv[1]):
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+        code = main(words)
+    said.append((code, printed.getvalue()))
+print(json.dumps(said))
+"""
 
 
 class Copy:
@@ -72,7 +86,7 @@ class Copy:
         assert text.count(old) == 1, (file, old)
         self.path(file).write_text(text.replace(old, new), encoding='utf-8')
 
-    def python(self, *arguments, code=0):
+    def python(self, *arguments):
         around = {
             'PYTHONPATH': str(self.folder),
             'PYTHONDONTWRITEBYTECODE': '1',
@@ -88,11 +102,15 @@ class Copy:
             text=True,
             timeout=280,
         )
-        assert done.returncode == code, done.stdout + done.stderr
-        return done.stdout if code == 0 else done.stdout + done.stderr
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
 
-    def command(self, *arguments):
-        return self.python('-m', NAME, *arguments)
+    def commands(self, *lines, code=0):
+        """Return what command lines print, run in one process; the last one ends with a code."""
+        words = [shlex.split(line) for line in lines]
+        said = json.loads(self.python('-c', EACH_COMMAND, json.dumps(words)))
+        assert [end for end, _ in said] == [0] * (len(said) - 1) + [code], said
+        return [text for _, text in said]
 
 
 @pytest.fixture
@@ -110,12 +128,14 @@ def recording(folder):
 
 
 TOPICS_OF_A_NODE = """
-import sys
+import contextlib, sys
 sys.path.insert(0, 'docs')
 import from_code
 with from_code.some_node() as node:
     print(*sorted({publisher.topic for publisher in node.publishers}))
-print(from_code.topics())
+    # The page asks for a node, too.
+    from_code.some_node = lambda: contextlib.nullcontext(node)
+    print(from_code.topics())
 """
 
 LANES_AND_ONE = """
@@ -169,26 +189,29 @@ def test_a_measure(package):
     add_isotropy(package)
     assert package.edited == files_of('A measure')
     package.python('-c', LANES_AND_ONE)
-    told = json.loads(package.command('fk', '--robot', 'planar_2r', '--q', '0.1,0.7', '--json'))
-    value = told['singularity']['isotropy']
-    assert value == pytest.approx(1.0 / told['singularity']['condition_number'], rel=1e-12)
-    printed = package.command('fk', '--robot', 'planar_2r', '--q', '0.1,0.7')
-    assert re.search(rf'^  isotropy +{value:.4g}$', printed, re.MULTILINE)
-
-    robot = package.folder / 'watched.yaml'
     text = package.path('config/planar_2r.yaml').read_text(encoding='utf-8')
     text = text.replace('\nsingularity:\n', '\nsingularity:\n  measure: isotropy\n')
-    robot.write_text(text)
-    assert 'isotropy: WARN below 0.1, ERROR below 0.05' in package.command('check', str(robot))
-    told = package.command('fk', '--robot', str(robot), '--q', '0.1,0.1', '--json')
-    assert json.loads(told)['singularity']['level'] == 'ERROR'
-    robot.write_text(text.replace('isotropy\n', 'isotropy\n  warn: 0.04\n'))
-    refused = package.python('-m', NAME, 'check', str(robot), code=1)
+    (package.folder / 'watched.yaml').write_text(text)
+    text = text.replace('isotropy\n', 'isotropy\n  warn: 0.04\n')
+    (package.folder / 'refused.yaml').write_text(text)
+    recording(package.folder)
+    told, printed, checked, near, _, refused = package.commands(
+        'fk --robot planar_2r --q 0.1,0.7 --json',
+        'fk --robot planar_2r --q 0.1,0.7',
+        'check watched.yaml',
+        'fk --robot watched.yaml --q 0.1,0.1 --json',
+        'audit run.csv --robot planar_2r --html page.html',
+        'check refused.yaml',
+        code=1,
+    )
+    found = json.loads(told)['singularity']
+    value = found['isotropy']
+    assert value == pytest.approx(1.0 / found['condition_number'], rel=1e-12)
+    assert re.search(rf'^  isotropy +{value:.4g}$', printed, re.MULTILINE)
+    assert 'isotropy: WARN below 0.1, ERROR below 0.05' in checked
+    assert json.loads(near)['singularity']['level'] == 'ERROR'
     assert 'stop must be below warn for isotropy: warn 0.04, stop 0.05 (the default)' in refused
-
-    run, page = recording(package.folder), package.folder / 'page.html'
-    package.command('audit', str(run), '--robot', 'planar_2r', '--html', str(page))
-    assert 'data-name="isotropy"' in page.read_text()
+    assert 'data-name="isotropy"' in (package.folder / 'page.html').read_text()
     assert '| `isotropy` | of the scaled J_t' in package.python(
         '-c',
         'import sys; sys.path.insert(0, "docs"); import from_code; print(from_code.measures())',
@@ -279,9 +302,10 @@ def test_a_command(package):
         after="    'view': 'Show the arm live on a web page.',\n",
     )
     assert package.edited == files_of('A command', 'joints')
-    assert package.command('joints', '--robot', 'planar_2r') == 'q1 q2\n'
-    assert 'Print the joints of a robot.' in package.command('joints', '--help')
-    listed = package.command('--help').rstrip().splitlines()
+    printed, own, every = package.commands('joints --robot planar_2r', 'joints --help', '--help')
+    assert printed == 'q1 q2\n'
+    assert 'Print the joints of a robot.' in own
+    listed = every.rstrip().splitlines()
     assert listed[-1].split(maxsplit=1) == ['joints', 'Print the joints of a robot.']
 
 
@@ -303,10 +327,10 @@ def test_a_robot(package):
         "        'planar_2r',\n        'one_slide',\n",
     )
     assert package.edited == files_of('A robot', 'one_slide')
-    group = package.command('robots').partition('Textbook and course arms')[2]
+    listed, told = package.commands('robots', 'fk --robot one_slide --q 0.25 --json')
+    group = listed.partition('Textbook and course arms')[2]
     assert re.search(r'^one_slide +1 +P +modified +a test$', group, re.MULTILINE)
-    told = json.loads(package.command('fk', '--robot', 'one_slide', '--q', '0.25', '--json'))
-    assert told['position'] == [0.5, 0.0, 0.25]
+    assert json.loads(told)['position'] == [0.5, 0.0, 0.25]
 
 
 # Hayati and Mirmirani 1985, for axes that are nearly parallel: beta instead of d.
@@ -367,20 +391,20 @@ def test_a_convention(package):
     (package.folder / 'motions.yaml').write_text(BY_ELEMENTARY_MOTIONS)
     package.python('-c', SAME_ARM)
 
-    checked = package.command('check', 'rows.yaml')
+    (package.folder / 'formulas.txt').write_text(BETA_TURNED_ROUND)
+    wrong = NEARLY_PARALLEL.replace('hayati', 'hayati_mirmirani').replace('beta', 'b')
+    (package.folder / 'wrong.yaml').write_text(wrong)
+    checked, compared = package.commands(
+        'check rows.yaml', 'compare rows.yaml formulas.txt', code=1
+    )
     assert (
         '  convention  hayati (Hayati-Mirmirani), T = Rz(theta) Tx(a) Rx(alpha) Ry(beta)'
         in checked
     )
     assert re.search(r'^  i  a \[m\]  alpha \[rad\]  beta \[rad\]  theta \[rad\]$', checked, re.M)
     assert re.search(r'^  1  L +0.01 +-0.02 +q1$', checked, re.M)
-
-    (package.folder / 'formulas.txt').write_text(BETA_TURNED_ROUND)
-    compared = package.python('-m', NAME, 'compare', 'rows.yaml', 'formulas.txt', code=1)
     assert '  cause: beta of row 1 has the wrong sign' in compared
-    wrong = package.folder / 'wrong.yaml'
-    wrong.write_text(NEARLY_PARALLEL.replace('hayati', 'hayati_mirmirani').replace('beta', 'b'))
-    refused = package.python('-m', NAME, 'check', str(wrong), code=1)
+    (refused,) = package.commands('check wrong.yaml', code=1)
     assert "unknown 'hayati_mirmirani', did you mean 'hayati'?" in refused
     reference = 'import sys; sys.path.insert(0, "docs"); import from_code; print('
     table = package.python('-c', f'{reference}from_code.conventions(), from_code.robot_file())')

@@ -13,13 +13,14 @@ from recordings import motion, recorded
 from scipy.spatial.transform import Rotation
 
 import kinematics_service as ks
+from kinematics_service.diagnosis.frame_check.angle_orders import order_hypotheses_of
 from kinematics_service.diagnosis.frame_check.diagnosis import diagnose_frames
 from kinematics_service.diagnosis.frame_check.errors import NOMINAL, PoseLimit
 from kinematics_service.diagnosis.frame_check.other_robots import first_look
 from kinematics_service.errors import FramesError
 from kinematics_service.formats.recordings.pose_format import PoseFormat
 from kinematics_service.formats.recordings.tool_poses import PoseRows
-from kinematics_service.rigid_motion import EULER_ORDERS
+from kinematics_service.rigid_motion import EULER_ORDERS, exponential, rotation_of_euler
 from kinematics_service.robot.file.parts.convention_table import CONVENTIONS
 from kinematics_service.robot.robot import build_robot
 
@@ -571,3 +572,50 @@ def test_a_first_look_says_how_many_joints_have_moved():
     level, sentence = first_look(robot_of('ur5e'), q, poses, NOMINAL)
     assert level == ks.Level.OK
     assert sentence.endswith('in which 1 of 6 joints moved')
+
+
+def read_as_another(written, read, seed, first=0, off=0.0):
+    """Return orientations of twenty angles, those of them read as others, and these undone."""
+    random = np.random.default_rng(seed)
+    angles = random.uniform(-1.0, 1.0, (20, 3)) * [3.0, 1.4, 3.0]
+    angles[:, 1] += 1.5 if written[0] == written[2] else 0.0
+    angles[:first] = angles[0] + 0.05 * random.normal(size=(first, 3))
+    true, seen = np.tile(np.eye(4), (2, 20, 1, 1))
+    true[:, :3, :3] = rotation_of_euler(written, angles)
+    seen[:, :3, :3] = rotation_of_euler(read, angles)
+    A = true.copy()
+    A[:, :3, :3] = true[:, :3, :3] @ exponential(off * random.normal(size=(20, 3)))
+    return true, seen, A
+
+
+@pytest.mark.parametrize('seed', [4, 12])
+def test_triples_that_were_chosen_among_few_poses_are_chosen_again(seed):
+    # The first four poses are nearly alike, and off by six degrees: they do not tell which of two
+    # triples each was made of.
+    true, seen, A = read_as_another('zyz', 'xyz', seed, first=4, off=0.1)
+    undone = [one.poses for one in order_hypotheses_of(seen, A, 'xyz')]
+    assert min(np.max(np.abs(poses - true)) for poses in undone) < 1e-9
+
+
+@pytest.mark.parametrize('seed', range(4))
+def test_orders_that_are_one_order_turned_are_all_tried(seed):
+    # Nothing is known of the reading; of two axes that move, many kinds leave the same products.
+    true, seen, A = read_as_another('zyz', 'xyx', seed, off=1e-3)
+    undone = [one.poses for one in order_hypotheses_of(seen, A)]
+    assert min(np.max(np.abs(poses - true)) for poses in undone) < 1e-9
+
+
+@pytest.mark.parametrize('lag', [0.45, -0.45])
+def test_a_lag_is_looked_for_as_far_on_either_side(lag):
+    # The arm swings three times a second: from another swing no step leads to the right one.
+    robot, t = robot_of('ur5e'), np.arange(0.0, 6.0, 0.01)
+    phases = np.random.default_rng(5).uniform(0.0, 6.0, 6)
+
+    def swinging(at):
+        return 0.2 * np.sin(6.0 * math.pi * at[:, None] + phases) + 0.05 * np.sin(at[:, None])
+
+    at = np.arange(0.6, 5.4, 0.07)
+    B = measured(robot, swinging(at))
+    cause = diagnose_frames(robot, swinging(at + lag), B, at + lag, motion=(t, swinging(t))).cause
+    assert cause.key == 'time_lag'
+    assert cause.value == pytest.approx(-lag, abs=2e-3)

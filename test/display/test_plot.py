@@ -139,15 +139,14 @@ def test_a_standard_row_is_drawn_along_its_axis_and_then_along_its_normal(name):
 
 def test_the_slides_that_carry_a_platform_are_no_links():
     # Of the delta only its three loops are drawn, four links each.
-    robot = robot_of('flexpicker')
-    assert len(skeleton_of(robot, clear_pose(robot)).segments) == 12
+    name = 'flexpicker'
+    assert len(skeleton_of(robot_of(name), shown_pose(name)).segments) == 12
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize('name', LOOPED)
 def test_the_drawn_machine_hangs_together_from_the_base_to_the_tool(name):
-    robot = robot_of(name)
-    q = clear_pose(robot)
+    robot, q = robot_of(name), shown_pose(name)
     drawn, left = [np.zeros(3)], list(skeleton_of(robot, q).segments)
     while left:
         touching = [s for s in left if is_one_of(s.start, drawn) or is_one_of(s.end, drawn)]
@@ -185,6 +184,11 @@ def short_rods():
     return ks.robot_from_text(text.replace('psi1: -1.27, psi2: 1.27', 'psi1: -1.51, psi2: 1.51'))
 
 
+@pytest.fixture(scope='module')
+def dead_centres(short_rods):
+    return critical_points(short_rods, plane_of(short_rods, 'xy'), 30)
+
+
 @pytest.mark.slow
 def test_a_map_shows_where_loops_do_not_close(short_rods):
     numbers = distance_map(short_rods, joint_pair(short_rods, None), clear_pose(short_rods), 20)
@@ -200,14 +204,13 @@ def test_a_map_shows_where_loops_do_not_close(short_rods):
     words = texts(drawn(map_picture(short_rods, numbers)))
     assert f'rods does not close: {100 * numbers.open_share:.3g} %' in words
     excavator = robot_of('excavator')
-    numbers = distance_map(excavator, (1, 2), clear_pose(excavator), 4)
+    numbers = distance_map(excavator, (1, 2), shown_pose('excavator'), 4)
     assert numbers.open_share == 0.0
     assert 'does not close' not in texts(drawn(map_picture(excavator, numbers)))
 
 
 def test_a_map_on_which_no_loop_closes_is_refused():
-    stretched = robot_of('excavator')
-    q = clear_pose(stretched)
+    stretched, q = robot_of('excavator'), shown_pose('excavator').copy()
     q[1] = 9.0
     with pytest.raises(PlotError, match='no position of the map closes the loops boom_triangle, '):
         distance_map(stretched, (2, 3), q, 3)
@@ -215,22 +218,19 @@ def test_a_map_on_which_no_loop_closes_is_refused():
 
 @pytest.mark.slow
 @pytest.mark.parametrize('plane', ['xy', 'xz'])
-def test_a_workspace_counts_where_loops_do_not_close(short_rods, plane):
-    where = plane_of(short_rods, plane)
-    space = workspace(short_rods, where, 500)
+def test_a_workspace_counts_where_loops_do_not_close(short_rods, dead_centres, plane):
+    space = workspace(short_rods, plane_of(short_rods, plane), 500)
     assert 0.05 < space.open_poses / space.poses < 0.4
     assert np.isfinite(space.best).any()
-    words = texts(
-        drawn(workspace_picture(short_rods, space, critical_points(short_rods, where, 4)))
-    )
+    words = texts(drawn(workspace_picture(short_rods, space, dead_centres)))
     assert f'rods does not close at {space.open_poses:,} of them' in words
 
 
 @pytest.mark.slow
-def test_singular_points_of_machines_with_loops_are_at_dead_centres(short_rods):
-    found = critical_points(short_rods, plane_of(short_rods, 'xy'), 30)
+def test_singular_points_of_machines_with_loops_are_at_dead_centres(dead_centres):
     # A rod in line with its proximal link: the tip is as far from its motor as it gets.
-    far = np.linalg.norm(found.points, axis=1), np.linalg.norm(found.points - [0.3, 0], axis=1)
+    points = dead_centres.points
+    far = np.linalg.norm(points, axis=1), np.linalg.norm(points - [0.3, 0], axis=1)
     ends = np.array([0.25 + 0.3, 0.3 - 0.25])
     away = np.min([np.abs(one[:, None] - ends).min(axis=1) for one in far], axis=0)
     assert len(away) > 3

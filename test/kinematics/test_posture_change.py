@@ -5,6 +5,7 @@ Every number is checked by an own road: a table multiplied out in plain numpy, i
 complex steps, and the aspects of three joints on a dense grid.
 """
 
+import functools
 import itertools
 import math
 import re
@@ -12,7 +13,7 @@ import re
 import numpy as np
 import pytest
 from general_arms import DEGREE, TABLES, general_arm, text_of
-from scipy import ndimage
+from scipy import ndimage, sparse
 
 import kinematics_service as ks
 from kinematics_service.kinematics.postures.passage import Passages
@@ -33,26 +34,30 @@ WENGER = {'d2': 1.0, 'alpha2': -H, 'd3': 2.0, 'alpha3': H, 'd4': 1.5, 'r2': 1.0,
 
 
 def pose_of(convention, rows, kinds, q):
-    """Return the pose of a table's end, complex joint positions allowed."""
-    T = np.eye(4, dtype=np.asarray(q).dtype)
-    for (a, alpha, d, theta), kind, x in zip(rows, kinds, q):
-        d, theta = (d + x, theta) if kind == 'P' else (d, theta + x)
+    """Return the poses of a table's end at joint positions (..., n), complex ones allowed."""
+    q = np.asarray(q)
+    T, zero = np.eye(4, dtype=q.dtype), np.zeros(q.shape[:-1])
+    for (a, alpha, d, theta), kind, x in zip(rows, kinds, np.moveaxis(q, -1, 0)):
+        d, theta = (d + x, theta + zero) if kind == 'P' else (d + zero, theta + x)
         c, s, ca, sa = np.cos(theta), np.sin(theta), math.cos(alpha), math.sin(alpha)
-        turn = np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, d], [0, 0, 0, 1]])
+        turn = np.zeros((*zero.shape, 4, 4), dtype=q.dtype) + np.diag([0, 0, 1, 1])
+        turn[..., 0, 0], turn[..., 0, 1], turn[..., 1, 0], turn[..., 1, 1] = c, -s, s, c
+        turn[..., 2, 3] = d
         fixed = np.array([[1, 0, 0, a], [0, ca, -sa, 0], [0, sa, ca, 0], [0, 0, 0, 1]])
         T = T @ (fixed @ turn if convention == 'modified' else turn @ fixed)
     return T
 
 
 def determinant(convention, rows, kinds, q):
-    """Return det J by complex steps: of the position of three joints, of the pose of six."""
+    """Return det J (N,) by complex steps: of the position of three joints, of the pose of six."""
     q, columns = np.asarray(q, dtype=complex), []
-    R = pose_of(convention, rows, kinds, q)[:3, :3].real
-    for j in range(len(q)):
-        T = pose_of(convention, rows, kinds, q + 1j * STEP * np.eye(len(q))[j]).imag / STEP
-        W = T[:3, :3] @ R.T
-        columns.append([*T[:3, 3], W[2, 1], W[0, 2], W[1, 0]][: len(q)])
-    return float(np.linalg.det(np.array(columns).T))
+    R = pose_of(convention, rows, kinds, q)[:, :3, :3].real
+    for step in 1j * STEP * np.eye(q.shape[1]):
+        T = pose_of(convention, rows, kinds, q + step).imag / STEP
+        W = T[:, :3, :3] @ np.swapaxes(R, 1, 2)
+        column = [*T[:, :3, 3].T, W[:, 2, 1], W[:, 0, 2], W[:, 1, 0]]
+        columns.append(column[: q.shape[1]])
+    return np.linalg.det(np.moveaxis(np.array(columns), -1, 0))
 
 
 def assert_the_path_holds(change, convention, rows, kinds):
@@ -69,8 +74,8 @@ def assert_the_path_holds(change, convention, rows, kinds):
         T = pose_of(convention, rows, kinds, end)
         reached = T if change.target.ndim == 2 else T[:3, 3]
         np.testing.assert_allclose(reached, change.target, rtol=0, atol=AT_TARGET)
-    dense = [a + s * (b - a) for a, b in zip(q, q[1:]) for s in np.linspace(0, 1, 300)]
-    signs = {np.sign(determinant(convention, rows, kinds, one)) for one in dense}
+    dense = np.concatenate([np.linspace(a, b, 300) for a, b in itertools.pairwise(q)])
+    signs = set(np.sign(determinant(convention, rows, kinds, dense)).tolist())
     assert signs in ({1.0}, {-1.0})
 
 
@@ -102,32 +107,29 @@ class Torus:
     def __init__(self, side, d2, alpha2, d3, alpha3, d4, r2, r3, crossing=False):
         self.numbers = d2, alpha2, d3, alpha3, d4, r2, r3
         self.side = side
+        self.crossing = crossing
+
+    @functools.cached_property
+    def labels(self):
+        """Return of each point of the grid the number of its aspect, with the sign of det."""
+        side = self.side
         at = 2.0 * math.pi * np.arange(side) / side
         det = self.det(*np.meshgrid(at, at, indexing='ij'))
-        if crossing:
+        if self.crossing:
             slopes = np.gradient(det, 2.0 * math.pi / side)
             near = 2.0 * math.pi / side * np.max(np.abs(slopes))
             det = np.where(np.abs(det) > near, det, 0.0)
-        self.labels = np.zeros((side, side), dtype=int)
-        for sign in (1.0, -1.0):
-            # Three by three copies: a part of the torus is one part of the middle copy and on.
-            parts, _ = ndimage.label(np.tile(sign * det > 0.0, (3, 3)))
-            middle = parts[side : 2 * side, side : 2 * side]
-            whole = self.joined(parts, middle)
-            self.labels += np.where(middle > 0, int(sign) * (whole + 1), 0)
+        return self.parts_of(det > 0.0) - self.parts_of(det < 0.0)
 
-    def joined(self, parts, middle):
-        names = np.arange(parts.max() + 1)
-        side = self.side
-        while True:
-            before = names.copy()
-            for i, j in itertools.product(range(3), range(3)):
-                copy = parts[i * side : (i + 1) * side, j * side : (j + 1) * side]
-                least = np.minimum(names[copy], names[middle])
-                np.minimum.at(names, copy, least)
-                np.minimum.at(names, middle, least)
-            if np.array_equal(before, names):
-                return names[middle]
+    @staticmethod
+    def parts_of(inside):
+        """Return the numbers of the parts of a torus, from 1; 0 outside of them."""
+        parts, count = ndimage.label(inside)
+        edges = np.hstack([parts[[-1, 0]], parts[:, [-1, 0]].T])
+        first, second = edges[:, np.all(edges > 0, axis=0)]
+        meeting = sparse.coo_array((first > 0, (first, second)), (count + 1, count + 1))
+        _, whole = sparse.csgraph.connected_components(meeting, directed=False)
+        return whole[parts]
 
     def numbers_at(self, x, y):
         """Return the height along the first axis and half the square of the distance from it."""
@@ -150,28 +152,34 @@ class Torus:
         a, b = self.slopes(x, y)
         return a[0] * b[1] - a[1] * b[0]
 
-    def solutions(self, target):
+    def solutions(self, targets):
+        """Return of targets (2, N) a list of solutions each, by Newton steps from a grid."""
         at = 2.0 * math.pi * np.arange(12) / 12
-        z = np.array(np.meshgrid(at, at)).reshape(2, -1)
+        z = np.array(np.meshgrid(at, at)).reshape(2, 1, -1) + np.zeros((2, targets.shape[1], 1))
         for _ in range(40):
-            f = self.numbers_at(*z) - target[:, None]
+            f = self.numbers_at(*z) - targets[:, :, None]
             a, b = self.slopes(*z)
             det = a[0] * b[1] - a[1] * b[0]
             det = np.where(np.abs(det) > 1e-12, det, 1e-12)
             step = np.array([b[1] * f[0] - b[0] * f[1], a[0] * f[1] - a[1] * f[0]]) / det
             z = z - step * np.minimum(1.0, 0.5 / np.maximum(np.linalg.norm(step, axis=0), 1e-300))
-        z = z[:, np.linalg.norm(self.numbers_at(*z) - target[:, None], axis=0) < 1e-11]
+        away = np.linalg.norm(self.numbers_at(*z) - targets[:, :, None], axis=0)
+        return [self.distinct(z[:, k, own].T) for k, own in enumerate(away < 1e-11)]
+
+    @staticmethod
+    def distinct(z):
         found = []
-        for one in z.T % (2.0 * math.pi):
+        for one in z % (2.0 * math.pi):
             if all(np.max(np.abs(np.sin((one - two) / 2))) > 1e-4 for two in found):
                 found.append(one)
         return found
 
     def two_in_one_aspect(self, targets, random):
         """Return whether two solutions of a random target are clearly in one aspect."""
-        for q in random.uniform(0.0, 2.0 * math.pi, (targets, 2)):
+        q = random.uniform(0.0, 2.0 * math.pi, (targets, 2))
+        for found in self.solutions(self.numbers_at(*q.T)):
             seen = set()
-            for x, y in self.solutions(self.numbers_at(*q)):
+            for x, y in found:
                 i, j = int(x / (2 * math.pi) * self.side), int(y / (2 * math.pi) * self.side)
                 corners = {
                     int(self.labels[(i + k) % self.side, (j + m) % self.side])

@@ -1,5 +1,6 @@
 """Arms with closed loops in symbols, against the golden numbers and the library."""
 
+import functools
 import json
 
 import numpy as np
@@ -16,6 +17,10 @@ from kinematics_service.symbolic.output.text import text_of
 EVALUATED = 1e-11
 
 
+# Several tests look at one derivation.
+derived = functools.cache(ks.derive)
+
+
 def numbers_of(derivation, expression):
     """Return a function of q and psi that evaluates an expression with the file's constants."""
     description = derivation.robot.description
@@ -27,7 +32,7 @@ def numbers_of(derivation, expression):
 
 @pytest.mark.slow
 def test_the_general_loop_of_the_source_document():
-    derivation = ks.derive('four_bar_arm')
+    derivation = derived('four_bar_arm')
     (loop,) = derivation.loops
     L3, L4 = sympy.symbols('L3 L4', real=True)
     assert sympy.simplify(loop.determinant - L3 * L4 * sympy.sin(loop.passive[1])) == 0
@@ -49,8 +54,8 @@ def test_the_general_loop_of_the_source_document():
 @pytest.mark.slow
 @pytest.mark.parametrize('name', ['five_bar', 'crank_slider'])
 def test_symbols_and_library_agree(name):
-    robot = ks.load_robot(name)
-    derivation = ks.derive(robot)
+    derivation = derived(name)
+    robot = derivation.robot
     coupling, det, closing = (
         numbers_of(derivation, expression)
         for expression in (
@@ -157,7 +162,7 @@ def test_joints_of_an_arm_with_loops_are_not_locked():
 
 @pytest.mark.slow
 def test_the_jacobian_in_tool_axes_is_by_the_joints():
-    derivation = ks.derive('five_bar')
+    derivation = derived('five_bar')
     robot = derivation.robot
     pose = robot.description.known_poses[0]
     at = [*pose.q, *ks.evaluate(robot, pose.q).closure.passive]

@@ -341,3 +341,11 @@ def test_a_function_that_may_not_be_real_is_no_fault():
     formula = 'theta3 = abs(acos((y^2 + y^2 + z^2 - L2^2 - L3^2)/(2*L2*L3)))'
     (verdict,) = compare(arm('anthropomorphic_3r'), formula).verdicts
     assert verdict.status == 'differs'
+
+
+@pytest.mark.parametrize('off', [1e-2, 1e-4, 1e-6])
+def test_another_branch_that_is_off_by_a_little_is_none(off):
+    # The other elbow, and that with a bit more: nowhere does it bring the tool to its point.
+    branch = 'q1 = atan2(y, x) + acos((x^2 + y^2 + L1^2 - L2^2)/(2*L1*sqrt(x^2 + y^2)))'
+    assert compare(arm('planar_2r'), branch).agrees
+    assert not compare(arm('planar_2r'), f'{branch} + {off:.6f}').agrees

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import sympy
 from arms import robot_of
 from derivations import derived, marked
 
@@ -18,8 +19,10 @@ import kinematics_service as ks
 from kinematics_service.errors import DerivationError, RobotFileWriteError
 from kinematics_service.robot.file.writing.writer import with_factors
 from kinematics_service.symbolic.algebra import factors
+from kinematics_service.symbolic.algebra.arithmetic import arithmetic_of
 from kinematics_service.symbolic.algebra.quotient import divided
 from kinematics_service.symbolic.determinant import minors_of, simplest_view
+from kinematics_service.symbolic.family import K, family_of
 from kinematics_service.symbolic.file_factors import (
     checked_text,
     disagreement,
@@ -28,7 +31,7 @@ from kinematics_service.symbolic.file_factors import (
 )
 from kinematics_service.symbolic.output.report import report_of
 from kinematics_service.symbolic.output.text import text_of
-from kinematics_service.symbolic.singular_set import FamilySearch, crossings_of
+from kinematics_service.symbolic.singular_set import FamilySearch, crossings_of, families_of
 
 LISTED = [
     name
@@ -314,3 +317,53 @@ def test_a_short_factor_is_judged_alone(turns, whole):
     arithmetic, (_, q2) = derivation.exact.arithmetic, derivation.variables
     sine = arithmetic.exponential((0, {q2: turns})) - arithmetic.exponential((0, {q2: -turns}))
     assert factors.stays_whole(sine.times_i(3), arithmetic) == whole
+
+
+# A carriage that turns and slides along its axis, and a link that swings up and down; folded back
+# it brings the tool onto the axis.
+LIFT = """
+robot: lift
+source: a test
+convention: standard
+constants: {L: 1}
+joints: [{name: q1, type: revolute}, {name: q2, type: prismatic}, {name: q3, type: revolute}]
+links:
+  - {a: 0, alpha: 0, d: 0, theta: q1}
+  - {a: L, alpha: pi/2, d: q2, theta: 0}
+  - {a: L, alpha: 0, d: 0, theta: q3}
+"""
+
+
+def sine_and_cosine(arithmetic, variable, share=1):
+    """Return sine and cosine of a share of a joint's variable."""
+    ahead, back = (arithmetic.exponential((0, {variable: turn})) for turn in (share, -share))
+    return (ahead - back).times_i(3).scaled(1, 2), (ahead + back).scaled(1, 2)
+
+
+@pytest.mark.parametrize(('text', 'ranks'), [(LIFT, [2, 1]), (PLANAR, [1])])
+def test_halves_of_a_factor_are_one_family_where_their_rank_is_the_same(text, ranks):
+    # sin q = 2 sin q/2 cos q/2: stretched the lift has lost one motion, folded back two.
+    robot = ks.robot_from_text(text)
+    derivation = ks.derive(robot)
+    names, last = derivation.exact.arithmetic.names, derivation.variables[-1]
+    arithmetic = arithmetic_of(robot.description, names, parts=2)
+    whole = sine_and_cosine(arithmetic, last)[0]
+    halves = sine_and_cosine(arithmetic, last, sympy.Rational(1, 2))
+    factor = factors.RealFactor(whole, 1, halves)
+    search = FamilySearch(derivation.exact.sampler, arithmetic)
+    product = factors.Factored(arithmetic.ring.number(1), (factor,), True)
+    found = families_of(product, search)
+    assert [search.meaning(one.value).rank for one in found.factors] == ranks
+    assert not math.prod((one.value for one in found.factors), start=found.constant) - whole
+
+
+def test_an_arc_cosine_of_one_or_minus_one_is_one_solution():
+    derivation = ks.derive(ks.robot_from_text(LIFT))
+    exact, q3 = derivation.exact, derivation.variables[2]
+    arithmetic, length = exact.arithmetic, exact.arithmetic.ring.length(sympy.Symbol('L'))
+    cosine = length * sine_and_cosine(arithmetic, q3)[1]
+    for sign, angle in ((1, sympy.pi), (-1, 0)):
+        found = family_of(cosine + length.scaled(sign, 1), arithmetic, exact.writer)
+        assert found.solutions == (angle + 2 * sympy.pi * K,)
+    found = family_of(cosine + length.scaled(1, 2), arithmetic, exact.writer)
+    assert len(found.solutions) == 2

@@ -39,8 +39,10 @@ def clearances(robot: Robot, q: Floats) -> Floats:
 def _sizes(robot: Robot, q: Floats) -> Floats:
     # How far out sliding joints are that are beyond their limits, or have none: a power of two
     # times the characteristic length, so that few bounds serve many poses; 0 where none is.
-    strokes = strokes_of(robot.chain, robot.limits)
+    strokes = _strokes(robot)
     slides = strokes != 0.0
+    if not slides.any():
+        return np.zeros(len(q))
     away = np.abs(q[:, slides])
     farthest = np.max(np.where(away > strokes[slides], away, 0.0), axis=1, initial=0.0)
     _, powers = np.frexp(farthest / robot.task.length)
@@ -48,8 +50,13 @@ def _sizes(robot: Robot, q: Floats) -> Floats:
 
 
 @functools.lru_cache(maxsize=64)
+def _strokes(robot: Robot) -> Floats:
+    return strokes_of(robot.chain, robot.limits)
+
+
+@functools.lru_cache(maxsize=64)
 def _bounds(robot: Robot, size: float) -> ClearanceBounds:
-    strokes = strokes_of(robot.chain, robot.limits)
+    strokes = _strokes(robot)
     reached = np.where(strokes != 0.0, np.maximum(strokes, size), 0.0)
     return find_bounds(robot.chain, robot.task, reached)
 

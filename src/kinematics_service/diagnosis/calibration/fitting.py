@@ -279,15 +279,13 @@ class Noise(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Identified:
+class FoundValues:
     """
-    Corrections and how well they are known.
+    Corrections, the noise and the outliers.
 
     Attributes
     ----------
     values : shape (P,), rad or m
-    covariance : shape (P, P)
-        After the measurement; it contains the priors.
     noise
         Of the poses.
     used : shape (N,)
@@ -297,16 +295,29 @@ class Identified:
     freedom
         Numbers of the rows beyond those of the parameters, of positions and of rotations, by which
         the noise is known. Infinite where it is that of the instrument.
-    bent
-        Whether products of errors count: then the covariance has what these add.
     """
 
     values: Floats
-    covariance: Floats
     noise: Noise
     used: Flags
     distances: Floats
     freedom: Noise
+
+
+@dataclass(frozen=True, eq=False)
+class Identified(FoundValues):
+    """
+    Corrections and how well they are known.
+
+    Attributes
+    ----------
+    covariance : shape (P, P)
+        After the measurement; it contains the priors.
+    bent
+        Whether products of errors count: then the covariance has what these add.
+    """
+
+    covariance: Floats
     bent: bool
 
 
@@ -319,11 +330,11 @@ class _Step(NamedTuple):
     right: Floats
 
 
-def identify(
+def find_values(
     problem: FitProblem,
     noise: Noise | None = None,
     progress: Callable[[int], None] = lambda round_: None,
-) -> Identified:
+) -> FoundValues:
     """
     Return the corrections, the noise and the outliers of a problem.
 
@@ -368,10 +379,16 @@ def identify(
         if same and moved < ENOUGH and changed < ENOUGH:
             break
     freedom = Noise(*(f if own <= e else np.inf for own, e, f in zip(found, evident, freedom)))
-    covariance = _mean_covariance(problem, values, found, freedom, used)
-    bend = _bend(problem, values, widened(found, freedom), used)
+    return FoundValues(values, found, used, distances, freedom)
+
+
+def with_covariance(problem: FitProblem, found: FoundValues) -> Identified:
+    """Return the corrections and how well they are known, which takes longer than to find them."""
+    values, used = found.values, found.used
+    covariance = _mean_covariance(problem, values, found.noise, found.freedom, used)
+    bend = _bend(problem, values, widened(found.noise, found.freedom), used)
     bent = bool(np.any(bend))
-    return Identified(values, covariance + bend, found, used, distances, freedom, bent)
+    return Identified(**vars(found), covariance=covariance + bend, bent=bent)
 
 
 def _mean_covariance(
@@ -441,7 +458,7 @@ def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> F
 
 
 def held_out_remainders(
-    problem: FitProblem, values: Floats, found: Identified, blocks: Integers
+    problem: FitProblem, values: Floats, found: FoundValues, blocks: Integers
 ) -> Floats:
     """
     Return what remains (N, 2, 3) of each block of rows, by corrections fitted to the others.
@@ -474,7 +491,7 @@ def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: F
     return triangle_of(solved.rows[: len(solved.rows) - len(values)])
 
 
-def one_more(problem: FitProblem, found: Identified, moves: Floats) -> tuple[float, float]:
+def one_more(problem: FitProblem, found: FoundValues, moves: Floats) -> tuple[float, float]:
     """
     Return one more correction that the rows ask for, and its standard deviation.
 

@@ -27,12 +27,14 @@ from .fitting import (
     LEAST_NOISE,
     USUAL_NOISE,
     FitProblem,
+    FoundValues,
     Identified,
     Noise,
     SharedErrors,
     distances_of,
+    find_values,
     held_out_remainders,
-    identify,
+    with_covariance,
 )
 from .identified_table import IDENTIFIABLE
 
@@ -391,10 +393,11 @@ def fitted_terms(
     progress: Callable[[str], None],
 ) -> FittedTerms:
     """Return the problem with those of the terms that help, the best one first."""
-    best, found = problem, identify(problem, instrument, lambda k: progress(f'round {k + 1}'))
+    best = problem
+    found = find_values(problem, instrument, lambda k: progress(f'round {k + 1}'))
     terms = asked.terms
     if not terms:
-        return FittedTerms(best, found, ())
+        return FittedTerms(best, with_covariance(best, found), ())
     progress('optional terms')
     full = _with_terms(problem, asked)
     kinds = tuple({one.group for one in problem.parameters})
@@ -408,7 +411,7 @@ def fitted_terms(
         trials = []
         for kind, paired in left.items():
             larger = full.only((*kinds, kind))
-            own = identify(larger, instrument)
+            own = find_values(larger, instrument)
             smaller = full.only(kinds)
             trials.append((_tried(kind, smaller, larger, own, blocks, positions, paired), own))
         trial, own = max(trials, key=lambda one: (one[0].kept, one[0].gain))
@@ -419,9 +422,10 @@ def fitted_terms(
         best = full.only(kinds)
         del left[trial.kind]
         tried.append(trial)
-    values = {one.kind: tuple(_values(one, best, found)) for one in terms if one.kind in kinds}
+    known = with_covariance(best, found)
+    values = {one.kind: tuple(_values(one, best, known)) for one in terms if one.kind in kinds}
     return FittedTerms(
-        best, found, tuple(one._replace(values=values.get(one.kind, ())) for one in tried)
+        best, known, tuple(one._replace(values=values.get(one.kind, ())) for one in tried)
     )
 
 
@@ -455,13 +459,13 @@ def _weighed(full: FitProblem, plain: int, positions: Integers) -> FitProblem:
     counts = np.bincount(positions)[positions]
     weighed = full
     for _ in range(ROUNDS if np.any(counts > 1) else 0):
-        common = _common(full, identify(weighed), plain, positions)
+        common = _common(full, find_values(weighed), plain, positions)
         share = 1.0 - 1.0 / np.sqrt(1.0 + counts[:, None] * common)
         weighed = replace(full, shared=SharedErrors(positions, share))
     return weighed
 
 
-def _common(full: FitProblem, found: Identified, plain: int, positions: Integers) -> Floats:
+def _common(full: FitProblem, found: FoundValues, plain: int, positions: Integers) -> Floats:
     # Its variance, of positions and of rotations, by that of the noise, if it is evident: by an
     # analysis of variance between joint positions and within them.
     groups = positions[found.used]
@@ -482,7 +486,7 @@ def _moved(chain: CorrectedChain, first: int) -> CorrectedChain:
     begin = chain.still[0]
     six = [CorrectingMotion(k > 2, k % 3, first + k) for k in range(len(SIX))]
     at = 1 + len(SIX)
-    return chain._replace(still=((*begin[:at], *six, *begin[at:]), *chain.still[1:]))
+    return replace(chain, still=((*begin[:at], *six, *begin[at:]), *chain.still[1:]))
 
 
 def _drawn_blocks(positions: Integers) -> Integers:
@@ -499,7 +503,7 @@ def _tried(
     kind: str,
     smaller: FitProblem,
     larger: FitProblem,
-    found: Identified,
+    found: FoundValues,
     blocks: Integers,
     positions: Integers,
     paired: bool,

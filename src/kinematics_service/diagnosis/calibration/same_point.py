@@ -224,7 +224,7 @@ class SamePointParameters(ChosenParameters):
         begin: list[Part] = [MIRROR, *moved, MIRROR @ description.base.motion.matrix]
         still[0] = (*begin, *still[0])
         still[-1] = (*still[-1], *end, tool)
-        return self.arm.chain._replace(still=tuple(still))
+        return replace(self.arm.chain, still=tuple(still))
 
     def possible(self, problem: FitProblem) -> int:
         """Return the number of directions that any touches of these points could tell."""

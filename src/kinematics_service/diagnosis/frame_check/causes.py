@@ -176,8 +176,9 @@ def _orders(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
         return []  # angles so small hardly depend on their order
     changes = list(order_hypotheses_of(given.poses, A, given.read))
     few = np.unique(np.linspace(0, len(A) - 1, SIFTED).astype(int))
-    of_file, others = undone(given, changes)
-    sifted = fit_offsets(of_file[:, few], others[:, few], steps=SIFT_STEPS)
+    # The joints are where they were.
+    others = np.stack([change.seen(given.poses)[few] for change in changes])
+    sifted = fit_offsets(np.broadcast_to(A[few], others.shape), others, steps=SIFT_STEPS)
     changes = [changes[k] for k in np.argsort(sifted.score, kind='stable')[:KEPT].tolist()]
     return _undoing(given, changes, fit)
 

@@ -6,8 +6,8 @@ two joints. So a pose's derivative with respect to it is a screw about that axis
 all poses at once.
 """
 
-from collections.abc import Sequence
-from functools import reduce
+from dataclasses import dataclass
+from functools import cached_property, reduce
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -44,7 +44,19 @@ class JointScrew(NamedTuple):
     by_d: Floats
 
 
-class CorrectedChain(NamedTuple):
+class _PartPlaces(NamedTuple):
+    # Where what stands between the joints is, the products side by side: their constant parts
+    # (levels, elements + 1, 4, 4), and of each correction its level, product, axis and column.
+    parts: Floats
+    depths: Integers
+    places: Integers
+    turns: npt.NDArray[np.bool_]
+    along: Integers
+    columns: Integers
+
+
+@dataclass(frozen=True, eq=False)
+class CorrectedChain:
     """
     The product of an arm: still parts, a screw, still parts, and so on.
 
@@ -61,6 +73,31 @@ class CorrectedChain(NamedTuple):
     still: tuple[tuple[Part, ...], ...]
     screws: tuple[JointScrew, ...]
     gears: tuple[GearMotion, ...] = ()
+
+    @cached_property
+    def _layout(self) -> _PartPlaces:
+        parts = np.zeros((max(map(len, self.still)), len(self.still), 4, 4))
+        parts[:, :, range(4), range(4)] = 1.0
+        found = []
+        for k, product in enumerate(self.still):
+            for level, part in enumerate(product):
+                if isinstance(part, CorrectingMotion):
+                    found.append((level, k, part.turns, part.axis, part.column))
+                else:
+                    parts[level, k] = part
+        depths, places, turning, along, columns = np.reshape(found, (-1, 5)).T.astype(np.int64)
+        return _PartPlaces(parts, depths, places, turning > 0, along, columns)
+
+    @cached_property
+    def _zeros(self) -> Floats:
+        # Angle and way (elements, 2) of the screws where the joints are at zero.
+        return np.array([(one.theta_0, one.d_0) for one in self.screws])
+
+    @cached_property
+    def _rates(self) -> tuple[Floats, Floats]:
+        # How these move with the joints, (elements, n) each.
+        turning, sliding = zip(*((one.by_theta, one.by_d) for one in self.screws))
+        return np.array(turning), np.array(sliding)
 
 
 class PoseChange(NamedTuple):
@@ -101,17 +138,8 @@ def motion_of(six: Floats) -> Floats:
 
 def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
     # All products side by side, their first parts first.
-    parts = np.zeros((max(map(len, chain.still)), len(chain.still), 4, 4))
-    parts[:, :, range(4), range(4)] = 1.0
-    found = []
-    for k, product in enumerate(chain.still):
-        for level, part in enumerate(product):
-            if isinstance(part, CorrectingMotion):
-                found.append((level, k, part.turns, part.axis, part.column))
-            else:
-                parts[level, k] = part
-    depths, places, turning, along, columns = np.reshape(found, (-1, 5)).T.astype(np.int64)
-    turns, by = turning > 0, values[columns]
+    parts, depths, places, turns, along, columns = chain._layout
+    parts, by = parts.copy(), values[columns]
     parts[depths[~turns], places[~turns], along[~turns], 3] = by[~turns]
     depth, place = depths[turns], places[turns]
     i, j = (along[turns] + 1) % 3, (along[turns] + 2) % 3
@@ -127,10 +155,9 @@ def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
     return _Stills(motions, places, columns, turns, axes, origins)
 
 
-def _screws(screws: Sequence[JointScrew], q: Floats) -> Floats:
+def _screws(chain: CorrectedChain, q: Floats) -> Floats:
     # All of them, (elements, N, 4, 4).
-    by_theta, by_d = (np.array([one[k] for one in screws]) for k in (2, 3))
-    zeros = np.array([one[:2] for one in screws])
+    zeros, (by_theta, by_d) = chain._zeros, chain._rates
     theta, d = zeros[:, :1] + by_theta @ q.T, zeros[:, 1:] + by_d @ q.T
     T = np.zeros((*theta.shape, 4, 4))
     T[..., 0, 0] = T[..., 1, 1] = np.cos(theta)
@@ -154,7 +181,7 @@ def _driven(chain: CorrectedChain, values: Floats, q: Floats) -> Floats:
 def poses_of(chain: CorrectedChain, values: Floats, q: Floats) -> Floats:
     """Return the poses (N, 4, 4) with corrections (P,), rad and m, at joint positions (N, n)."""
     motions = _stills(chain, values).motions
-    moved = _screws(chain.screws, _driven(chain, values, q)) @ motions[1:, None]
+    moved = _screws(chain, _driven(chain, values, q)) @ motions[1:, None]
     return reduce(np.matmul, moved, np.broadcast_to(motions[0], (len(q), 4, 4)))
 
 
@@ -170,7 +197,7 @@ def pose_change(chain: CorrectedChain, values: Floats, q: Floats) -> PoseChange:
         Joint positions.
     """
     count, many, still = len(values), len(q), _stills(chain, values)
-    screws = _screws(chain.screws, _driven(chain, values, q))
+    screws = _screws(chain, _driven(chain, values, q))
     joints: list[Floats] = []
     axes, origins = np.zeros((many, 3, count)), np.zeros((many, 3, count))
     frame = np.broadcast_to(np.eye(4), (many, 4, 4))
@@ -232,7 +259,7 @@ def error_screws(chain: CorrectedChain, values: Floats) -> ErrorScrews:
     screws[still.columns, 3:] = np.where(turns, still.axes, 0.0)
     zero = np.zeros((1, len(chain.screws[0].by_theta)))
     starts = [np.eye(4)]
-    for motion, screw in zip(still.motions, _screws(chain.screws, zero)):
+    for motion, screw in zip(still.motions, _screws(chain, zero)):
         starts.append(starts[-1] @ motion @ screw[0])
     return ErrorScrews(after, screws, np.array(starts))
 

@@ -6,7 +6,7 @@ of the table can.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -88,7 +88,7 @@ def placement(
     still = list(chain.still)
     still[0] = (base, *begin, *still[0])
     still[-1] = (*still[-1], *end, tool)
-    return chain._replace(still=tuple(still))
+    return replace(chain, still=tuple(still))
 
 
 def every_parameter_of(description: RobotDescription) -> ArmParameters:
@@ -111,7 +111,7 @@ def parameters_of(robot: Robot, gears: bool = False) -> ArmParameters:
     own = gear_parameters(robot.description.joints)
     count = len(arm.table)
     motions = tuple(GearMotion(one.row, count + at) for at, one in enumerate(own))
-    return ArmParameters((*arm.table, *own), arm.chain._replace(gears=motions))
+    return ArmParameters((*arm.table, *own), replace(arm.chain, gears=motions))
 
 
 def _of_rows(robot: Robot) -> ArmParameters:
