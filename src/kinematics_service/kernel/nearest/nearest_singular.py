@@ -15,6 +15,7 @@ from ..layout.arrays import Flat, FlatIntegers, Public
 from . import factor_zeros, singular_equations
 from .arm import Arm
 from .atlas import Atlas
+from .factor_proof import FactorProof
 from .singular_equations import SingularEquations
 from .singular_pencil import SingularPencil
 from .singular_quadric import SingularQuadric
@@ -91,6 +92,9 @@ KEPT, LITTLE_NEARER = 0.03, 0.005
 KNOWN = 0.3
 # What was found agrees with the first order up to this share.
 AGREES = 0.3
+# Of all factors within this share of what was found no zero is, where that is proved: by so many
+# boxes.
+CLEARED, TOLD, BOXES, HALVINGS = 0.95, 1.1, 100, 40
 # What was found in another way serves while the joints move by this share of its distance.
 HELD = 0.05
 
@@ -153,7 +157,11 @@ class NearestSearch:
         self.here: SingularEquations = SingularEquations(arm.chain, arm.task)
         self.equations: SingularEquations = SingularEquations(arm.chain, arm.task)
         self.quadric: SingularQuadric = SingularQuadric(arm.chain.dof)
+        self.proof: FactorProof = FactorProof(arm.tape, arm.task)
         self.thorough = thorough
+        self.boxes: Public[int] = THOROUGH * BOXES if thorough else BOXES
+        self.cleared: float = 0.0
+        self.pieces: Public[int] = 0
         self.wide, self.apart = WIDE, APART
         self.budget: Public[int] = THOROUGH * ENOUGH if thorough else ENOUGH
         self.n, self.count = arm.chain.dof, self.equations.count
@@ -272,6 +280,10 @@ class NearestSearch:
         self.evaluations = 0
         if not self._bring_known(q):
             return False
+        if self.arm.factors_complete:
+            # Nearer than what is proved there is nothing, so far as the joints have not moved.
+            cleared = self.cleared - self._moved_from(self.searched, q)
+            return not min(self.distance, HORIZON) > TOLD * cleared or not self.complete
         # What the first order said there already the search has looked at.
         looked_at = self.by_product if self.is_decided() else places.INFINITY
         return not (first_order < MISSED and first_order < NEARER * min(self.distance, looked_at))
@@ -507,9 +519,7 @@ class NearestSearch:
                 self._go_to_zero(f, WIDE)
             if dimension > NARROW:
                 self._go_from_all_around(f)
-            elif dimension > 0 and 0.0 < self.distance < FINE:
-                self._go_by_second_order(f)
-                self._go_from_all_around(f)
+        self._prove_factors()
         if not self.found():
             return
         # All of it, evaluated: a factor's zero is singular, and the nearest there.
@@ -521,6 +531,44 @@ class NearestSearch:
         self.stands_for = -1
         if not self.found():
             self.complete = False
+
+    def _prove_factors(self) -> None:
+        # That no zero of a factor of few joints is nearer, or which is.
+        self.proof.pieces = 0
+        for f in range(self.arm.tape.factors):
+            radius = min(CLEARED * self.distance, HORIZON)
+            if not radius > NO_STEP:
+                continue
+            state = places.OPEN
+            if self.proof.begin(f, self.atlas.counts_of(f), self.origin, radius):
+                state = self.proof.go_on(radius, self.boxes, self.d)
+                while state == places.CHANGED:
+                    self._go_to_change(f)
+                    radius = min(CLEARED * self.distance, HORIZON)
+                    state = self.proof.go_on(radius, self.boxes, self.d)
+            self.complete = self.complete and state == places.PROVED
+        self.pieces = self.proof.pieces
+        self.cleared = min(CLEARED * self.distance, HORIZON)
+
+    def _go_to_change(self, f: int) -> None:
+        # To the nearest zero from the one on the way to a motion d at which the sign is another.
+        low, high = 0.0, 1.0
+        for _ in range(HALVINGS):
+            share = 0.5 * (low + high)
+            if self.proof.changes_at(share, self.d):
+                high = share
+            else:
+                low = share
+        for j in range(self.n):
+            self.d[j] *= high
+            self.motion[j] = self.d[j]
+        self._go_to_zero(f, AROUND)
+        length = singular_equations.length_of(self.motion, self.n)
+        if length < self.distance:
+            for j in range(self.n):
+                self.reached[j] = self.motion[j]
+            self._remember(length)
+            self._keep(length, False)
 
     def _go_by_second_order(self, f: int) -> None:
         # From the point of the factor's quadric that is nearest, and from the one on its other

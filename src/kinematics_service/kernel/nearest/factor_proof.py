@@ -1,0 +1,411 @@
+"""
+Proof that a factor has no zero within a radius of a pose, or a motion at which its sign is another.
+
+Boxes that cover the ball are cut in two until in each a bound of the factor is above zero: by its
+value, slope and curvature in the middle, and by what its third derivatives are at most.
+"""
+
+import math
+
+from ..layout import arrays, places
+from ..layout.arrays import Flat, FlatIntegers
+from ..measures import factors
+from ..measures.factors import Tape
+from ..measures.task_rows import TaskRows
+
+# Joints of a factor at most, and boxes that wait at most.
+MOST, WAITING = 6, 64
+# Of the largest value of a factor, as a share.
+ROUND_OFF = 1e-14
+
+
+class FactorProof:
+    """
+    Room for the proof of one factor after the other.
+
+    Derivatives are by the joints that a factor depends on, as `column_scales` counts them: of a
+    step of the tape value, slope, and second derivatives are side by side, those of each pair of
+    joints once; behind them, of what bounds them, the third derivatives, of each triple once.
+
+    Parameters
+    ----------
+    tape, task
+        The factors.
+
+    Attributes
+    ----------
+    pieces
+        Boxes looked at, since it was set to 0.
+    """
+
+    tape: Tape
+    task: TaskRows
+    m: int
+    f: int
+    end: int
+    width: int
+    pairs: int
+    triples: int
+    pieces: int
+    waiting: int
+    sign: float
+    cubes: float
+    tiny: float
+
+    def __init__(self, tape: Tape, task: TaskRows) -> None:
+        n, steps = task.joints, tape.steps
+        self.tape, self.task, self.pieces = tape, task, 0
+        self.operations: FlatIntegers = self.tape.operations
+        self.constants: Flat = self.tape.constants
+        self.m, self.f, self.end, self.width, self.waiting = 0, -1, 0, 0, 0
+        self.pairs, self.triples, self.sign, self.cubes, self.tiny = 0, 0, 1.0, 0.0, 0.0
+        pairs = MOST * (MOST + 1) // 2
+        whole = 1 + MOST + pairs + pairs * (MOST + 2) // 3
+        room = 2 * steps * whole + 2 * n + 3 * steps + steps * (n + 1)
+        self.room: Flat = arrays.scratch(room + (2 * WAITING + 5) * MOST + 3 * whole)
+        self.steps: Flat = self.room
+        self.bounds: Flat = arrays.after(self.steps, steps * whole)
+        self.q: Flat = arrays.after(self.bounds, steps * whole)
+        self.values: Flat = arrays.after(self.q, n)
+        joints = arrays.after(self.values, steps * (n + 1))
+        self.place: FlatIntegers = arrays.as_whole(joints)
+        self.kinds: FlatIntegers = arrays.whole_after(self.place, n)
+        index = arrays.after(joints, n + steps)
+        self.first: FlatIntegers = arrays.as_whole(index)
+        self.second: FlatIntegers = arrays.whole_after(self.first, whole)
+        self.third: FlatIntegers = arrays.whole_after(self.second, whole)
+        index = arrays.after(index, 3 * whole)
+        self.joints: FlatIntegers = arrays.as_whole(index)
+        self.middle: Flat = arrays.after(index, MOST)
+        self.half: Flat = arrays.after(self.middle, MOST)
+        self.point: Flat = arrays.after(self.half, MOST)
+        self.weights: Flat = arrays.after(self.point, MOST)
+        self.stack: Flat = arrays.after(self.weights, MOST)
+
+    def __dealloc__(self) -> None:
+        """Give the room back."""
+        arrays.give_back(self.room)
+
+    def begin(self, f: int, counts: Flat, q: Flat, radius: float) -> bool:
+        """
+        Prepare the proof of a factor within a radius of q (n,); returns whether it can be bounded.
+
+        `counts` (n,) is above zero for joints that it depends on.
+        """
+        n = self.task.joints
+        self.f, self.end, self.m, self.waiting = f, self.tape.ends[f], 0, 0
+        for j in range(n):
+            self.q[j], self.place[j] = q[j], -1
+            if counts[j] > 0.0:
+                if self.m == MOST:
+                    return False
+                self.joints[self.m] = j
+                self.place[j] = self.m
+                self.m += 1
+        m = self.m
+        self.pairs = m * (m + 1) // 2
+        self.triples = self.pairs * (m + 2) // 3
+        self.width = 1 + m + self.pairs + self.triples
+        self._number()
+        if not self._find_kinds():
+            return False
+        for j in range(m):
+            self.middle[j] = 0.0
+        self._expand()
+        step = arrays.after(self.steps, self.end * self.width)
+        self.sign = 1.0 if step[0] > 0.0 else -1.0
+        self._bound(radius)
+        bound = arrays.after(self.bounds, self.end * self.width)
+        self.tiny = ROUND_OFF * bound[0]
+        squares = 0.0
+        for k in range(self.triples):
+            squares += self._orders(k) * bound[1 + m + self.pairs + k] ** 2
+        self.cubes = math.sqrt(squares)
+        for j in range(m):
+            self.stack[j], self.stack[m + j] = 0.0, radius
+        self.waiting = 1
+        return True
+
+    def _number(self) -> None:
+        # The joints of each pair and of each triple.
+        k = 0
+        for i in range(self.m):
+            for j in range(i, self.m):
+                self.first[k], self.second[k] = i, j
+                k += 1
+        for i in range(self.m):
+            for j in range(i, self.m):
+                for l in range(j, self.m):
+                    self.first[k], self.second[k], self.third[k] = i, j, l
+                    k += 1
+
+    def _pair(self, i: int, j: int) -> int:
+        # Where a pair stands, the smaller first.
+        return i * self.m - i * (i - 1) // 2 + j - i
+
+    def _orders(self, k: int) -> float:
+        # In how many orders a triple can be written.
+        i, j, l = self.first[self.pairs + k], self.second[self.pairs + k], self.third[self.pairs + k]
+        if i == l:
+            return 1.0
+        return 3.0 if i == j or j == l else 6.0
+
+    def _find_kinds(self) -> bool:
+        # Which steps the factor needs: 0 none, 1 constant, 2 those that vary; whether all of those
+        # have derivatives everywhere.
+        for i in range(self.end):
+            self.kinds[i] = 0
+        self.kinds[self.end] = 1
+        for i in range(self.end, -1, -1):
+            if self.kinds[i] and self.operations[3 * i] > places.JOINT:
+                self.kinds[self.operations[3 * i + 1]] = 1
+                self.kinds[self.operations[3 * i + 2]] = 1
+        factors.run_tape(self.tape, self.task.joints, self.q, self.values)
+        for i in range(self.end + 1):
+            if not self.kinds[i]:
+                continue
+            operation = self.operations[3 * i]
+            first, second = self.operations[3 * i + 1], self.operations[3 * i + 2]
+            if operation == places.JOINT:
+                self.kinds[i] = 2
+            elif operation > places.JOINT:
+                self.kinds[i] = max(self.kinds[first], self.kinds[second])
+            if self.kinds[i] == 1:
+                value = self.values[i * (self.task.joints + 1) + self.task.joints]
+                for table in range(2):
+                    step = arrays.after(self.bounds if table else self.steps, i * self.width)
+                    step[0] = abs(value) if table else value
+                    for k in range(1, self.width):
+                        step[k] = 0.0
+            elif operation == places.QUOTIENT:
+                if self.kinds[second] == 2:
+                    return False
+            elif operation > places.COSINE:
+                return False
+        return self.kinds[self.end] == 2
+
+    def _expand(self) -> None:
+        # Value, slope and second derivatives of each step at the middle.
+        m, width, pairs = self.m, self.width, self.pairs
+        for i in range(self.end + 1):
+            if self.kinds[i] != 2:
+                continue
+            operation, number = self.operations[3 * i], self.constants[i]
+            first = self.operations[3 * i + 1]
+            s = arrays.after(self.steps, i * width)
+            if operation == places.JOINT:
+                for k in range(1 + m + pairs):
+                    s[k] = 0.0
+                scale, j = self.task.column_scale[first], self.place[first]
+                s[0] = number * (self.q[first] + scale * self.middle[j])
+                s[1 + j] = number * scale
+                continue
+            a = arrays.after(self.steps, first * width)
+            b = arrays.after(self.steps, self.operations[3 * i + 2] * width)
+            if operation == places.SUM:
+                for k in range(1 + m + pairs):
+                    s[k] = a[k] + b[k]
+            elif operation == places.DIFFERENCE:
+                for k in range(1 + m + pairs):
+                    s[k] = a[k] - b[k]
+            elif operation == places.NEGATIVE:
+                for k in range(1 + m + pairs):
+                    s[k] = -a[k]
+            elif operation == places.QUOTIENT:
+                for k in range(1 + m + pairs):
+                    s[k] = a[k] / b[0]
+            elif operation == places.PRODUCT:
+                self._multiply(a, b, s)
+            else:
+                sine = math.sin(number * a[0])
+                cosine = math.cos(number * a[0])
+                if operation == places.SINE:
+                    s[0], one, two = sine, number * cosine, -number * number * sine
+                else:
+                    s[0], one, two = cosine, -number * sine, -number * number * cosine
+                for j in range(m):
+                    s[1 + j] = one * a[1 + j]
+                for k in range(pairs):
+                    p, r = self.first[k], self.second[k]
+                    s[1 + m + k] = one * a[1 + m + k] + two * a[1 + p] * a[1 + r]
+
+    def _multiply(self, a: Flat, b: Flat, s: Flat) -> None:
+        m = self.m
+        s[0] = a[0] * b[0]
+        for j in range(1, 1 + m):
+            s[j] = a[0] * b[j] + a[j] * b[0]
+        for k in range(self.pairs):
+            i, j, at = self.first[k] + 1, self.second[k] + 1, 1 + m + k
+            s[at] = a[0] * b[at] + a[at] * b[0] + a[i] * b[j] + a[j] * b[i]
+
+    def _bound(self, radius: float) -> None:
+        # What value and derivatives of each step are at most, within a radius of the middle.
+        m, width, pairs = self.m, self.width, self.pairs
+        for i in range(self.end + 1):
+            if self.kinds[i] != 2:
+                continue
+            operation, number = self.operations[3 * i], abs(self.constants[i])
+            first = self.operations[3 * i + 1]
+            s = arrays.after(self.bounds, i * width)
+            if operation == places.JOINT:
+                for k in range(width):
+                    s[k] = 0.0
+                scale, j = self.task.column_scale[first], self.place[first]
+                s[0] = number * (abs(self.q[first]) + scale * radius)
+                s[1 + j] = number * scale
+                continue
+            a = arrays.after(self.bounds, first * width)
+            b = arrays.after(self.bounds, self.operations[3 * i + 2] * width)
+            if operation == places.SUM or operation == places.DIFFERENCE:
+                for k in range(width):
+                    s[k] = a[k] + b[k]
+            elif operation == places.NEGATIVE:
+                for k in range(width):
+                    s[k] = a[k]
+            elif operation == places.QUOTIENT:
+                for k in range(width):
+                    s[k] = a[k] / b[0]
+            elif operation == places.PRODUCT:
+                self._multiply(a, b, s)
+                self._multiply_cubes(a, b, s)
+            else:
+                self._bound_turn(number, a, s)
+            if operation < places.SINE:
+                squares = 0.0
+                for j in range(m):
+                    squares += s[1 + j] * s[1 + j]
+                here = abs(self.steps[i * width])
+                s[0] = min(s[0], here + math.sqrt(squares) * radius)
+
+    def _multiply_cubes(self, a: Flat, b: Flat, s: Flat) -> None:
+        m = self.m
+        for k in range(self.triples):
+            i, j = self.first[self.pairs + k], self.second[self.pairs + k]
+            l, at = self.third[self.pairs + k], 1 + m + self.pairs + k
+            ij, il, jl = 1 + m + self._pair(i, j), 1 + m + self._pair(i, l), 1 + m + self._pair(j, l)
+            s[at] = a[0] * b[at] + a[at] * b[0]
+            s[at] += a[1 + i] * b[jl] + a[1 + j] * b[il] + a[1 + l] * b[ij]
+            s[at] += b[1 + i] * a[jl] + b[1 + j] * a[il] + b[1 + l] * a[ij]
+
+    def _bound_turn(self, number: float, a: Flat, s: Flat) -> None:
+        m, squared = self.m, number * number
+        s[0] = 1.0
+        for j in range(1, 1 + m):
+            s[j] = number * a[j]
+        for k in range(self.pairs):
+            i, j = self.first[k], self.second[k]
+            s[1 + m + k] = number * a[1 + m + k] + squared * a[1 + i] * a[1 + j]
+        for k in range(self.triples):
+            i, j = self.first[self.pairs + k], self.second[self.pairs + k]
+            l, at = self.third[self.pairs + k], 1 + m + self.pairs + k
+            ij, il, jl = 1 + m + self._pair(i, j), 1 + m + self._pair(i, l), 1 + m + self._pair(j, l)
+            s[at] = number * a[at] + squared * number * a[1 + i] * a[1 + j] * a[1 + l]
+            s[at] += squared * (a[1 + i] * a[jl] + a[1 + j] * a[il] + a[1 + l] * a[ij])
+
+    def go_on(self, radius: float, budget: int, d: Flat) -> int:
+        """
+        Go on with the proof, within a radius that may have become less.
+
+        Returns `PROVED`, `OPEN` after so many pieces, or `CHANGED`: then d (n,) is a motion to
+        where the sign is another.
+        """
+        m = self.m
+        while self.waiting > 0:
+            top = arrays.after(self.stack, 2 * m * (self.waiting - 1))
+            squares, nearest = 0.0, 0.0
+            for j in range(m):
+                self.middle[j], self.half[j] = top[j], top[m + j]
+                squares += top[j] * top[j]
+                beyond: float = max(abs(top[j]) - top[m + j], 0.0)
+                nearest += beyond * beyond
+            if nearest >= radius * radius:
+                self.waiting -= 1
+                continue
+            if self.pieces >= budget or self.waiting == WAITING:
+                return places.OPEN
+            self.pieces += 1
+            self._expand()
+            if self._is_clear(radius, squares):
+                self.waiting -= 1
+                continue
+            self._cut(top)
+            value = self.sign * self.steps[self.end * self.width]
+            if value <= 0.0 and squares < radius * radius:
+                for j in range(self.task.joints):
+                    d[j] = 0.0
+                for j in range(m):
+                    d[self.joints[j]] = self.middle[j]
+                return places.CHANGED
+        return places.PROVED
+
+    def changes_at(self, share: float, d: Flat) -> bool:
+        """Return whether the sign is another after a share of a motion d (n,)."""
+        for j in range(self.m):
+            self.middle[j] = share * d[self.joints[j]]
+        self._expand()
+        return self.sign * self.steps[self.end * self.width] <= 0.0
+
+    def _is_clear(self, radius: float, squares: float) -> bool:
+        # Whether the factor keeps its sign in the box at the middle, where that is in the ball.
+        value: float
+        cubic: float
+        mixed: float
+        low: float
+        m, step = self.m, arrays.after(self.steps, self.end * self.width)
+        bound = arrays.after(self.bounds, self.end * self.width + 1 + m + self.pairs)
+        h, whole = self.half, 0.0
+        cubic, slope = 0.0, 0.0
+        for j in range(m):
+            self.weights[j] = 0.0
+        for k in range(self.triples):
+            i, j = self.first[self.pairs + k], self.second[self.pairs + k]
+            l = self.third[self.pairs + k]
+            value = self._orders(k) * bound[k] * h[i] * h[j] * h[l] / 6.0
+            cubic += value
+            self.weights[i] += value
+            self.weights[j] += value
+            self.weights[l] += value
+        for j in range(m):
+            whole += h[j] * h[j]
+            slope += step[1 + j] * step[1 + j]
+        size = radius if squares == 0.0 else math.sqrt(whole)
+        cubic = min(cubic, self.cubes * size * size * size / 6.0)
+        mixed = 0.0
+        for i in range(m):
+            for j in range(i + 1, m):
+                value = abs(step[1 + m + self._pair(i, j)]) * h[i] * h[j]
+                mixed += value
+                self.weights[i] += value
+                self.weights[j] += value
+        rest = self.sign * step[0] - cubic - self.tiny
+        for turn in range(2):
+            # With a multiplier of what a motion leaves of the radius: the ball is round.
+            multiplier = math.sqrt(slope) / radius if turn == 0 else 0.0
+            low = rest - mixed + 0.5 * multiplier * (squares - radius * radius)
+            for j in range(m):
+                along = abs(self.sign * step[1 + j] + multiplier * self.middle[j])
+                bent = self.sign * step[1 + m + self._pair(j, j)] + multiplier
+                if bent > 0.0 and along < bent * h[j]:
+                    value = 0.5 * along * along / bent
+                else:
+                    value = along * h[j] - 0.5 * bent * h[j] * h[j]
+                low -= value
+                if turn == 0:
+                    self.weights[j] += value
+            if low > 0.0:
+                return True
+        return False
+
+    def _cut(self, top: Flat) -> None:
+        # The box on top in two, across the joint that its bound suffers from most.
+        m, widest = self.m, 0
+        for j in range(1, m):
+            if self.weights[j] > self.weights[widest]:
+                widest = j
+        other = arrays.after(top, 2 * m)
+        top[m + widest] *= 0.5
+        for j in range(2 * m):
+            other[j] = top[j]
+        top[widest] -= top[m + widest]
+        other[widest] += top[m + widest]
+        self.waiting += 1
