@@ -12,11 +12,14 @@ from ..layout.arrays import Flat, FlatIntegers
 from ..measures import factors
 from ..measures.factors import Tape
 from ..measures.task_rows import TaskRows
+from . import singular_equations
 
 # Joints of a factor at most, and boxes that wait at most.
 MOST, WAITING = 6, 64
 # Of the largest value of a factor, as a share.
 ROUND_OFF = 1e-14
+# Where that much less of the third order is enough, it is bounded once more.
+LESS = 0.7
 
 
 class FactorProof:
@@ -49,7 +52,7 @@ class FactorProof:
     pieces: int
     waiting: int
     sign: float
-    cubes: float
+    cubic: float
     tiny: float
 
     def __init__(self, tape: Tape, task: TaskRows) -> None:
@@ -58,11 +61,11 @@ class FactorProof:
         self.operations: FlatIntegers = self.tape.operations
         self.constants: Flat = self.tape.constants
         self.m, self.f, self.end, self.width, self.waiting = 0, -1, 0, 0, 0
-        self.pairs, self.triples, self.sign, self.cubes, self.tiny = 0, 0, 1.0, 0.0, 0.0
+        self.pairs, self.triples, self.sign, self.cubic, self.tiny = 0, 0, 1.0, 0.0, 0.0
         pairs = MOST * (MOST + 1) // 2
         whole = 1 + MOST + pairs + pairs * (MOST + 2) // 3
         room = 2 * steps * whole + 2 * n + 3 * steps + steps * (n + 1)
-        self.room: Flat = arrays.scratch(room + (2 * WAITING + 5) * MOST + 3 * whole)
+        self.room: Flat = arrays.scratch(room + (2 * WAITING + 5) * MOST + 4 * whole)
         self.steps: Flat = self.room
         self.bounds: Flat = arrays.after(self.steps, steps * whole)
         self.q: Flat = arrays.after(self.bounds, steps * whole)
@@ -80,7 +83,8 @@ class FactorProof:
         self.half: Flat = arrays.after(self.middle, MOST)
         self.point: Flat = arrays.after(self.half, MOST)
         self.weights: Flat = arrays.after(self.point, MOST)
-        self.stack: Flat = arrays.after(self.weights, MOST)
+        self.overall: Flat = arrays.after(self.weights, MOST)
+        self.stack: Flat = arrays.after(self.overall, whole)
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -114,13 +118,13 @@ class FactorProof:
         self._expand()
         step = arrays.after(self.steps, self.end * self.width)
         self.sign = 1.0 if step[0] > 0.0 else -1.0
+        for j in range(m):
+            self.half[j] = radius
         self._bound(radius)
         bound = arrays.after(self.bounds, self.end * self.width)
         self.tiny = ROUND_OFF * bound[0]
-        squares = 0.0
         for k in range(self.triples):
-            squares += self._orders(k) * bound[1 + m + self.pairs + k] ** 2
-        self.cubes = math.sqrt(squares)
+            self.overall[k] = bound[1 + m + self.pairs + k]
         for j in range(m):
             self.stack[j], self.stack[m + j] = 0.0, radius
         self.waiting = 1
@@ -238,8 +242,9 @@ class FactorProof:
             i, j, at = self.first[k] + 1, self.second[k] + 1, 1 + m + k
             s[at] = a[0] * b[at] + a[at] * b[0] + a[i] * b[j] + a[j] * b[i]
 
-    def _bound(self, radius: float) -> None:
-        # What value and derivatives of each step are at most, within a radius of the middle.
+    def _bound(self, size: float) -> None:
+        # What value and derivatives of each step are at most, in the box at the middle, where it is
+        # not farther than a size.
         m, width, pairs = self.m, self.width, self.pairs
         for i in range(self.end + 1):
             if self.kinds[i] != 2:
@@ -251,7 +256,7 @@ class FactorProof:
                 for k in range(width):
                     s[k] = 0.0
                 scale, j = self.task.column_scale[first], self.place[first]
-                s[0] = number * (abs(self.q[first]) + scale * radius)
+                s[0] = abs(self.steps[i * width]) + number * scale * self.half[j]
                 s[1 + j] = number * scale
                 continue
             a = arrays.after(self.bounds, first * width)
@@ -269,13 +274,20 @@ class FactorProof:
                 self._multiply(a, b, s)
                 self._multiply_cubes(a, b, s)
             else:
-                self._bound_turn(number, a, s)
-            if operation < places.SINE:
-                squares = 0.0
-                for j in range(m):
-                    squares += s[1 + j] * s[1 + j]
+                change = min(number * self._change(a, size), 1.0)
                 here = abs(self.steps[i * width])
-                s[0] = min(s[0], here + math.sqrt(squares) * radius)
+                other = math.sqrt(max(1.0 - here * here, 0.0))
+                self._bound_turn(number, min(here + change, 1.0), min(other + change, 1.0), a, s)
+            if operation < places.SINE:
+                s[0] = min(s[0], abs(self.steps[i * width]) + self._change(s, size))
+
+    def _change(self, bound: Flat, size: float) -> float:
+        # By how much a step changes at most, by the bound of its slope.
+        squares, along = 0.0, 0.0
+        for j in range(self.m):
+            squares += bound[1 + j] * bound[1 + j]
+            along += bound[1 + j] * self.half[j]
+        return min(along, math.sqrt(squares) * size)
 
     def _multiply_cubes(self, a: Flat, b: Flat, s: Flat) -> None:
         m = self.m
@@ -287,20 +299,22 @@ class FactorProof:
             s[at] += a[1 + i] * b[jl] + a[1 + j] * b[il] + a[1 + l] * b[ij]
             s[at] += b[1 + i] * a[jl] + b[1 + j] * a[il] + b[1 + l] * a[ij]
 
-    def _bound_turn(self, number: float, a: Flat, s: Flat) -> None:
-        m, squared = self.m, number * number
-        s[0] = 1.0
+    def _bound_turn(self, number: float, value: float, slope: float, a: Flat, s: Flat) -> None:
+        # `value`, `slope`: of the sine or cosine at most, by its angle.
+        m, once, cubed = self.m, number * slope, number * number * number * slope
+        twice = number * number * value
+        s[0] = value
         for j in range(1, 1 + m):
-            s[j] = number * a[j]
+            s[j] = once * a[j]
         for k in range(self.pairs):
             i, j = self.first[k], self.second[k]
-            s[1 + m + k] = number * a[1 + m + k] + squared * a[1 + i] * a[1 + j]
+            s[1 + m + k] = once * a[1 + m + k] + twice * a[1 + i] * a[1 + j]
         for k in range(self.triples):
             i, j = self.first[self.pairs + k], self.second[self.pairs + k]
             l, at = self.third[self.pairs + k], 1 + m + self.pairs + k
             ij, il, jl = 1 + m + self._pair(i, j), 1 + m + self._pair(i, l), 1 + m + self._pair(j, l)
-            s[at] = number * a[at] + squared * number * a[1 + i] * a[1 + j] * a[1 + l]
-            s[at] += squared * (a[1 + i] * a[jl] + a[1 + j] * a[il] + a[1 + l] * a[ij])
+            s[at] = once * a[at] + cubed * a[1 + i] * a[1 + j] * a[1 + l]
+            s[at] += twice * (a[1 + i] * a[jl] + a[1 + j] * a[il] + a[1 + l] * a[ij])
 
     def go_on(self, radius: float, budget: int, d: Flat) -> int:
         """
@@ -325,7 +339,14 @@ class FactorProof:
                 return places.OPEN
             self.pieces += 1
             self._expand()
-            if self._is_clear(radius, squares):
+            size = radius if squares == 0.0 else singular_equations.length_of(self.half, m)
+            low = self._lowest(radius, squares, size, self.overall)
+            if low <= 0.0 < low + LESS * self.cubic:
+                # What bounds the third derivatives is less in the box alone.
+                self._bound(size)
+                third = self.end * self.width + 1 + m + self.pairs
+                low = self._lowest(radius, squares, size, arrays.after(self.bounds, third))
+            if low > 0.0:
                 self.waiting -= 1
                 continue
             self._cut(top)
@@ -345,31 +366,30 @@ class FactorProof:
         self._expand()
         return self.sign * self.steps[self.end * self.width] <= 0.0
 
-    def _is_clear(self, radius: float, squares: float) -> bool:
-        # Whether the factor keeps its sign in the box at the middle, where that is in the ball.
+    def _lowest(self, radius: float, squares: float, size: float, third: Flat) -> float:
+        # At most the least value in the box at the middle, where that is in the ball.
         value: float
         cubic: float
         mixed: float
         low: float
-        m, step = self.m, arrays.after(self.steps, self.end * self.width)
-        bound = arrays.after(self.bounds, self.end * self.width + 1 + m + self.pairs)
-        h, whole = self.half, 0.0
-        cubic, slope = 0.0, 0.0
+        lowest: float
+        m, step, h = self.m, arrays.after(self.steps, self.end * self.width), self.half
+        cubic, slope, cubes = 0.0, 0.0, 0.0
+        for j in range(m):
+            slope += step[1 + j] * step[1 + j]
         for j in range(m):
             self.weights[j] = 0.0
         for k in range(self.triples):
             i, j = self.first[self.pairs + k], self.second[self.pairs + k]
             l = self.third[self.pairs + k]
-            value = self._orders(k) * bound[k] * h[i] * h[j] * h[l] / 6.0
+            cubes += self._orders(k) * third[k] * third[k]
+            value = self._orders(k) * third[k] * h[i] * h[j] * h[l] / 6.0
             cubic += value
             self.weights[i] += value
             self.weights[j] += value
             self.weights[l] += value
-        for j in range(m):
-            whole += h[j] * h[j]
-            slope += step[1 + j] * step[1 + j]
-        size = radius if squares == 0.0 else math.sqrt(whole)
-        cubic = min(cubic, self.cubes * size * size * size / 6.0)
+        cubic = min(cubic, math.sqrt(cubes) * size * size * size / 6.0)
+        self.cubic = cubic
         mixed = 0.0
         for i in range(m):
             for j in range(i + 1, m):
@@ -377,7 +397,7 @@ class FactorProof:
                 mixed += value
                 self.weights[i] += value
                 self.weights[j] += value
-        rest = self.sign * step[0] - cubic - self.tiny
+        rest, lowest = self.sign * step[0] - cubic - self.tiny, -places.INFINITY
         for turn in range(2):
             # With a multiplier of what a motion leaves of the radius: the ball is round.
             multiplier = math.sqrt(slope) / radius if turn == 0 else 0.0
@@ -392,9 +412,8 @@ class FactorProof:
                 low -= value
                 if turn == 0:
                     self.weights[j] += value
-            if low > 0.0:
-                return True
-        return False
+            lowest = max(lowest, low)
+        return lowest
 
     def _cut(self, top: Flat) -> None:
         # The box on top in two, across the joint that its bound suffers from most.
