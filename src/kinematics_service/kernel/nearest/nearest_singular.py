@@ -76,10 +76,14 @@ NARROW, FINE = 2, 0.1
 # together go both ways for so many joints at most.
 BENT, VERY_BENT, AROUND, CORNERS = 1.2, 1.7, 2.0, 6
 # Without factors the other side is tried so near only, rad: of what is farther it finds no more.
-NEAR_BENT = 0.15
+NEAR_BENT = 0.25
 # From a direction between those of the two least singular values a search starts where one is lost
 # within this times what was found.
 BETWEEN = 1.5
+# A pose that is all but singular, by this share of the second singular value, though nothing was
+# found nearer than this, rad, is searched as if it were asked for alone: a saddle that errors of a
+# table leave has its nearest singular poses anywhere. Of random poses that is none of a thousand.
+LEAST, THOUGH = 0.01, 0.05
 # So many poses that were found are remembered, those nearer to each other than this share of their
 # distance as one. They are followed along a motion up to this share of the distance; then another
 # search tells whether new ones have come near.
@@ -137,6 +141,7 @@ class NearestSearch:
     by_product: float
     by_least: float
     by_quadric: float
+    smallest: float
     second: float
     slope: float
     missed: float
@@ -168,7 +173,7 @@ class NearestSearch:
         self.pencil: SingularPencil = SingularPencil(self.n, self.count)
         self.distance, self.complete, self.evaluations = places.INFINITY, True, 0
         self.by_product, self.by_least, self.by_quadric = 0.0, 0.0, 0.0
-        self.second, self.slope = 0.0, 0.0
+        self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
         self.free, self.lasting = 0.0, -1.0
         self.standing, self.stands_for, self.missed = False, -1, places.INFINITY
         self.trap_step, self.left_before = 0.0, places.INFINITY
@@ -412,6 +417,7 @@ class NearestSearch:
         if not self.here.are_fulfilled(self.first):
             self.by_least = places.INFINITY
         smallest = sigma[k - 1]
+        self.smallest = smallest
         self.second = sigma[k - 2] if k > 1 else places.INFINITY
         self.quadric.stand_at(self.here, self.atlas.counts_of(0))
         self.by_quadric = self.quadric.write_nearest(False, self.curved)
@@ -445,10 +451,11 @@ class NearestSearch:
             self._run_from(self.nearest, self.distance, -1.0, max(0.4 * self.distance, 1e-4))
         if self.count > 1:
             self._run_between_directions()
-        if self.thorough:
+        if self.thorough or (self.smallest < LEAST * self.second and self.distance > THOUGH):
             self.wide, self.apart = WIDER, NEAR_BY
             self._run_from_known_poses(MORE_CHARTS, WIDER_SPREAD, 20.0)
             self.wide, self.apart = WIDE, APART
+        if self.thorough:
             self._run_with_fewer_joints()
         return settled
 
