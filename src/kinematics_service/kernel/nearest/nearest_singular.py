@@ -82,7 +82,8 @@ NEAR_BENT = 0.25
 BETWEEN = 1.5
 # A pose that is all but singular, by this share of the second singular value, though nothing was
 # found nearer than this, rad, is searched as if it were asked for alone: a saddle that errors of a
-# table leave has its nearest singular poses anywhere. Of random poses that is none of a thousand.
+# table leave has its nearest singular poses anywhere. Of random poses that is none of a thousand;
+# where more equations than one tell, many along a motion.
 LEAST, THOUGH = 0.01, 0.05
 # So many poses that were found are remembered, those nearer to each other than this share of their
 # distance as one. They are followed along a motion up to this share of the distance; then another
@@ -98,7 +99,7 @@ KNOWN = 0.3
 AGREES = 0.3
 # Of all factors within this share of what was found no zero is, where that is proved: by so many
 # boxes.
-CLEARED, TOLD, BOXES, HALVINGS = 0.95, 1.1, 100, 40
+CLEARED, TOLD, BOXES, HALVINGS = 0.95, 1.1, 200, 40
 # What was found in another way serves while the joints move by this share of its distance.
 HELD = 0.05
 
@@ -451,13 +452,18 @@ class NearestSearch:
             self._run_from(self.nearest, self.distance, -1.0, max(0.4 * self.distance, 1e-4))
         if self.count > 1:
             self._run_between_directions()
-        if self.thorough or (self.smallest < LEAST * self.second and self.distance > THOUGH):
+        if self.thorough or self._is_odd():
             self.wide, self.apart = WIDER, NEAR_BY
             self._run_from_known_poses(MORE_CHARTS, WIDER_SPREAD, 20.0)
             self.wide, self.apart = WIDE, APART
         if self.thorough:
             self._run_with_fewer_joints()
         return settled
+
+    def _is_odd(self) -> bool:
+        # Whether a pose is all but singular, though nothing was found near.
+        all_but = self.count == 1 and self.smallest < LEAST * self.second
+        return all_but and self.distance > THOUGH
 
     def _run_with_fewer_joints(self) -> None:
         # From what was found without the motion of one of its joints.
