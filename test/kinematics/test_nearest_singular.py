@@ -506,6 +506,108 @@ def test_where_a_file_lists_all_factors_no_determinant_changes_its_sign_nearer()
         assert np.all(np.linalg.det(brute_force.scaled_jacobian(robot, there)) * within[1] > 0.0)
 
 
+FACTORED = [
+    *('craig_3r', 'offset_stanford_dh', 'parallelogram_left', 'planar_2r', 'puma560'),
+    *('rrp_elementary', 'ur5e'),
+]
+
+
+@pytest.mark.parametrize('name', FACTORED)
+def test_a_factor_of_few_joints_has_no_zero_nearer_than_is_said(name):
+    robot, random = robot_of(name), np.random.default_rng(23)
+    q = random_poses(robot, 300, seed=23)
+    turns = np.array(robot.joint_types) == 'revolute'
+    q[:150, turns] = (math.pi / 4 * random.integers(-4, 5, (150, robot.dof)))[:, turns]
+    q[50:150] += random.normal(size=(100, robot.dof)) * 0.03
+    found = ks.singularity(robot, q)
+    assert np.mean(found.decided) > 0.99
+    # As far as it says, but for a tenth, in any direction, no factor has another sign.
+    far = found.decided & (found.distance > 1e-6)
+    q, radius = q[far], found.distance[far] / 1.1
+    here = robot.factors.evaluate(q)[..., 0]
+    for _ in range(300):
+        way = random.normal(size=q.shape)
+        way *= (radius * random.uniform(size=len(q)) ** 0.3 / np.linalg.norm(way, axis=1))[:, None]
+        there = robot.factors.evaluate(q + way * robot.task.column_scales)[..., 0]
+        assert np.all(there * here > 0.0)
+
+
+def test_a_factor_that_cannot_be_bounded_decides_nothing():
+    # Newton's method finds no zero of a root; its derivatives have no bound there.
+    text = (
+        'robot: rooted\nsource: test\nconvention: standard\n'
+        'joints:\n  - {name: j1, variable: q1, type: revolute}\n'
+        '  - {name: j2, variable: q2, type: revolute}\n'
+        'links:\n  - {a: 1, alpha: 0, d: 0, theta: q1}\n  - {a: 1, alpha: 0, d: 0, theta: q2}\n'
+        'singularity:\n  factors:\n    - {name: elbow, expression: sqrt(1 - cos(q2)*cos(q2))}\n'
+    )
+    robot = ks.robot_from_text(text)
+    assert robot.factors.complete
+    for found in (ks.singularity(robot, [0.2, 0.5]), ks.singularity(robot, [[0.2, 0.5]])):
+        assert not np.any(found.decided & (found.distance > 0.55))
+
+
+def test_without_boxes_for_its_proof_nothing_is_decided_and_with_them_the_nearest_is_found():
+    # The slope leads to the elbow, 0.0275 away; the shoulder's zero is behind a saddle.
+    robot = robot_of('puma560')
+    q = np.array([SADDLES_OF_FACTORS[-1][1]])
+    for boxes, decided, distance in ((0, False, 0.027515416), (200, True, 0.023801056)):
+        search = kernel.NearestSearch(robot.arm)
+        search.boxes = boxes
+        found = along(robot, q, search)
+        assert found.distance[0] == pytest.approx(distance, rel=1e-6)
+        assert found.decided[0] == decided
+
+
+def test_along_a_motion_what_is_decided_is_not_beyond_the_truth_by_more_than_a_tenth():
+    # What is proved at one pose holds at the next ones but for what the joints have moved.
+    robot = robot_of('ur5e')
+    for q in short_motions(robot, seed=3):
+        live, alone = along(robot, q), ks.singularity(robot, q)
+        true = np.minimum(alone.distance, 1.0)
+        assert not np.any(live.decided & (live.distance > 1.1 * true + 1e-9))
+
+
+@pytest.mark.parametrize(
+    ('q', 'distance'),
+    [
+        (
+            [2.356241551, -1.5942e-05, 1.570875735, 1.570840278, -3.141796706, 3.141540573],
+            0.104804547,
+        ),
+        (
+            [-0.004692928, -3.143760744, 1.567351213, -0.800130882, -0.002582921, -0.768231596],
+            0.104110573,
+        ),
+        (
+            [-1.569611169, 0.000351174, 1.586361788, -1.587427964, 3.1399146, -0.00569261],
+            0.119015869,
+        ),
+    ],
+)
+def test_beside_a_pose_that_errors_leave_all_but_singular_the_nearest_is_found(q, distance):
+    # The least singular value is 1e-4, and a saddle; the nearest singular poses are far for that.
+    robot = with_errors(PUMA, 1e-4, seed=21)
+    found = ks.singularity(robot, [q])
+    by_force, _ = brute_force.nearest_singular(robot, np.array([q]), starts=24, known=12)
+    assert by_force[0] == pytest.approx(distance, rel=1e-3)
+    assert found.decided
+    assert found.distance[0] == pytest.approx(distance, rel=1e-3)
+
+
+def test_of_two_joints_about_one_axis_none_moves_on_the_way_to_a_singular_pose():
+    robot = robot_of('six_joint_dh')
+    q = random_poses(robot, 40, seed=5)
+    found = ks.singularity(robot, q)
+    by_force, _ = brute_force.nearest_singular(robot, q, starts=6, known=6)
+    near = np.isfinite(found.nearest_singular[:, 0])
+    assert np.sum(near) > 20
+    assert np.max(share(robot, found.nearest_singular[near])) < SINGULAR
+    # Before a run ends elimination may turn them by a little, which changes nothing.
+    np.testing.assert_allclose(found.nearest_singular[near][:, :2], q[near][:, :2], atol=1e-3)
+    assert not np.any(found.decided & (found.distance > 1.1 * np.minimum(by_force, 1.0) + 1e-9))
+
+
 def test_where_none_is_found_and_it_is_not_decided_no_number_is_given():
     # Two singular values all but vanish together: each run goes round there.
     robot = robot_of('kinova_gen3')

@@ -90,9 +90,7 @@ def run_factor(tape: Tape, f: int, n: int, q: Flat, steps: Flat) -> None:
     _run_tape(tape, n, q, steps, 1, tape.begins[f], tape.ends[f] + 1)
 
 
-def _run_tape(
-    tape: Tape, n: int, q: Flat, steps: Flat, lanes: int, begin: int, end: int
-) -> bool:
+def _run_tape(tape: Tape, n: int, q: Flat, steps: Flat, lanes: int, begin: int, end: int) -> bool:
     # Those of a tape from one step up to another; returns False if an angle is too large for
     # several lanes at once.
     width = (n + 1) * lanes

@@ -1,5 +1,5 @@
 """
-Proof that a factor has no zero within a radius of a pose, or a motion at which its sign is another.
+Proof that a factor has no zero within a radius of a pose, or a motion to where its sign changed.
 
 Boxes that cover the ball are cut in two until in each a bound of the factor is above zero: by its
 value, slope and curvature in the middle, and by what its third derivatives are at most.
@@ -45,6 +45,7 @@ class FactorProof:
     task: TaskRows
     m: int
     f: int
+    start: int
     end: int
     width: int
     pairs: int
@@ -60,7 +61,7 @@ class FactorProof:
         self.tape, self.task, self.pieces = tape, task, 0
         self.operations: FlatIntegers = self.tape.operations
         self.constants: Flat = self.tape.constants
-        self.m, self.f, self.end, self.width, self.waiting = 0, -1, 0, 0, 0
+        self.m, self.f, self.start, self.end, self.width, self.waiting = 0, -1, 0, 0, 0, 0
         self.pairs, self.triples, self.sign, self.cubic, self.tiny = 0, 0, 1.0, 0.0, 0.0
         pairs = MOST * (MOST + 1) // 2
         whole = 1 + MOST + pairs + pairs * (MOST + 2) // 3
@@ -97,7 +98,8 @@ class FactorProof:
         `counts` (n,) is above zero for joints that it depends on.
         """
         n = self.task.joints
-        self.f, self.end, self.m, self.waiting = f, self.tape.ends[f], 0, 0
+        self.f, self.m, self.waiting = f, 0, 0
+        self.start, self.end = self.tape.begins[f], self.tape.ends[f]
         for j in range(n):
             self.q[j], self.place[j] = q[j], -1
             if counts[j] > 0.0:
@@ -149,29 +151,35 @@ class FactorProof:
 
     def _orders(self, k: int) -> float:
         # In how many orders a triple can be written.
-        i, j, l = self.first[self.pairs + k], self.second[self.pairs + k], self.third[self.pairs + k]
+        i, j, l = (
+            self.first[self.pairs + k],
+            self.second[self.pairs + k],
+            self.third[self.pairs + k],
+        )
         if i == l:
             return 1.0
         return 3.0 if i == j or j == l else 6.0
 
     def _find_kinds(self) -> bool:
         # Which steps the factor needs: 0 none, 1 constant, 2 those that vary; whether all of those
-        # have derivatives everywhere.
-        for i in range(self.end):
+        # have derivatives everywhere, by joints that count.
+        for i in range(self.start, self.end):
             self.kinds[i] = 0
         self.kinds[self.end] = 1
-        for i in range(self.end, -1, -1):
+        for i in range(self.end, self.start - 1, -1):
             if self.kinds[i] and self.operations[3 * i] > places.JOINT:
                 self.kinds[self.operations[3 * i + 1]] = 1
                 self.kinds[self.operations[3 * i + 2]] = 1
-        factors.run_tape(self.tape, self.task.joints, self.q, self.values)
-        for i in range(self.end + 1):
+        factors.run_factor(self.tape, self.f, self.task.joints, self.q, self.values)
+        for i in range(self.start, self.end + 1):
             if not self.kinds[i]:
                 continue
             operation = self.operations[3 * i]
             first, second = self.operations[3 * i + 1], self.operations[3 * i + 2]
             if operation == places.JOINT:
                 self.kinds[i] = 2
+                if self.place[first] < 0:
+                    return False
             elif operation > places.JOINT:
                 self.kinds[i] = max(self.kinds[first], self.kinds[second])
             if self.kinds[i] == 1:
@@ -190,48 +198,40 @@ class FactorProof:
 
     def _expand(self) -> None:
         # Value, slope and second derivatives of each step at the middle.
-        m, width, pairs = self.m, self.width, self.pairs
-        for i in range(self.end + 1):
+        count = 1 + self.m + self.pairs
+        for i in range(self.start, self.end + 1):
             if self.kinds[i] != 2:
                 continue
             operation, number = self.operations[3 * i], self.constants[i]
             first = self.operations[3 * i + 1]
-            s = arrays.after(self.steps, i * width)
+            s = arrays.after(self.steps, i * self.width)
             if operation == places.JOINT:
-                for k in range(1 + m + pairs):
+                for k in range(count):
                     s[k] = 0.0
                 scale, j = self.task.column_scale[first], self.place[first]
                 s[0] = number * (self.q[first] + scale * self.middle[j])
                 s[1 + j] = number * scale
                 continue
-            a = arrays.after(self.steps, first * width)
-            b = arrays.after(self.steps, self.operations[3 * i + 2] * width)
-            if operation == places.SUM:
-                for k in range(1 + m + pairs):
-                    s[k] = a[k] + b[k]
-            elif operation == places.DIFFERENCE:
-                for k in range(1 + m + pairs):
-                    s[k] = a[k] - b[k]
-            elif operation == places.NEGATIVE:
-                for k in range(1 + m + pairs):
-                    s[k] = -a[k]
-            elif operation == places.QUOTIENT:
-                for k in range(1 + m + pairs):
-                    s[k] = a[k] / b[0]
-            elif operation == places.PRODUCT:
+            a = arrays.after(self.steps, first * self.width)
+            b = arrays.after(self.steps, self.operations[3 * i + 2] * self.width)
+            if operation == places.PRODUCT:
                 self._multiply(a, b, s)
+            elif operation == places.SINE:
+                self._turn(number, math.sin(number * a[0]), math.cos(number * a[0]), a, s)
+            elif operation == places.COSINE:
+                self._turn(number, math.cos(number * a[0]), -math.sin(number * a[0]), a, s)
             else:
-                sine = math.sin(number * a[0])
-                cosine = math.cos(number * a[0])
-                if operation == places.SINE:
-                    s[0], one, two = sine, number * cosine, -number * number * sine
-                else:
-                    s[0], one, two = cosine, -number * sine, -number * number * cosine
-                for j in range(m):
-                    s[1 + j] = one * a[1 + j]
-                for k in range(pairs):
-                    p, r = self.first[k], self.second[k]
-                    s[1 + m + k] = one * a[1 + m + k] + two * a[1 + p] * a[1 + r]
+                _combine(operation, count, a, b, s)
+
+    def _turn(self, number: float, value: float, slope: float, a: Flat, s: Flat) -> None:
+        # `value`, `slope`: of the sine or cosine, by its angle.
+        once, twice = number * slope, -number * number * value
+        s[0] = value
+        for j in range(1, 1 + self.m):
+            s[j] = once * a[j]
+        for k in range(self.pairs):
+            i, j, at = self.first[k] + 1, self.second[k] + 1, 1 + self.m + k
+            s[at] = once * a[at] + twice * a[i] * a[j]
 
     def _multiply(self, a: Flat, b: Flat, s: Flat) -> None:
         m = self.m
@@ -243,43 +243,34 @@ class FactorProof:
             s[at] = a[0] * b[at] + a[at] * b[0] + a[i] * b[j] + a[j] * b[i]
 
     def _bound(self, size: float) -> None:
-        # What value and derivatives of each step are at most, in the box at the middle, where it is
-        # not farther than a size.
-        m, width, pairs = self.m, self.width, self.pairs
-        for i in range(self.end + 1):
+        # What value and derivatives of each step are at most, in the box at the middle, no farther
+        # from there than a size.
+        for i in range(self.start, self.end + 1):
             if self.kinds[i] != 2:
                 continue
             operation, number = self.operations[3 * i], abs(self.constants[i])
-            first = self.operations[3 * i + 1]
-            s = arrays.after(self.bounds, i * width)
+            first, here = self.operations[3 * i + 1], abs(self.steps[i * self.width])
+            s = arrays.after(self.bounds, i * self.width)
             if operation == places.JOINT:
-                for k in range(width):
+                for k in range(self.width):
                     s[k] = 0.0
                 scale, j = self.task.column_scale[first], self.place[first]
-                s[0] = abs(self.steps[i * width]) + number * scale * self.half[j]
+                s[0] = here + number * scale * self.half[j]
                 s[1 + j] = number * scale
                 continue
-            a = arrays.after(self.bounds, first * width)
-            b = arrays.after(self.bounds, self.operations[3 * i + 2] * width)
-            if operation == places.SUM or operation == places.DIFFERENCE:
-                for k in range(width):
-                    s[k] = a[k] + b[k]
-            elif operation == places.NEGATIVE:
-                for k in range(width):
-                    s[k] = a[k]
-            elif operation == places.QUOTIENT:
-                for k in range(width):
-                    s[k] = a[k] / b[0]
-            elif operation == places.PRODUCT:
+            a = arrays.after(self.bounds, first * self.width)
+            b = arrays.after(self.bounds, self.operations[3 * i + 2] * self.width)
+            if operation >= places.SINE:
+                change = min(number * self._change(a, size), 1.0)
+                other = math.sqrt(max(1.0 - here * here, 0.0))
+                self._bound_turn(number, min(here + change, 1.0), min(other + change, 1.0), a, s)
+                continue
+            if operation == places.PRODUCT:
                 self._multiply(a, b, s)
                 self._multiply_cubes(a, b, s)
             else:
-                change = min(number * self._change(a, size), 1.0)
-                here = abs(self.steps[i * width])
-                other = math.sqrt(max(1.0 - here * here, 0.0))
-                self._bound_turn(number, min(here + change, 1.0), min(other + change, 1.0), a, s)
-            if operation < places.SINE:
-                s[0] = min(s[0], abs(self.steps[i * width]) + self._change(s, size))
+                _combine_sizes(operation, self.width, a, b, s)
+            s[0] = min(s[0], here + self._change(s, size))
 
     def _change(self, bound: Flat, size: float) -> float:
         # By how much a step changes at most, by the bound of its slope.
@@ -294,7 +285,11 @@ class FactorProof:
         for k in range(self.triples):
             i, j = self.first[self.pairs + k], self.second[self.pairs + k]
             l, at = self.third[self.pairs + k], 1 + m + self.pairs + k
-            ij, il, jl = 1 + m + self._pair(i, j), 1 + m + self._pair(i, l), 1 + m + self._pair(j, l)
+            ij, il, jl = (
+                1 + m + self._pair(i, j),
+                1 + m + self._pair(i, l),
+                1 + m + self._pair(j, l),
+            )
             s[at] = a[0] * b[at] + a[at] * b[0]
             s[at] += a[1 + i] * b[jl] + a[1 + j] * b[il] + a[1 + l] * b[ij]
             s[at] += b[1 + i] * a[jl] + b[1 + j] * a[il] + b[1 + l] * a[ij]
@@ -312,7 +307,11 @@ class FactorProof:
         for k in range(self.triples):
             i, j = self.first[self.pairs + k], self.second[self.pairs + k]
             l, at = self.third[self.pairs + k], 1 + m + self.pairs + k
-            ij, il, jl = 1 + m + self._pair(i, j), 1 + m + self._pair(i, l), 1 + m + self._pair(j, l)
+            ij, il, jl = (
+                1 + m + self._pair(i, j),
+                1 + m + self._pair(i, l),
+                1 + m + self._pair(j, l),
+            )
             s[at] = once * a[at] + cubed * a[1 + i] * a[1 + j] * a[1 + l]
             s[at] += twice * (a[1 + i] * a[jl] + a[1 + j] * a[il] + a[1 + l] * a[ij])
 
@@ -428,3 +427,23 @@ class FactorProof:
         top[widest] -= top[m + widest]
         other[widest] += top[m + widest]
         self.waiting += 1
+
+
+def _combine(operation: int, count: int, a: Flat, b: Flat, s: Flat) -> None:
+    # The operations that are linear: a quotient's divisor is constant.
+    for k in range(count):
+        if operation == places.SUM:
+            s[k] = a[k] + b[k]
+        elif operation == places.DIFFERENCE:
+            s[k] = a[k] - b[k]
+        else:
+            s[k] = -a[k] if operation == places.NEGATIVE else a[k] / b[0]
+
+
+def _combine_sizes(operation: int, count: int, a: Flat, b: Flat, s: Flat) -> None:
+    # Of what they are at most.
+    for k in range(count):
+        if operation == places.SUM or operation == places.DIFFERENCE:
+            s[k] = a[k] + b[k]
+        else:
+            s[k] = a[k] if operation == places.NEGATIVE else a[k] / b[0]

@@ -67,7 +67,7 @@ MORE_CHARTS, WIDER_SPREAD, WIDER, NEAR_BY = 128, 1.0, 2.0, 0.1
 # Of starts that lead to farther ones than that by this share none is given up: along a motion they
 # may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.1, 0.4
-ZEROS, ZEROS_APART = 3, 0.2
+ZEROS, FEW_ZEROS, ZEROS_APART = 3, 1, 0.2
 # Of zeros of more dimensions than the first the atlas has too few, and beside a saddle nearer than
 # the second, rad, of others too: there the second order of a factor says where to begin.
 NARROW, FINE = 2, 0.1
@@ -524,7 +524,8 @@ class NearestSearch:
                     self.d[j] = 0.0
                 self._go_to_zero(f, WIDE)
             near = min(self.distance, HORIZON)
-            count: int = self._pick_charts(f, near + ZEROS_APART, ZEROS)
+            most = ZEROS if dimension > NARROW else FEW_ZEROS
+            count: int = self._pick_charts(f, near + ZEROS_APART, most)
             for k in range(count):
                 if self.scores[k] > WIDE * self.distance:
                     break
