@@ -532,6 +532,22 @@ def test_a_factor_of_few_joints_has_no_zero_nearer_than_is_said(name):
         assert np.all(there * here > 0.0)
 
 
+@pytest.mark.parametrize(
+    ('name', 'q', 'distance'),
+    [
+        ('rrp_elementary', [0.0, math.pi, 0.2907562057], 0.6907562057),
+        ('spherical_rrp', [-math.pi / 2, -math.pi / 2, 0.3394281], 0.3394281),
+    ],
+)
+def test_where_two_directions_are_lost_at_once_the_zero_of_a_factor_is_found(name, q, distance):
+    # The least singular value has no slope where the boom is vertical and has no length.
+    robot = robot_of(name)
+    found = ks.singularity(robot, [q])
+    assert found.decided
+    assert found.distance[0] * robot.task.column_scales[2] == pytest.approx(distance, abs=1e-9)
+    assert share(robot, found.nearest_singular)[0] < SINGULAR
+
+
 def test_a_factor_that_cannot_be_bounded_decides_nothing():
     # Newton's method finds no zero of a root; its derivatives have no bound there.
     text = (

@@ -543,7 +543,13 @@ class NearestSearch:
         self.distance, self.standing = places.INFINITY, False
         self._run(STEPS, LONGEST, True)
         self.stands_for = -1
-        if not self.found():
+        if self.found():
+            return
+        # Where two directions are lost at once the least singular value may have no slope.
+        self.equations.move_to(self.origin, self.nearest)
+        if self.equations.are_singular(SINGULAR):
+            self.distance = self.free
+        else:
             self.complete = False
 
     def _prove_factors(self) -> None:
