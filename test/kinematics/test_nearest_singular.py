@@ -532,6 +532,28 @@ def test_a_factor_of_few_joints_has_no_zero_nearer_than_is_said(name):
         assert np.all(there * here > 0.0)
 
 
+@pytest.mark.parametrize('name', [*FACTORED, 'offset_stanford_printed'])
+def test_the_proof_of_a_factor_is_refuted_by_no_zero(name):
+    # Of radii up to beyond the truth: where samples of the ball have another sign it is none.
+    robot, random = robot_of(name), np.random.default_rng(29)
+    tape, n = robot.factors.tape, robot.dof
+    for q in random_poses(robot, 40, seed=29):
+        for f in range(tape.factors):
+            counts = np.zeros(n)
+            counts[: tape.joints] = tape.dependences[f]
+            way = random.normal(size=(4000, n)) * counts
+            way *= random.uniform(size=4000)[:, None] ** 0.3 / np.linalg.norm(way, axis=1)[:, None]
+            here = robot.factors.evaluate(q[None])[0, f, 0]
+            for radius in (0.01, 0.1, 0.3, 0.6, 0.8, 1.0):
+                there = robot.factors.evaluate(q + radius * way * robot.task.column_scales)
+                least = np.min(there[:, f, 0] * np.sign(here))
+                says = kernel.prove_factor(tape, robot.task.kernel_rows, f, counts, q, radius, 5000)
+                if least <= 0.0:
+                    assert says != kernel.PROVED
+                elif least > 0.2 * abs(here):
+                    assert says == kernel.PROVED
+
+
 @pytest.mark.parametrize(
     ('name', 'q', 'distance'),
     [

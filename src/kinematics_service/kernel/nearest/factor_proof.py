@@ -8,7 +8,7 @@ value, slope and curvature in the middle, and by what its third derivatives are 
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers
+from ..layout.arrays import Flat, FlatIntegers, Floats
 from ..measures import factors
 from ..measures.factors import Tape
 from ..measures.task_rows import TaskRows
@@ -447,3 +447,26 @@ def _combine_sizes(operation: int, count: int, a: Flat, b: Flat, s: Flat) -> Non
             s[k] = a[k] + b[k]
         else:
             s[k] = a[k] if operation == places.NEGATIVE else a[k] / b[0]
+
+
+def prove_factor(
+    tape: Tape, task: TaskRows, f: int, counts: Floats, q: Floats, radius: float, boxes: int
+) -> int:
+    """
+    Return what so many boxes say of a factor within a radius of q (n,).
+
+    `counts` (n,) as `FactorProof.begin` has it.
+    """
+    arrays.given(tape)
+    arrays.given(task)
+    n = task.joints
+    if not 0 <= f < tape.factors or tape.joints > n:
+        raise TypeError('the arrays of a proof do not go together')
+    counted, positions = arrays.numbers(counts, n), arrays.numbers(q, n)
+    proof = FactorProof(tape, task)
+    way = arrays.scratch(n)
+    state = places.OPEN
+    if proof.begin(f, counted, positions, radius):
+        state = proof.go_on(radius, boxes, way)
+    arrays.give_back(way)
+    return state
