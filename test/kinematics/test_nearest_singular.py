@@ -547,11 +547,49 @@ def test_the_proof_of_a_factor_is_refuted_by_no_zero(name):
             for radius in (0.01, 0.1, 0.3, 0.6, 0.8, 1.0):
                 there = robot.factors.evaluate(q + radius * way * robot.task.column_scales)
                 least = np.min(there[:, f, 0] * np.sign(here))
-                says = kernel.prove_factor(tape, robot.task.kernel_rows, f, counts, q, radius, 5000)
+                says = kernel.prove_factor(
+                    tape, robot.task.kernel_rows, f, counts, q, radius, 5000
+                )
                 if least <= 0.0:
                     assert says != kernel.PROVED
                 elif least > 0.2 * abs(here):
                     assert says == kernel.PROVED
+
+
+@pytest.mark.parametrize('name', [*FACTORED, 'offset_stanford_printed'])
+def test_a_zero_just_inside_the_radius_is_not_proved_away(name):
+    robot = robot_of(name)
+    tape = robot.factors.tape
+    q = random_poses(robot, 250, seed=37)
+    found = ks.singularity(robot, q)
+    near = np.isfinite(found.nearest_singular[:, 0])
+    assert np.sum(near) > 100
+    there = np.abs(robot.factors.evaluate(found.nearest_singular[near])[..., 0])
+    for one, away, values in zip(q[near], found.distance[near], there):
+        f = int(np.argmin(values))
+        counts = np.zeros(robot.dof)
+        counts[: tape.joints] = tape.dependences[f]
+        task = robot.task.kernel_rows
+        assert kernel.prove_factor(tape, task, f, counts, one, 1.0005 * away, 300) != kernel.PROVED
+
+
+@pytest.mark.parametrize(('radius', 'proved'), [(0.5, True), (0.6, True), (0.75, False)])
+def test_what_slope_and_curvature_do_not_see_is_not_proved_away(radius, proved):
+    # f = 1 + cos 8x + 0.3 sin 4x has a minimum of 0.3 at pi/8 and one below zero at 3 pi/8: its
+    # nearest zero is 0.6898 away. cos 8x is written as c*c - s*s.
+    task = robot_of('planar_2r').task.kernel_rows
+    one, c, s, share = (kernel.CONSTANT, 0, 0), (kernel.COSINE, 0, 0), (kernel.SINE, 0, 0), 0.3
+    steps = [
+        (kernel.JOINT, 1, 0),
+        *(c, s, (kernel.PRODUCT, 1, 1), (kernel.PRODUCT, 2, 2), (kernel.DIFFERENCE, 3, 4)),
+        *(one, (kernel.PRODUCT, 6, 2), (kernel.SUM, 5, 7), one, (kernel.SUM, 8, 9)),
+    ]
+    numbers = np.ones(len(steps))
+    numbers[[1, 2, 6]] = 4.0, 4.0, share
+    tape = kernel.Tape(np.array(steps).ravel(), numbers, np.array([len(steps) - 1]))
+    q = np.array([0.0, math.pi / 8])
+    says = kernel.prove_factor(tape, task, 0, np.array([0.0, 1.0]), q, radius, 200)
+    assert (says == kernel.PROVED) == proved
 
 
 @pytest.mark.parametrize(
