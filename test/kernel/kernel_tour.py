@@ -173,6 +173,10 @@ def poses_and_measures(robot: Robot, random: np.random.Generator):
             ks.forward_kinematics(robot, q[k])
         if robot.factors:
             robot.factors.evaluate(q[:SINGLY])
+        if robot.factors and robot.factors.tape.factors:
+            tape, counts = robot.factors.tape, np.zeros(robot.dof)
+            counts[: tape.joints] = tape.dependences[0]
+            kernel.prove_factor(tape, robot.task.kernel_rows, 0, counts, q[0].copy(), 0.5, 30)
     kernel.quaternions(
         batch.link_frames.reshape(-1, 4, 4), np.empty((q.shape[0] * robot.chain.frames, 4))
     )
