@@ -506,6 +506,184 @@ def test_where_a_file_lists_all_factors_no_determinant_changes_its_sign_nearer()
         assert np.all(np.linalg.det(brute_force.scaled_jacobian(robot, there)) * within[1] > 0.0)
 
 
+FACTORED = [
+    *('craig_3r', 'offset_stanford_dh', 'parallelogram_left', 'planar_2r', 'puma560'),
+    *('rrp_elementary', 'ur5e'),
+]
+
+
+@pytest.mark.parametrize('name', FACTORED)
+def test_a_factor_of_few_joints_has_no_zero_nearer_than_is_said(name):
+    robot, random = robot_of(name), np.random.default_rng(23)
+    q = random_poses(robot, 300, seed=23)
+    turns = np.array(robot.joint_types) == 'revolute'
+    q[:150, turns] = (math.pi / 4 * random.integers(-4, 5, (150, robot.dof)))[:, turns]
+    q[50:150] += random.normal(size=(100, robot.dof)) * 0.03
+    found = ks.singularity(robot, q)
+    assert np.mean(found.decided) > 0.99
+    # As far as it says, but for a tenth, in any direction, no factor has another sign.
+    far = found.decided & (found.distance > 1e-6)
+    q, radius = q[far], found.distance[far] / 1.1
+    here = robot.factors.evaluate(q)[..., 0]
+    for _ in range(300):
+        way = random.normal(size=q.shape)
+        way *= (radius * random.uniform(size=len(q)) ** 0.3 / np.linalg.norm(way, axis=1))[:, None]
+        there = robot.factors.evaluate(q + way * robot.task.column_scales)[..., 0]
+        assert np.all(there * here > 0.0)
+
+
+@pytest.mark.parametrize('name', [*FACTORED, 'offset_stanford_printed'])
+def test_the_proof_of_a_factor_is_refuted_by_no_zero(name):
+    # Of radii up to beyond the truth: where samples of the ball have another sign it is none.
+    robot, random = robot_of(name), np.random.default_rng(29)
+    tape, n = robot.factors.tape, robot.dof
+    for q in random_poses(robot, 40, seed=29):
+        for f in range(tape.factors):
+            counts = np.zeros(n)
+            counts[: tape.joints] = tape.dependences[f]
+            way = random.normal(size=(4000, n)) * counts
+            way *= random.uniform(size=4000)[:, None] ** 0.3 / np.linalg.norm(way, axis=1)[:, None]
+            here = robot.factors.evaluate(q[None])[0, f, 0]
+            for radius in (0.01, 0.1, 0.3, 0.6, 0.8, 1.0):
+                there = robot.factors.evaluate(q + radius * way * robot.task.column_scales)
+                least = np.min(there[:, f, 0] * np.sign(here))
+                says = kernel.prove_factor(
+                    tape, robot.task.kernel_rows, f, counts, q, radius, 5000
+                )
+                if least <= 0.0:
+                    assert says != kernel.PROVED
+                elif least > 0.2 * abs(here):
+                    assert says == kernel.PROVED
+
+
+@pytest.mark.parametrize('name', [*FACTORED, 'offset_stanford_printed'])
+def test_a_zero_just_inside_the_radius_is_not_proved_away(name):
+    robot = robot_of(name)
+    tape = robot.factors.tape
+    q = random_poses(robot, 250, seed=37)
+    found = ks.singularity(robot, q)
+    near = np.isfinite(found.nearest_singular[:, 0])
+    assert np.sum(near) > 100
+    there = np.abs(robot.factors.evaluate(found.nearest_singular[near])[..., 0])
+    for one, away, values in zip(q[near], found.distance[near], there):
+        f = int(np.argmin(values))
+        counts = np.zeros(robot.dof)
+        counts[: tape.joints] = tape.dependences[f]
+        task = robot.task.kernel_rows
+        assert kernel.prove_factor(tape, task, f, counts, one, 1.0005 * away, 300) != kernel.PROVED
+
+
+@pytest.mark.parametrize(('radius', 'proved'), [(0.5, True), (0.6, True), (0.75, False)])
+def test_what_slope_and_curvature_do_not_see_is_not_proved_away(radius, proved):
+    # f = 1 + cos 8x + 0.3 sin 4x has a minimum of 0.3 at pi/8 and one below zero at 3 pi/8: its
+    # nearest zero is 0.6898 away. cos 8x is written as c*c - s*s.
+    task = robot_of('planar_2r').task.kernel_rows
+    one, c, s, share = (kernel.CONSTANT, 0, 0), (kernel.COSINE, 0, 0), (kernel.SINE, 0, 0), 0.3
+    steps = [
+        (kernel.JOINT, 1, 0),
+        *(c, s, (kernel.PRODUCT, 1, 1), (kernel.PRODUCT, 2, 2), (kernel.DIFFERENCE, 3, 4)),
+        *(one, (kernel.PRODUCT, 6, 2), (kernel.SUM, 5, 7), one, (kernel.SUM, 8, 9)),
+    ]
+    numbers = np.ones(len(steps))
+    numbers[[1, 2, 6]] = 4.0, 4.0, share
+    tape = kernel.Tape(np.array(steps).ravel(), numbers, np.array([len(steps) - 1]))
+    q = np.array([0.0, math.pi / 8])
+    says = kernel.prove_factor(tape, task, 0, np.array([0.0, 1.0]), q, radius, 200)
+    assert (says == kernel.PROVED) == proved
+
+
+@pytest.mark.parametrize(
+    ('name', 'q', 'distance'),
+    [
+        ('rrp_elementary', [0.0, math.pi, 0.2907562057], 0.6907562057),
+        ('spherical_rrp', [-math.pi / 2, -math.pi / 2, 0.3394281], 0.3394281),
+    ],
+)
+def test_where_two_directions_are_lost_at_once_the_zero_of_a_factor_is_found(name, q, distance):
+    # The least singular value has no slope where the boom is vertical and has no length.
+    robot = robot_of(name)
+    found = ks.singularity(robot, [q])
+    assert found.decided
+    assert found.distance[0] * robot.task.column_scales[2] == pytest.approx(distance, abs=1e-9)
+    assert share(robot, found.nearest_singular)[0] < SINGULAR
+
+
+def test_a_factor_that_cannot_be_bounded_decides_nothing():
+    # Newton's method finds no zero of a root; its derivatives have no bound there.
+    text = (
+        'robot: rooted\nsource: test\nconvention: standard\n'
+        'joints:\n  - {name: j1, variable: q1, type: revolute}\n'
+        '  - {name: j2, variable: q2, type: revolute}\n'
+        'links:\n  - {a: 1, alpha: 0, d: 0, theta: q1}\n  - {a: 1, alpha: 0, d: 0, theta: q2}\n'
+        'singularity:\n  factors:\n    - {name: elbow, expression: sqrt(1 - cos(q2)*cos(q2))}\n'
+    )
+    robot = ks.robot_from_text(text)
+    assert robot.factors.complete
+    for found in (ks.singularity(robot, [0.2, 0.5]), ks.singularity(robot, [[0.2, 0.5]])):
+        assert not np.any(found.decided & (found.distance > 0.55))
+
+
+def test_without_boxes_for_its_proof_nothing_is_decided_and_with_them_the_nearest_is_found():
+    # The slope leads to the elbow, 0.0275 away; the shoulder's zero is behind a saddle.
+    robot = robot_of('puma560')
+    q = np.array([SADDLES_OF_FACTORS[-1][1]])
+    for boxes, decided, distance in ((0, False, 0.027515416), (200, True, 0.023801056)):
+        search = kernel.NearestSearch(robot.arm)
+        search.boxes = boxes
+        found = along(robot, q, search)
+        assert found.distance[0] == pytest.approx(distance, rel=1e-6)
+        assert found.decided[0] == decided
+
+
+def test_along_a_motion_what_is_decided_is_not_beyond_the_truth_by_more_than_a_tenth():
+    # What is proved at one pose holds at the next ones but for what the joints have moved.
+    robot = robot_of('ur5e')
+    for q in short_motions(robot, seed=3):
+        live, alone = along(robot, q), ks.singularity(robot, q)
+        true = np.minimum(alone.distance, 1.0)
+        assert not np.any(live.decided & (live.distance > 1.1 * true + 1e-9))
+
+
+@pytest.mark.parametrize(
+    ('q', 'distance'),
+    [
+        (
+            [2.356241551, -1.5942e-05, 1.570875735, 1.570840278, -3.141796706, 3.141540573],
+            0.104804547,
+        ),
+        (
+            [-0.004692928, -3.143760744, 1.567351213, -0.800130882, -0.002582921, -0.768231596],
+            0.104110573,
+        ),
+        (
+            [-1.569611169, 0.000351174, 1.586361788, -1.587427964, 3.1399146, -0.00569261],
+            0.119015869,
+        ),
+    ],
+)
+def test_beside_a_pose_that_errors_leave_all_but_singular_the_nearest_is_found(q, distance):
+    # The least singular value is 1e-4, and a saddle; the nearest singular poses are far for that.
+    robot = with_errors(PUMA, 1e-4, seed=21)
+    found = ks.singularity(robot, [q])
+    by_force, _ = brute_force.nearest_singular(robot, np.array([q]), starts=24, known=12)
+    assert by_force[0] == pytest.approx(distance, rel=1e-3)
+    assert found.decided
+    assert found.distance[0] == pytest.approx(distance, rel=1e-3)
+
+
+def test_of_two_joints_about_one_axis_none_moves_on_the_way_to_a_singular_pose():
+    robot = robot_of('six_joint_dh')
+    q = random_poses(robot, 40, seed=5)
+    found = ks.singularity(robot, q)
+    by_force, _ = brute_force.nearest_singular(robot, q, starts=6, known=6)
+    near = np.isfinite(found.nearest_singular[:, 0])
+    assert np.sum(near) > 20
+    assert np.max(share(robot, found.nearest_singular[near])) < SINGULAR
+    # Before a run ends elimination may turn them by a little, which changes nothing.
+    np.testing.assert_allclose(found.nearest_singular[near][:, :2], q[near][:, :2], atol=1e-3)
+    assert not np.any(found.decided & (found.distance > 1.1 * np.minimum(by_force, 1.0) + 1e-9))
+
+
 def test_where_none_is_found_and_it_is_not_decided_no_number_is_given():
     # Two singular values all but vanish together: each run goes round there.
     robot = robot_of('kinova_gen3')

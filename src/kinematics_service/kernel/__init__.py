@@ -69,6 +69,7 @@ from .messages import observe_bytes as observe_bytes
 from .nearest.arm import Arm as Arm
 from .nearest.clearance import Clearance as Clearance
 from .nearest.clearance import clearances as clearances
+from .nearest.factor_proof import prove_factor as prove_factor
 from .nearest.nearest_singular import NearestSearch as NearestSearch
 from .observing import observe as observe
 from .outgoing import OutgoingMessages as OutgoingMessages

@@ -145,7 +145,7 @@ class _TapeBuilder:
 
     def _step(self, node: ast.expr, operands: Sequence[int]) -> int:
         first = operands[0] if operands else 0
-        second = operands[1] if len(operands) > 1 else 0
+        second = operands[1] if len(operands) > 1 else first
         match node:
             case ast.Constant():
                 return self._append(kernel.CONSTANT, 0, 0, float(str(node.value)))
@@ -157,7 +157,7 @@ class _TapeBuilder:
             case ast.Name():
                 return self._append(kernel.CONSTANT, 0, 0, self._constants[node.id])
             case ast.UnaryOp(op=ast.USub()):
-                return self._append(kernel.NEGATIVE, first, 0, 1.0)
+                return self._append(kernel.NEGATIVE, first, first, 1.0)
             case ast.UnaryOp():
                 return first
             case ast.BinOp():

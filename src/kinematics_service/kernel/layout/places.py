@@ -99,6 +99,10 @@ POSITION_3, SPHERICAL_WRIST, PARALLEL_AXES = range(3)
 # Most candidates there can be: 2 x 4 of three joints, doubled by a wrist.
 MOST_CANDIDATES = 32
 
+# What a proof that a factor has no zero nearby says: it is one, the sign was another somewhere, or
+# neither so far.
+PROVED, CHANGED, OPEN = range(3)
+
 # What `take_target` says of a target.
 FINE, NOT_FINE, NOT_RIGID, ROUGH = range(4)
 

@@ -34,6 +34,14 @@ def _dependences(table: Integers, joints: int) -> npt.NDArray[np.bool_]:
     return depends
 
 
+def _begins(table: Integers, ends: Integers) -> Integers:
+    # The first step that each factor needs.
+    firsts = np.arange(len(table))
+    for i in np.flatnonzero(table[:, 0] > places.JOINT):
+        firsts[i] = min(firsts[table[i, 1]], firsts[table[i, 2]])
+    return firsts[ends].astype(np.int64)
+
+
 class Tape:
     """
     A list of elementary operations, whose last results are the factors of an arm: frozen.
@@ -46,8 +54,8 @@ class Tape:
         Operation and operands of each step: earlier steps, or a joint.
     constants : shape (steps,)
         The constant, or the scale, of each step.
-    ends : shape (factors,)
-        The step that holds each factor's value.
+    begins, ends : shape (factors,)
+        The first step that each factor needs, and the one that holds its value.
     steps, factors
         Their number.
     joints
@@ -60,26 +68,34 @@ class Tape:
         table = operations.reshape(-1, 3)
         if len(table) != len(constants) or not _goes_together(table, ends):
             raise TypeError('the arrays of a tape do not go together')
-        self._arrays: tuple[object, ...] = operations, constants, ends
+        begins = _begins(table, ends)
+        self._arrays: tuple[object, ...] = operations, constants, ends, begins
         self.steps: int = len(constants)
         self.factors: int = len(ends)
         self.joints: int = int(np.max(table[table[:, 0] == places.JOINT, 1], initial=-1)) + 1
         self.dependences: npt.NDArray[np.bool_] = _dependences(table, self.joints)[ends]
         self.operations: FlatIntegers = arrays.whole(operations, 3 * self.steps)
         self.constants: Flat = arrays.numbers(constants, self.steps)
+        self.begins: FlatIntegers = arrays.whole(begins, self.factors)
         self.ends: FlatIntegers = arrays.whole(ends, self.factors)
 
 
 def run_tape(tape: Tape, n: int, q: Flat, steps: Flat) -> None:
     """Fill `steps` with gradient and, last, value of each step of a tape at q (n,)."""
-    _run_tape(tape, n, q, steps, 1)
+    _run_tape(tape, n, q, steps, 1, 0, tape.steps)
 
 
-def _run_tape(tape: Tape, n: int, q: Flat, steps: Flat, lanes: int) -> bool:
-    # Returns False if an angle is too large for several lanes at once.
+def run_factor(tape: Tape, f: int, n: int, q: Flat, steps: Flat) -> None:
+    """Do what `run_tape` does, of those steps alone that a factor is made of."""
+    _run_tape(tape, n, q, steps, 1, tape.begins[f], tape.ends[f] + 1)
+
+
+def _run_tape(tape: Tape, n: int, q: Flat, steps: Flat, lanes: int, begin: int, end: int) -> bool:
+    # Those of a tape from one step up to another; returns False if an angle is too large for
+    # several lanes at once.
     width = (n + 1) * lanes
     da, db = [0.0] * 16, [0.0] * 16  # one number of LANES poses
-    for i in range(tape.steps):
+    for i in range(begin, end):
         operation, number = tape.operations[3 * i], tape.constants[i]
         first, second = tape.operations[3 * i + 1], tape.operations[3 * i + 2]
         step = arrays.after(steps, i * width)
@@ -209,7 +225,7 @@ def _judge_factors(
     tape: Tape, task: TaskRows, distances: int, q: Flat, judged: Flat, steps: Flat, lanes: int
 ) -> bool:
     n = task.joints
-    if not _run_tape(tape, n, q, steps, lanes):
+    if not _run_tape(tape, n, q, steps, lanes, 0, tape.steps):
         return False
     for f in range(tape.factors):
         step = arrays.after(steps, tape.ends[f] * (n + 1) * lanes)

@@ -55,7 +55,7 @@ def go(
     for turn in range(STEPS):
         for j in range(n):
             q[j] = origin[j] + task.column_scale[j] * d[j]
-        factors.run_tape(tape, n, q, values)
+        factors.run_factor(tape, f, n, q, values)
         squares, along, whole = 0.0, 0.0, 0.0
         for j in range(n):
             slope = step[j] * task.column_scale[j]

@@ -15,6 +15,7 @@ from ..layout.arrays import Flat, FlatIntegers, Public
 from . import factor_zeros, singular_equations
 from .arm import Arm
 from .atlas import Atlas
+from .factor_proof import FactorProof
 from .singular_equations import SingularEquations
 from .singular_pencil import SingularPencil
 from .singular_quadric import SingularQuadric
@@ -66,7 +67,7 @@ MORE_CHARTS, WIDER_SPREAD, WIDER, NEAR_BY = 128, 1.0, 2.0, 0.1
 # Of starts that lead to farther ones than that by this share none is given up: along a motion they
 # may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.1, 0.4
-ZEROS, ZEROS_APART = 3, 0.2
+ZEROS, FEW_ZEROS, ZEROS_APART = 3, 1, 0.2
 # Of zeros of more dimensions than the first the atlas has too few, and beside a saddle nearer than
 # the second, rad, of others too: there the second order of a factor says where to begin.
 NARROW, FINE = 2, 0.1
@@ -75,10 +76,15 @@ NARROW, FINE = 2, 0.1
 # together go both ways for so many joints at most.
 BENT, VERY_BENT, AROUND, CORNERS = 1.2, 1.7, 2.0, 6
 # Without factors the other side is tried so near only, rad: of what is farther it finds no more.
-NEAR_BENT = 0.15
+NEAR_BENT = 0.25
 # From a direction between those of the two least singular values a search starts where one is lost
 # within this times what was found.
 BETWEEN = 1.5
+# A pose that is all but singular, by this share of the second singular value, though nothing was
+# found nearer than this, rad, is searched as if it were asked for alone: a saddle that errors of a
+# table leave has its nearest singular poses anywhere. Of random poses that is none of a thousand;
+# where more equations than one tell, many along a motion.
+LEAST, THOUGH = 0.01, 0.05
 # So many poses that were found are remembered, those nearer to each other than this share of their
 # distance as one. They are followed along a motion up to this share of the distance; then another
 # search tells whether new ones have come near.
@@ -91,6 +97,9 @@ KEPT, LITTLE_NEARER = 0.03, 0.005
 KNOWN = 0.3
 # What was found agrees with the first order up to this share.
 AGREES = 0.3
+# Of all factors within this share of what was found no zero is, where that is proved: by so many
+# boxes.
+CLEARED, TOLD, BOXES, HALVINGS = 0.95, 1.1, 200, 40
 # What was found in another way serves while the joints move by this share of its distance.
 HELD = 0.05
 
@@ -133,6 +142,7 @@ class NearestSearch:
     by_product: float
     by_least: float
     by_quadric: float
+    smallest: float
     second: float
     slope: float
     missed: float
@@ -153,14 +163,18 @@ class NearestSearch:
         self.here: SingularEquations = SingularEquations(arm.chain, arm.task)
         self.equations: SingularEquations = SingularEquations(arm.chain, arm.task)
         self.quadric: SingularQuadric = SingularQuadric(arm.chain.dof)
+        self.proof: FactorProof = FactorProof(arm.tape, arm.task)
         self.thorough = thorough
+        self.boxes: Public[int] = THOROUGH * BOXES if thorough else BOXES
+        self.cleared: float = 0.0
+        self.pieces: Public[int] = 0
         self.wide, self.apart = WIDE, APART
         self.budget: Public[int] = THOROUGH * ENOUGH if thorough else ENOUGH
         self.n, self.count = arm.chain.dof, self.equations.count
         self.pencil: SingularPencil = SingularPencil(self.n, self.count)
         self.distance, self.complete, self.evaluations = places.INFINITY, True, 0
         self.by_product, self.by_least, self.by_quadric = 0.0, 0.0, 0.0
-        self.second, self.slope = 0.0, 0.0
+        self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
         self.free, self.lasting = 0.0, -1.0
         self.standing, self.stands_for, self.missed = False, -1, places.INFINITY
         self.trap_step, self.left_before = 0.0, places.INFINITY
@@ -272,6 +286,10 @@ class NearestSearch:
         self.evaluations = 0
         if not self._bring_known(q):
             return False
+        if self.arm.factors_complete:
+            # Nearer than what is proved there is nothing, so far as the joints have not moved.
+            cleared = self.cleared - self._moved_from(self.searched, q)
+            return not min(self.distance, HORIZON) > TOLD * cleared or not self.complete
         # What the first order said there already the search has looked at.
         looked_at = self.by_product if self.is_decided() else places.INFINITY
         return not (first_order < MISSED and first_order < NEARER * min(self.distance, looked_at))
@@ -400,6 +418,7 @@ class NearestSearch:
         if not self.here.are_fulfilled(self.first):
             self.by_least = places.INFINITY
         smallest = sigma[k - 1]
+        self.smallest = smallest
         self.second = sigma[k - 2] if k > 1 else places.INFINITY
         self.quadric.stand_at(self.here, self.atlas.counts_of(0))
         self.by_quadric = self.quadric.write_nearest(False, self.curved)
@@ -433,12 +452,18 @@ class NearestSearch:
             self._run_from(self.nearest, self.distance, -1.0, max(0.4 * self.distance, 1e-4))
         if self.count > 1:
             self._run_between_directions()
-        if self.thorough:
+        if self.thorough or self._is_odd():
             self.wide, self.apart = WIDER, NEAR_BY
             self._run_from_known_poses(MORE_CHARTS, WIDER_SPREAD, 20.0)
             self.wide, self.apart = WIDE, APART
+        if self.thorough:
             self._run_with_fewer_joints()
         return settled
+
+    def _is_odd(self) -> bool:
+        # Whether a pose is all but singular, though nothing was found near.
+        all_but = self.count == 1 and self.smallest < LEAST * self.second
+        return all_but and self.distance > THOUGH
 
     def _run_with_fewer_joints(self) -> None:
         # From what was found without the motion of one of its joints.
@@ -499,7 +524,8 @@ class NearestSearch:
                     self.d[j] = 0.0
                 self._go_to_zero(f, WIDE)
             near = min(self.distance, HORIZON)
-            count: int = self._pick_charts(f, near + ZEROS_APART, ZEROS)
+            most = ZEROS if dimension > NARROW else FEW_ZEROS
+            count: int = self._pick_charts(f, near + ZEROS_APART, most)
             for k in range(count):
                 if self.scores[k] > WIDE * self.distance:
                     break
@@ -507,9 +533,7 @@ class NearestSearch:
                 self._go_to_zero(f, WIDE)
             if dimension > NARROW:
                 self._go_from_all_around(f)
-            elif dimension > 0 and 0.0 < self.distance < FINE:
-                self._go_by_second_order(f)
-                self._go_from_all_around(f)
+        self._prove_factors()
         if not self.found():
             return
         # All of it, evaluated: a factor's zero is singular, and the nearest there.
@@ -519,8 +543,53 @@ class NearestSearch:
         self.distance, self.standing = places.INFINITY, False
         self._run(STEPS, LONGEST, True)
         self.stands_for = -1
-        if not self.found():
+        if self.found():
+            return
+        # Where two directions are lost at once the least singular value may have no slope.
+        self.equations.move_to(self.origin, self.nearest)
+        if self.equations.are_singular(SINGULAR):
+            self.distance = self.free
+        else:
             self.complete = False
+
+    def _prove_factors(self) -> None:
+        # That no zero of a factor is nearer, or which is. Of many joints that takes a hundred
+        # boxes: there is time for them where a pose is asked for alone.
+        self.proof.pieces, self.cleared = 0, places.INFINITY
+        for f in range(self.arm.tape.factors):
+            radius = min(CLEARED * self.distance, HORIZON)
+            if not radius > NO_STEP or not (self.thorough or self.atlas.dimension(f) <= NARROW):
+                continue
+            state = places.OPEN
+            if self.proof.begin(f, self.atlas.counts_of(f), self.origin, radius):
+                state = self.proof.go_on(radius, self.boxes, self.d)
+                while state == places.CHANGED:
+                    self._go_to_change(f)
+                    radius = min(CLEARED * self.distance, HORIZON)
+                    state = self.proof.go_on(radius, self.boxes, self.d)
+            self.complete = self.complete and state == places.PROVED
+            self.cleared = radius
+        self.pieces = self.proof.pieces
+
+    def _go_to_change(self, f: int) -> None:
+        # To the nearest zero from the one on the way to a motion d at which the sign is another.
+        low, high = 0.0, 1.0
+        for _ in range(HALVINGS):
+            share = 0.5 * (low + high)
+            if self.proof.changes_at(share, self.d):
+                high = share
+            else:
+                low = share
+        for j in range(self.n):
+            self.d[j] *= high
+            self.motion[j] = self.d[j]
+        self._go_to_zero(f, AROUND)
+        length = singular_equations.length_of(self.motion, self.n)
+        if length < self.distance:
+            for j in range(self.n):
+                self.reached[j] = self.motion[j]
+            self._remember(length)
+            self._keep(length, False)
 
     def _go_by_second_order(self, f: int) -> None:
         # From the point of the factor's quadric that is nearest, and from the one on its other

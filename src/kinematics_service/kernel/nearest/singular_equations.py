@@ -12,6 +12,8 @@ from . import jacobian_changes
 
 # A direction in which the equations change by less than this share of the most is none.
 FLAT = 1e-5
+# Poses at which two turns are compared, and the sine between them below which they are one.
+POSES, SAME = 4, 1e-12
 
 
 class SingularEquations:
@@ -44,6 +46,7 @@ class SingularEquations:
     rank: int
     turns: int
     length: int
+    kept: int
     smallest: float
     largest: float
 
@@ -55,11 +58,11 @@ class SingularEquations:
         self.turns, self.length = min(m, n), max(m, n)
         self.width: int = self.turns + self.length
         self.count: int = self.length - self.rank + 1
-        self.smallest, self.largest = 0.0, 0.0
+        self.smallest, self.largest, self.kept = 0.0, 0.0, 0
         room = 3 * n + chain.frames_at + self.length * self.width + self.turns
         room += 6 + 6 * chain.entries
         room += self.count * (2 * n + self.count + 3) + 3 * m
-        room += 2 * self.turns * self.length + self.turns + self.length
+        room += 2 * self.turns * self.length + 2 * self.turns + self.length
         self.room: Flat = arrays.scratch(room)
         self.q: Flat = self.room
         self.still: Flat = arrays.after(self.q, n)
@@ -78,11 +81,14 @@ class SingularEquations:
         self.M: Flat = arrays.after(self.axes, 3 * m)
         self.B: Flat = arrays.after(self.M, self.turns * self.length)
         orders = arrays.after(self.B, self.turns * self.length)
+        keeps = arrays.after(orders, self.length + self.turns)
         self.order: FlatIntegers = arrays.as_whole(orders)
         self.rows: FlatIntegers = arrays.as_whole(arrays.after(orders, self.length))
+        self.keeps: FlatIntegers = arrays.as_whole(keeps)
         for j in range(n):
             self.still[j] = 0.0
         self._write_axes()
+        self._keep_turns()
 
     def __dealloc__(self) -> None:
         """Give the room back."""
@@ -94,7 +100,7 @@ class SingularEquations:
             self.q[j] = origin[j] + self.task.column_scale[j] * d[j]
         chain_pass.write_jacobian(self.chain, self.q, self.row)
         self._write_scaled()
-        if not (self.rank == self.turns and self._find_directions()):
+        if not (self.rank == self.kept and self._find_directions()):
             singularity.write_directions(self.n, self.task, self.row, self.W, self.sigma)
             self.complete()
 
@@ -105,6 +111,42 @@ class SingularEquations:
             for k in range(3):
                 along = self.task.rotation[3 * k + axis]
                 self.axes[3 * i + k] = along * self.task.row_scale[i]
+
+    def _keep_turns(self) -> None:
+        # The turns that are eliminated: without one whose line in J_t is that of one before it at
+        # each of some poses, as of two joints about one axis. What is left is as singular.
+        self.kept = 0
+        for r in range(self.turns):
+            if self.wide or self.rank == self.turns or not self._follows(r):
+                self.keeps[self.kept] = r
+                self.kept += 1
+
+    def _follows(self, turn: int) -> bool:
+        # Whether a turn is a multiple of one that is kept, everywhere.
+        for k in range(self.kept):
+            same = True
+            for pose in range(POSES):
+                for j in range(self.n):
+                    self.q[j] = (pose + 1.0) * (0.3 + 0.7 * j) * self.task.column_scale[j]
+                chain_pass.write_jacobian(self.chain, self.q, self.row)
+                self._write_scaled()
+                same = same and self._sine_between(turn, self.keeps[k]) < SAME
+            if same:
+                return True
+        return False
+
+    def _sine_between(self, turn: int, other: int) -> float:
+        # Of the directions of two turns in J_t.
+        a, b = arrays.after(self.M, turn * self.length), arrays.after(self.M, other * self.length)
+        squares, along, crossed = 0.0, 0.0, 0.0
+        for i in range(self.length):
+            squares += b[i] * b[i]
+            along += a[i] * b[i]
+        for i in range(self.length):
+            left = a[i] - (along / squares * b[i] if squares > 0.0 else 0.0)
+            crossed += left * left
+        whole = length_of(a, self.length)
+        return math.sqrt(crossed) / whole if whole > 0.0 else 1.0
 
     def _write_scaled(self) -> None:
         # J_t, its turns as rows of M, and how large it is.
@@ -141,17 +183,18 @@ class SingularEquations:
     def _eliminate(self) -> bool:
         # All turns but one, each by the largest pivot that is left; B holds the factors, rows
         # and order say where each stands. False without a pivot.
-        turns, length, M, order, rows = self.turns, self.length, self.B, self.order, self.rows
-        for k in range(turns * length):
+        kept, length, M, order, rows = self.kept, self.length, self.B, self.order, self.rows
+        for k in range(self.turns * length):
             M[k] = self.M[k]
         for i in range(length):
             order[i] = i
         pivot, row, column = 0.0, 0, 0
-        for r in range(turns):
-            rows[r] = r
+        for r in range(kept):
+            rows[r] = self.keeps[r]
+            one = arrays.after(M, rows[r] * length)
             for i in range(length):
-                if abs(M[r * length + i]) > pivot:
-                    pivot, row, column = abs(M[r * length + i]), r, i
+                if abs(one[i]) > pivot:
+                    pivot, row, column = abs(one[i]), r, i
         for step in range(self.rank - 1):
             if not pivot > 0.0:
                 return False
@@ -160,7 +203,7 @@ class SingularEquations:
             chosen = arrays.after(M, rows[step] * length)
             inverse = 1.0 / chosen[order[step]]
             pivot, row, column = 0.0, step + 1, step + 1
-            for r in range(step + 1, turns):
+            for r in range(step + 1, kept):
                 one = arrays.after(M, rows[r] * length)
                 factor = one[order[step]] * inverse
                 one[order[step]] = factor
@@ -175,9 +218,11 @@ class SingularEquations:
         # The turn that the eliminated ones leave nothing of, of length 1; returns what it was.
         turns, length, M, order, rows = self.turns, self.length, self.B, self.order, self.rows
         first = self.rank - 1
+        for r in range(turns):
+            lost[r] = 0.0
         for r in range(first, -1, -1):
             share = 1.0 if r == first else 0.0
-            for s in range(r + 1, turns):
+            for s in range(r + 1, self.kept):
                 share -= M[rows[s] * length + order[r]] * lost[rows[s]]
             lost[rows[r]] = share
         norm = length_of(lost, turns)

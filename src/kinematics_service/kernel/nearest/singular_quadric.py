@@ -122,7 +122,7 @@ class SingularQuadric:
         scale = task.column_scale
         self._count(counts)
         n, m = self.n, self.m
-        factors.run_tape(tape, n, q, work)
+        factors.run_factor(tape, f, n, q, work)
         step = arrays.after(work, tape.ends[f] * (n + 1))
         sign = 1.0 if step[n] >= 0.0 else -1.0
         self.f = sign * step[n]
@@ -134,7 +134,7 @@ class SingularQuadric:
             joint = self.joints[i]
             held = q[joint]
             q[joint] = held + DIFFERENCE * scale[joint]
-            factors.run_tape(tape, n, q, work)
+            factors.run_factor(tape, f, n, q, work)
             q[joint] = held
             for j in range(m):
                 change = sign * step[self.joints[j]] * scale[self.joints[j]] - self.g[j]
