@@ -191,9 +191,7 @@ class BuildIfPossible(build_ext):
         wanted = self._paths()  # where they are built, and where they are copied to
         self.inplace = in_place
         wanted |= self._paths()
-        folders = {path.parent for path in wanted} | {
-            file.resolve().parent for file in source_files()
-        }
+        folders = {path.parent for path in wanted}
         # Half of the time of translating would be the search for circles of dead objects.
         collected = gc.isenabled()
         gc.disable()
@@ -210,7 +208,7 @@ class BuildIfPossible(build_ext):
                 gc.enable()
         # Left of another build they would be imported, not the source of that name.
         for folder in folders:
-            for path in set(folder.glob(f'*{sysconfig.get_config_var("EXT_SUFFIX")}')) - wanted:
+            for path in set(folder.rglob(f'*{sysconfig.get_config_var("EXT_SUFFIX")}')) - wanted:
                 path.unlink()
 
     def _paths(self) -> set[Path]:

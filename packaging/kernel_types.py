@@ -248,7 +248,8 @@ class KernelTypes:
                 of = f'{place.rstrip(".")}.{module}' if name else place
                 lines.append(f'from {of} import {name or module}')
             elif name and name not in self.classes and self.units.unit_of[module] != unit:
-                lines.append(f'from .{self.units.unit_of[module]} import {name}')
+                joined = self.units.name_of(module, name)
+                lines.append(f'from .{self.units.unit_of[module]} import {joined}')
         return list(dict.fromkeys(lines))
 
     def _imported(self, unit: str) -> list[tuple[str, str]]:

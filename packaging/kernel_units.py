@@ -106,7 +106,6 @@ class _Renaming(ast.NodeTransformer):
 
     def __init__(self, units: KernelUnits, file: str) -> None:
         self.units, self.file = units, file
-        self.names = units._plain_names(file)
         self.imports = units.imports(file)
         self.local: set[str] = set()
 
@@ -126,8 +125,9 @@ class _Renaming(ast.NodeTransformer):
         return node
 
     def visit_Name(self, node: ast.Name) -> ast.Name:
-        if node.id in self.names and node.id not in self.local:
-            node.id = self.units.name_of(self.file, node.id)
+        file, name = self.imports.get(node.id, (self.file, node.id))
+        if name and node.id not in self.local:
+            node.id = self.units.name_of(file, name)
         return node
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
@@ -138,6 +138,8 @@ class _Renaming(ast.NodeTransformer):
             return node
         here, there = self.units.unit_of[self.file], self.units.unit_of[file]
         joined = self.units.name_of(file, node.attr)
+        if joined in self.local:
+            raise TypeError(f'{self.file}.py: {joined} is {of}.{node.attr}, and a variable')
         if here != there:
             self.units.shared[there].add(joined)
             self.units.used[here].add((there, joined))

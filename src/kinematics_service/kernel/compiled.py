@@ -6,6 +6,7 @@ import importlib
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from importlib.machinery import PathFinder
 from pathlib import Path
 from types import FunctionType
 from typing import Any
@@ -45,11 +46,10 @@ def is_stale() -> bool:
 
 @functools.cache
 def _built() -> Any:
-    # What compiled modules were made from, None without them, or for another Python.
-    try:
-        return importlib.import_module('._origin', __package__)
-    except ImportError:
-        return None
+    # What compiled modules were made from, None without them: those of another copy of the
+    # package do not count, which an editable installation would find.
+    name = f'{__package__}._origin'
+    return importlib.import_module(name) if PathFinder.find_spec(name, [str(_FOLDER)]) else None
 
 
 def without_warnings(names: Mapping[str, Any]) -> dict[str, Any]:
