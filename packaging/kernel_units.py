@@ -40,6 +40,7 @@ class KernelUnits:
         exported: set[str],
     ) -> None:
         self.trees, self.exported = trees, exported
+        self._plain_names = {name: plain_names(tree) for name, tree in trees.items()}
         self.unit_of = {name: unit for unit, names in units.items() for name in names}
         self.files = {unit: self._ordered(names) for unit, names in units.items()}
         self.shared: dict[str, set[str]] = {unit: set() for unit in units}
@@ -64,21 +65,11 @@ class KernelUnits:
 
     def name_of(self, file: str, name: str) -> str:
         """Return the name that a function, constant or class of a file has in its unit."""
-        renamed = file in self.unit_of and name in self._plain_names(file)
+        renamed = file in self.unit_of and name in self._plain_names[file]
         if name in self.exported or not renamed:
             return name
         begin = '_' if name[0] == '_' else ''
         return f'{begin}{file.upper() if name.isupper() else file}_{name.removeprefix("_")}'
-
-    def _plain_names(self, file: str) -> set[str]:
-        # What a file defines, apart from its classes.
-        names = set()
-        for node in self.trees[file].body:
-            if isinstance(node, ast.FunctionDef):
-                names.add(node.name)
-            elif isinstance(node, ast.Assign | ast.AnnAssign):
-                names |= names_set_by(node)
-        return names
 
     def _ordered(self, names: Sequence[str]) -> list[str]:
         # Behind those that they import.
@@ -144,6 +135,17 @@ class _Renaming(ast.NodeTransformer):
             self.units.shared[there].add(joined)
             self.units.used[here].add((there, joined))
         return ast.Name(joined, node.ctx)
+
+
+def plain_names(tree: ast.Module) -> set[str]:
+    """Return the names of what a file defines, apart from its classes."""
+    names = set()
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef):
+            names.add(node.name)
+        elif isinstance(node, ast.Assign | ast.AnnAssign):
+            names |= names_set_by(node)
+    return names
 
 
 def names_set_by(node: ast.AST) -> set[str]:

@@ -322,7 +322,8 @@ def test_what_is_packed_as_source_can_be_built(clone):
     with tarfile.open(packed) as archive:
         names = {name.partition('/')[2] for name in archive.getnames()}
     assert {
-        f'packaging/{name}.py' for name in ('kernel_build', 'kernel_types', 'backend')
+        f'packaging/{name}.py'
+        for name in ('kernel_build', 'kernel_types', 'kernel_units', 'backend')
     } <= names
     assert 'package.xml' in names
     assert {
