@@ -107,18 +107,21 @@ def name_of(file: Path) -> str:
 
 
 def units() -> dict[str, list[str]]:
-    """Return the files of each module, seen from the kernel's folder and without their endings."""
+    """
+    Return the files of each module, seen from the kernel's folder and without their endings.
+
+    Raises
+    ------
+    ValueError
+        If `UNITS` names a file that is not there, or has no module for one.
+    """
     names = sorted(name_of(file.with_suffix('')) for file in FOLDER.rglob('*.py'))
     names = [name for name in names if Path(name).name not in (*INCLUDED, *PLAIN)]
     named = {part for parts in UNITS.values() for part in parts}
-    return {
-        unit: [
-            name
-            for name in names
-            if name in parts or name not in named and str(Path(name).parent) in parts
-        ]
-        for unit, parts in UNITS.items()
-    }
+    parts = {name: name if name in named else str(Path(name).parent) for name in names}
+    if wrong := named ^ set(parts.values()):
+        raise ValueError(f'UNITS and the folders of the kernel differ in: {sorted(wrong)}')
+    return {unit: [name for name in names if parts[name] in UNITS[unit]] for unit in UNITS}
 
 
 def extension_modules() -> list[Extension]:

@@ -7,6 +7,7 @@ Classes, and what Python sees, keep their names.
 
 import ast
 import copy
+import graphlib
 from collections.abc import Mapping, Sequence
 
 
@@ -31,6 +32,11 @@ class KernelUnits:
         Names of each unit's functions and constants that others use.
     used
         The units, and names there, of functions and constants of others that each unit uses.
+
+    Raises
+    ------
+    graphlib.CycleError
+        If units, or files of one, import each other.
     """
 
     def __init__(
@@ -43,6 +49,10 @@ class KernelUnits:
         self._plain_names = {name: plain_names(tree) for name, tree in trees.items()}
         self.unit_of = {name: unit for unit, names in units.items() for name in names}
         self.files = {unit: self._ordered(names) for unit, names in units.items()}
+        # Circles of modules cannot be imported.
+        graphlib.TopologicalSorter(
+            {unit: self._imported_by(unit) - {unit} for unit in units}
+        ).prepare()
         self.shared: dict[str, set[str]] = {unit: set() for unit in units}
         self.used: dict[str, set[tuple[str, str]]] = {unit: set() for unit in units}
         self.joined = {
@@ -71,19 +81,17 @@ class KernelUnits:
         begin = '_' if name[0] == '_' else ''
         return f'{begin}{file.upper() if name.isupper() else file}_{name.removeprefix("_")}'
 
+    def _imported_by(self, unit: str) -> set[str]:
+        others = {of for name in self.files[unit] for of, _ in self.imports(name).values()}
+        return {self.unit_of[name] for name in others & self.unit_of.keys()}
+
     def _ordered(self, names: Sequence[str]) -> list[str]:
         # Behind those that they import.
-        ordered: list[str] = []
-
-        def add(name: str) -> None:
-            if name in names and name not in ordered:
-                for other, _ in self.imports(name).values():
-                    add(other)
-                ordered.append(name)
-
-        for name in sorted(names):
-            add(name)
-        return ordered
+        imported = {
+            name: [of for of, _ in self.imports(name).values() if of in names]
+            for name in sorted(names)
+        }
+        return list(graphlib.TopologicalSorter(imported).static_order())
 
     def _renamed(self, node: ast.stmt, file: str) -> ast.stmt:
         renamed = _Renaming(self, file).visit(copy.deepcopy(node))

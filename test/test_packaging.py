@@ -4,6 +4,7 @@ How the kernel comes to be compiled, and what is said where it is not, or not fr
 
 import ast
 import contextlib
+import graphlib
 import importlib.util
 import json
 import os
@@ -567,6 +568,13 @@ def test_names_of_other_files_are_not_taken_for_a_functions_own(small_kernel, to
     file.write_text(file.read_text().replace('fits', 'sums_mean'))
     with pytest.raises(TypeError, match=re.escape('rows.py: sums_mean is sums.mean, and a var')):
         KernelTypes(folder, ('places', 'arrays', 'pairs'), units)
+    # What imports each other has no order.
+    file.write_text(SMALL_KERNEL['rows.py'])
+    sums = folder / 'sums.py'
+    sums.write_text(f'from . import rows\n{sums.read_text()}')
+    with pytest.raises(graphlib.CycleError):
+        KernelTypes(folder, ('places', 'arrays', 'pairs'), units)
+    sums.write_text(SMALL_KERNEL['sums.py'])
     # A variable of a function's own that has the name of a function of the file, or of a file.
     text = SMALL_KERNEL['rows.py'].replace('fits', 'longest')
     file.write_text(f'{text}\ndef other(sums: Sum, mean: float) -> float:\n    return sums.most\n')
@@ -630,6 +638,26 @@ def test_python_sees_the_fields_and_methods_of_exported_classes(small_kernel):
         'cdef (Py_ssize_t, Py_ssize_t) _from(self, double* row) noexcept nogil',
     ):
         assert f'    {line}\n' in written
+
+
+@in_clone
+@pytest.mark.parametrize(
+    ('room', 'files', 'wrong'),
+    [('loops', (), 'loops'), ('loops', ('loops/opening',), 'loops/opening'), ('', (), '')],
+)
+def test_each_file_is_of_a_module(monkeypatch, room, files, wrong):
+    monkeypatch.syspath_prepend(str(ROOT / 'packaging'))
+    monkeypatch.chdir(ROOT)
+    import kernel_build
+
+    if not wrong:
+        names = [name for of in kernel_build.units().values() for name in of]
+        assert len(names) == len(set(names)) > 60
+        return
+    parts = files and (room, *files)
+    monkeypatch.setitem(kernel_build.UNITS, f'_{room}', parts)
+    with pytest.raises(ValueError, match=re.escape(f"differ in: ['{wrong}']")):
+        kernel_build.units()
 
 
 @pytest.mark.slow
