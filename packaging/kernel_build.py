@@ -1,15 +1,19 @@
-"""The kernel's extension modules: compiled where that can be, never in the way."""
+"""
+The kernel's extension modules: compiled where that can be, never in the way.
+
+A module's first line costs as much as some three hundred lines of the kernel: so many files are
+compiled as one, of a room as far as they have the compiler's options in common.
+"""
 
 import gc
 import hashlib
 import os
-import re
 import sys
 import sysconfig
 import threading
 from pathlib import Path
 
-from kernel_types import AVX2, KernelTypes
+from kernel_types import KernelTypes
 from setuptools import Extension
 from setuptools.command.build_ext import build_ext
 from setuptools.errors import ExecError
@@ -34,18 +38,46 @@ OPTIONS = [
 INLINE = '-DCYTHON_INLINE=inline __attribute__((always_inline))'
 # What is made once an arm, and what has others do its arithmetic: the compiler takes half its time
 # without its highest level, and a call takes as long.
-PLAINLY = (
-    *('joint_memory', 'messages', 'observing', 'origin', 'outgoing'),
-    *('forward/angles', 'forward/chain', 'inverse/closed_forms', 'inverse/dependence'),
-    *('inverse/joints', 'inverse/posture', 'inverse/searching', 'inverse/servoing'),
-    *('inverse/solutions', 'inverse/solving', 'inverse/targets', 'measures/task_rows'),
-    *('nearest/arm', 'nearest/nearest_closed', 'six_joints/six_joints'),
-)
-AT_FIRST_LEVEL = ['-O1', '-fstrict-aliasing', '-finline-small-functions']
+PLAINLY = ['-O1', '-fstrict-aliasing', '-finline-small-functions']
 # A loop over a few joints takes a tenth longer where several of its steps are computed at once,
-# but here those over LANES poses need it.
-AT_ONCE = (*AVX2, 'measures/factors', 'nearest/atlas')
+# but some of those over LANES poses need it.
+AT_ONCE: list[str] = []
 STEP_BY_STEP = ['-fno-tree-vectorize', '-ftree-slp-vectorize']
+# A pose of closed loops takes 1.04 of the time, and the compiler 1.4, where the steps of Newton's
+# method become one function.
+CALLED = ['-fno-inline-functions', '-fno-inline-functions-called-once']
+CALLED += ['-fno-inline-small-functions', *STEP_BY_STEP]
+# The modules: the files of each, or a room whose other files are compiled in it; those that take
+# longest come first.
+UNITS = {
+    '_nearest': ('nearest',),
+    '_self_motion': ('self_motion',),
+    '_lanes': ('measures/task_rows', 'measures/factors', 'measures/singular_values'),
+    '_six_joints': ('six_joints',),
+    '_atlas': ('nearest/atlas',),
+    '_chain': ('forward/chain', 'layout/blocks'),
+    '_residuals': (
+        *('inverse/roots', 'inverse/three_joints', 'inverse/residuals', 'inverse/refinement'),
+        'inverse/servo_step',
+    ),
+    '_forward': ('forward',),
+    '_inverse': ('inverse',),
+    '_measures': ('measures',),
+    '_messages': ('.',),
+    '_judging': ('evaluation', 'judging'),
+    '_equations': (
+        *('nearest/jacobian_changes', 'nearest/singular_equations', 'nearest/factor_zeros'),
+    ),
+    '_loops': ('loops',),
+    '_chain_pass': ('forward/chain_pass',),
+}
+OPTIONS_OF = {
+    **dict.fromkeys(('_lanes', '_chain_pass', '_atlas'), AT_ONCE),
+    **dict.fromkeys(('_messages', '_inverse', '_chain'), PLAINLY),
+    '_loops': CALLED,
+}
+# What the modules were made from.
+ORIGIN = '_origin'
 # Where it is set, to anything, every access beyond an array, on the heap or the stack, ends the
 # process with its place: see CONTRIBUTING.md.
 CHECKED = 'KINEMATICS_BOUNDSCHECK'
@@ -64,13 +96,6 @@ DIRECTIVES = {
 }
 
 
-def built_from() -> str:
-    """Return the hash of the kernel's source and the files it is of; compiled.py compares it."""
-    files = sorted(name_of(file) for file in source_files())
-    digest = hashlib.sha256(b''.join((FOLDER / name).read_bytes() for name in files)).hexdigest()
-    return ' '.join([digest, *files])
-
-
 def source_files() -> list[Path]:
     """Return the files that the kernel is built from."""
     return [*FOLDER.rglob('*.py'), *FOLDER.rglob('*.pxd')]
@@ -81,30 +106,49 @@ def name_of(file: Path) -> str:
     return file.relative_to(FOLDER).as_posix()
 
 
+def units() -> dict[str, list[str]]:
+    """
+    Return the files of each module, seen from the kernel's folder and without their endings.
+
+    Raises
+    ------
+    ValueError
+        If `UNITS` names a file that is not there, or has no module for one.
+    """
+    names = sorted(name_of(file.with_suffix('')) for file in FOLDER.rglob('*.py'))
+    names = [name for name in names if Path(name).name not in (*INCLUDED, *PLAIN)]
+    named = {part for parts in UNITS.values() for part in parts}
+    parts = {name: name if name in named else str(Path(name).parent) for name in names}
+    if wrong := named ^ set(parts.values()):
+        raise ValueError(f'UNITS and the folders of the kernel differ in: {sorted(wrong)}')
+    return {unit: [name for name in names if parts[name] in UNITS[unit]] for unit in UNITS}
+
+
 def extension_modules() -> list[Extension]:
     """Return the modules to compile, whose source is read when they are built."""
     checks = CHECKS if os.environ.get(CHECKED) else []
+    files = {unit: [FOLDER / f'{name}.py' for name in names] for unit, names in units().items()}
+    files[ORIGIN] = [FOLDER / 'compiled.py']
     return [
         Extension(
-            '.'.join([PACKAGE, 'kernel', *file.relative_to(FOLDER).with_suffix('').parts]),
-            [str(file)],
-            extra_compile_args=[*options_of(file), *(['-g1', *checks] if checks else [])],
+            f'{PACKAGE}.kernel.{unit}',
+            list(map(str, sources)),
+            extra_compile_args=[
+                *options_of(unit, sources),
+                *(['-g1', *checks] if checks else []),
+            ],
             extra_link_args=checks,
             define_macros=[('NPY_NO_DEPRECATED_API', 'NPY_1_7_API_VERSION')],
         )
-        for file in sorted(FOLDER.rglob('*.py'))
-        if file.stem not in (*INCLUDED, *PLAIN)
+        for unit, sources in files.items()
     ]
 
 
-def options_of(file: Path) -> list[str]:
-    """Return the compiler's options for a module."""
-    name = name_of(file.with_suffix(''))
-    if name in PLAINLY:
-        return [*OPTIONS, *AT_FIRST_LEVEL]
+def options_of(unit: str, sources: list[Path]) -> list[str]:
+    """Return the compiler's options for a module of these files."""
     # The same text for one pose and for many, whose number of lanes the compiler has to know.
-    inline = [INLINE] if 'lanes: int' in file.read_text(encoding='utf-8') else []
-    return [*OPTIONS, *inline, *([] if name in AT_ONCE else STEP_BY_STEP)]
+    by_lanes = any('lanes: int' in file.read_text(encoding='utf-8') for file in sources)
+    return [*OPTIONS, *([INLINE] if by_lanes else []), *OPTIONS_OF.get(unit, STEP_BY_STEP)]
 
 
 def write(file: Path, text: str) -> None:
@@ -155,7 +199,7 @@ class BuildIfPossible(build_ext):
         collected = gc.isenabled()
         gc.disable()
         try:
-            self._types = self._write_types()
+            self._write_sources()
             super().run()
         except Exception as error:
             if 'bdist_wheel' in self.distribution.command_obj:
@@ -167,11 +211,11 @@ class BuildIfPossible(build_ext):
                 gc.enable()
         # Left of another build they would be imported, not the source of that name.
         for folder in folders:
-            for path in set(folder.glob(f'*{sysconfig.get_config_var("EXT_SUFFIX")}')) - wanted:
+            for path in set(folder.rglob(f'*{sysconfig.get_config_var("EXT_SUFFIX")}')) - wanted:
                 path.unlink()
 
     def _paths(self) -> set[Path]:
-        return {Path(self.get_ext_fullpath(module.name)) for module in self.extensions}
+        return {Path(self.get_ext_fullpath(module.name)).resolve() for module in self.extensions}
 
     def build_extension(self, ext: Extension) -> None:
         """Translate a module to C, one at a time, and compile it while others are translated."""
@@ -185,57 +229,48 @@ class BuildIfPossible(build_ext):
             self._failed = True
             raise
 
-    def _write_types(self) -> dict[str, Path]:
-        # Where the types of each module stand: those for the modules that use it by its name, its
-        # own by its path. Cython looks for packages there.
-        types, written = KernelTypes(FOLDER, INCLUDED), {}
+    def _source_of(self, unit: str) -> Path:
+        return Path(self.build_temp, 'units', PACKAGE, 'kernel', f'{unit}.pyx')
+
+    def _write_sources(self) -> None:
+        # For Cython: the modules, and the files that are compiled where they are used.
+        files = units()
+        by_name = {unit: [Path(name).name for name in names] for unit, names in files.items()}
+        types = KernelTypes(FOLDER, INCLUDED, by_name)
         types.check()
         for file in source_files():
-            into = Path(self.build_temp, 'types', file.relative_to('src')).with_suffix('.pxd')
-            if file.stem in PLAIN and file.stem != '__init__':
-                continue
-            written[file.stem] = into
-            write(into, '' if file.stem == '__init__' else types.text(file, own=False))
-        for module in self.extensions:
-            (source,) = module.sources
-            written[source] = Path(self._folder_of(module), f'{module.name}.pxd')
-            write(written[source], types.text(Path(source)))
-        return written
-
-    def _folder_of(self, module: Extension) -> str:
-        # With a module's own types, which Cython finds there by its whole name.
-        return str(Path(self.build_temp, 'own', module.name))
-
-    def _is_behind(self, source: str) -> bool:
-        # Whether types that a module has from any other have changed since it was translated:
-        # Cython looks for them beside the source.
-        translated = Path(self.build_temp, 'cython', source).with_suffix('.c')
-        needed, more = set(), {source}
-        while more:
-            needed |= more
-            lines = [self._types[name].read_text(encoding='utf-8') for name in more]
-            words = re.findall(r'\w+', ' '.join(re.findall('^from .*', '\n'.join(lines), re.M)))
-            more = self._types.keys() & set(words) - needed
-        return translated.exists() and any(
-            self._types[name].stat().st_mtime > translated.stat().st_mtime for name in needed
-        )
+            place = self._source_of('').parent / name_of(file)
+            if file.stem in (*INCLUDED, 'math'):
+                write(place.with_suffix('.pxd'), types.included_text(file))
+                write(place.with_name('__init__.pxd'), '')
+        write(self._source_of('').parent.with_name('__init__.pxd'), '')
+        write(self._source_of('__init__').with_suffix('.pxd'), '')
+        for unit in files:
+            write(self._source_of(unit), types.source(unit))
+            write(self._source_of(unit).with_suffix('.pxd'), types.declarations(unit))
+        write(self._source_of(ORIGIN), origin(files))
 
     def _translate(self, ext: Extension) -> None:
         # Imported here: that the package is described needs neither of them.
         import numpy
         from Cython.Build import cythonize
 
-        (source,) = ext.sources
+        unit = ext.name.rpartition('.')[2]
         translated = cythonize(
-            [Extension(ext.name, [source])],
+            [Extension(ext.name, [str(self._source_of(unit))])],
             compiler_directives=DIRECTIVES,
-            include_path=[self._folder_of(ext), str(Path(self.build_temp, 'types'))],
+            include_path=[str(Path(self.build_temp, 'units'))],
             build_dir=str(Path(self.build_temp, 'cython')),
-            force=self.force or self._is_behind(source),
+            force=self.force,
             quiet=True,
         )
         ext.sources = translated[0].sources
         ext.include_dirs.append(numpy.get_include())
-        if source == str(FOLDER / 'origin.py'):
-            ext.define_macros.append(('KINEMATICS_SOURCE', f'"{built_from()}"'))
-            ext.depends = sorted(map(str, source_files()))
+
+
+def origin(files: dict[str, list[str]]) -> str:
+    """Return a module that says what the others were made from; compiled.py reads it."""
+    names = sorted(map(name_of, source_files()))
+    digest = hashlib.sha256(b''.join((FOLDER / name).read_bytes() for name in names)).hexdigest()
+    modules = {unit: [name.replace('/', '.') for name in files[unit]] for unit in files}
+    return f'HASH = {digest!r}\nFILES = {names!r}\nMODULES = {modules!r}\n'

@@ -1,5 +1,6 @@
 """
-The kernel's types for the compiler: a .pxd for each module, made from its annotations.
+The kernel's source for the compiler: a .pyx of the files that are compiled together, and a .pxd of
+what others use of them, with the types of their annotations.
 
 A function is C where all its annotations are in this vocabulary and its body has nothing that only
 Python can do; Python sees those that `kernel/__init__.py` exports. A class without a base is a C
@@ -10,9 +11,13 @@ compiler, or annotated.
 
 import ast
 import functools
+import hashlib
 import re
 import runpy
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+
+from kernel_units import KernelUnits
 
 # Numbers and addresses, and Python's objects.
 C_TYPES = {
@@ -36,12 +41,12 @@ ONLY_PYTHON = (ast.GeneratorExp, ast.ListComp, ast.SetComp, ast.DictComp)
 # Compiled once more for processors with AVX2: with it the measures of one pose take 0.85 of the
 # time.
 AVX2 = {
-    'forward/chain_pass': ['sines_and_cosines'],
-    'measures/singular_values': ['orthogonalise'],
+    'chain_pass': ['sines_and_cosines'],
+    'singular_values': ['orthogonalise'],
 }
 INLINE = {
-    'forward/chain_pass': ['_sincos_reduced'],
-    'nearest/jacobian_changes': ['_write_cross', '_add_turn'],
+    'chain_pass': ['_sincos_reduced'],
+    'jacobian_changes': ['_write_cross', '_add_turn'],
 }
 # Classes that classes of Python derive from; calls of the others' methods are direct.
 OPEN = ('JointMemory',)
@@ -50,8 +55,7 @@ ARITHMETIC = ('abs', 'min', 'max', 'range', 'int', 'float')
 IN_C = {'nan': 'Py_NAN', 'inf': 'Py_HUGE_VAL', "b''": '""'}
 CLONES = '''cdef extern from *:
     """
-    #if defined(__PYX_HAVE__kinematics_service__kernel__{guard}) \\
-        && defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
+    #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
     static {result} {symbol}({kinds}) __attribute__((target_clones("avx2", "default")));
     #endif
     """
@@ -67,14 +71,19 @@ class KernelTypes:
     folder
         With `layout/arrays.pxd` and `layout/math.pxd`, which are written by hand.
     included
-        Modules that are compiled wherever they are used.
+        Files that are compiled wherever they are used.
+    units
+        The other files, by the module that they are compiled in.
     """
 
-    def __init__(self, folder: Path, included: tuple[str, ...]) -> None:
+    def __init__(
+        self, folder: Path, included: tuple[str, ...], units: Mapping[str, Sequence[str]]
+    ) -> None:
         self.folder, self.included = folder, included
         self.trees = {
             file: ast.parse(file.read_text(encoding='utf-8')) for file in folder.rglob('*.py')
         }
+        self.files = {file.stem: file for file in self.trees if file.stem != '__init__'}
         self.exported = {
             alias.name
             for node in self.trees[folder / '__init__.py'].body
@@ -86,6 +95,8 @@ class KernelTypes:
         arrays = (folder / 'layout' / 'arrays.pxd').read_text(encoding='utf-8')
         declared = re.findall(r'(\w+)\([^()]*\) (except|noexcept)', arrays)
         self._of_arrays = {f'arrays.{name}': how == 'except' for name, how in declared}
+        trees = {name: self.trees[file] for name, file in self.files.items()}
+        self.units = KernelUnits(trees, units, self.exported)
 
     def check(self) -> None:
         """
@@ -95,7 +106,7 @@ class KernelTypes:
         for tables in (AVX2, INLINE):
             for module, names in tables.items():
                 for name in names:
-                    if f'{module.rpartition("/")[2]}.{name}' not in self._functions:
+                    if f'{module}.{name}' not in self._functions:
                         raise TypeError(f'kernel_types.py names {module}: {name}, which is not')
         for key, (node, file, _) in self._functions.items():
             for call in calls_without_lock(node):
@@ -136,45 +147,115 @@ class KernelTypes:
                         found[key] = node, file, owner
         return found
 
-    def text(self, file: Path, own: bool = True) -> str:
-        """
-        Return the .pxd of a module: its own, or, shorter, that for the modules which use it.
-        """
+    def included_text(self, file: Path) -> str:
+        """Return the .pxd of a file that is compiled where it is used, or written by hand."""
         if (written := file.with_suffix('.pxd')).exists():
             return written.read_text(encoding='utf-8')
-        body = self.trees[file].body
-        if not any(isinstance(node, ast.ClassDef | ast.FunctionDef) for node in body):
+        functions = [node for node in self.trees[file].body if isinstance(node, ast.FunctionDef)]
+        if not functions:
             return included_numbers(file)
-        classes = [node for node in body if is_structure(node)]
-        lines = [*(f'cdef class {node.name}' for node in classes), *numbers(body)]
-        for node in classes:
-            lines += self._structure(node, file)
-        for node in body:
-            if isinstance(node, ast.FunctionDef):
-                lines += self._function(node, file, None)
-        cimports = self._cimports(file)
-        if not own and file.stem not in self.included:
-            cimports = needed_cimports(cimports, lines)
-        return '\n'.join([*cimports, *lines]) + '\n'
-
-    def _cimports(self, file: Path) -> list[str]:
         up = '.' * len(file.relative_to(self.folder).parts)
-        lines = ['cimport cython', f'from {up}layout.arrays cimport Pair, Triple, ndarray']
-        for node in self.trees[file].body:
-            if isinstance(node, ast.Import) and node.names[0].name == 'math':
-                lines.append(f'from {up}layout cimport math')
-            if isinstance(node, ast.ImportFrom) and node.level:
-                of = node.module or ''
-                place = file.parents[node.level - 1].joinpath(*of.split('.'))
-                names = [alias.name for alias in node.names]
-                wanted = [
-                    name
-                    for name in names
-                    if name in self.classes or place / f'{name}.py' in self.trees
-                ]
-                if wanted:
-                    lines.append(f'from {"." * node.level}{of} cimport {", ".join(wanted)}')
+        lines = [f'from {up}layout.arrays cimport Pair, Triple, ndarray']
+        for node in functions:
+            lines += self._function(node, file, None)
+            lines += indented(node.body[1:])
+        return '\n'.join(lines) + '\n'
+
+    @functools.cached_property
+    def _hash_of_included(self) -> str:
+        texts = [self.included_text(self.files[name]) for name in self.included]
+        return hashlib.sha256(''.join(texts).encode()).hexdigest()
+
+    def declarations(self, unit: str) -> str:
+        """Return the .pxd of a unit: its classes, and what other units use of it."""
+        lines = []
+        for file, nodes in self._statements(unit):
+            shared = self.units.shared[unit]
+            lines += [f'cdef class {node.name}' for node, _ in nodes if is_structure(node)]
+            lines += numbers([new for _, new in nodes], shared)
+            for node, _ in nodes:
+                if is_structure(node):
+                    lines += self._structure(node, file)
+                elif (
+                    isinstance(node, ast.FunctionDef)
+                    and self.units.name_of(file.stem, node.name) in shared
+                ):
+                    lines += self._function(node, file, None, declared=True)
+        return '\n'.join([*needed_cimports(self._cimports(unit), lines), *lines]) + '\n'
+
+    def source(self, unit: str) -> str:
+        """Return the .pyx of a unit: its files, one behind the other."""
+        # Cython does not find out by itself that included files have changed.
+        lines = [f'# {self._hash_of_included}', *self._cimports(unit), *self._imports(unit)]
+        for file, nodes in self._statements(unit):
+            lines += numbers([new for _, new in nodes], self.units.shared[unit], others=True)
+            for node, new in nodes:
+                if is_structure(node):
+                    lines += self._class(node, new, file)
+                elif isinstance(node, ast.FunctionDef):
+                    lines += self._defined(node, new, file, None)
+                else:
+                    lines += ast.unparse(new).splitlines()
+        return '\n'.join(lines) + '\n'
+
+    def _statements(self, unit: str) -> list[tuple[Path, list[tuple[ast.stmt, ast.stmt]]]]:
+        # Of each file: its statements as they stand there and in the unit, but for imports and
+        # what is said about the file.
+        return [
+            (
+                self.files[name],
+                [
+                    (node, new)
+                    for node, new in zip(
+                        self.trees[self.files[name]].body, self.units.joined[name]
+                    )
+                    if not isinstance(node, ast.Import | ast.ImportFrom | ast.Expr)
+                ],
+            )
+            for name in self.units.files[unit]
+        ]
+
+    def _place(self, name: str) -> str:
+        # Of an included file, as units import it.
+        *rooms, _ = self.files[name].relative_to(self.folder).parts
+        return '.'.join(['', *rooms]) if rooms else '.'
+
+    def _cimports(self, unit: str) -> list[str]:
+        lines = ['cimport cython', 'from .layout.arrays cimport Pair, Triple, ndarray']
+        lines += ['from .layout cimport math']
+        lines += [f'from .{of} cimport {name}' for of, name in sorted(self.units.used[unit])]
+        for module, name in self._imported(unit):
+            if module in self.included and not name:
+                lines.append(f'from {self._place(module)} cimport {module}')
+            elif name in self.classes and self.units.unit_of[module] != unit:
+                lines.append(f'from .{self.units.unit_of[module]} cimport {name}')
         return lines
+
+    def _imports(self, unit: str) -> list[str]:
+        # What Python sees of other modules.
+        lines = []
+        for name in self.units.files[unit]:
+            for node in self.trees[self.files[name]].body:
+                if (
+                    isinstance(node, ast.Import)
+                    or isinstance(node, ast.ImportFrom)
+                    and not node.level
+                ):
+                    lines.append(ast.unparse(node))
+        for module, name in self._imported(unit):
+            if module in self.included:
+                place = self._place(module)
+                of = f'{place.rstrip(".")}.{module}' if name else place
+                lines.append(f'from {of} import {name or module}')
+            elif name and name not in self.classes and self.units.unit_of[module] != unit:
+                joined = self.units.name_of(module, name)
+                lines.append(f'from .{self.units.unit_of[module]} import {joined}')
+        return list(dict.fromkeys(lines))
+
+    def _imported(self, unit: str) -> list[tuple[str, str]]:
+        # What the files of a unit have from others, each once.
+        files = self.units.files[unit]
+        return sorted({one for name in files for one in self.units.imports(name).values()})
 
     def _structure(self, node: ast.ClassDef, file: Path) -> list[str]:
         exported = node.name in self.exported
@@ -187,15 +268,37 @@ class KernelTypes:
             lines.append(f'    cdef {access if seen else ""}{kind} {name}')
         for method in node.body:
             if isinstance(method, ast.FunctionDef) and not method.name.startswith('__'):
-                lines += [f'    {line}' for line in self._function(method, file, node)]
+                declared = self._function(method, file, node, declared=True)
+                lines += [f'    {line}' for line in declared]
         return lines
 
-    def _function(
-        self, node: ast.FunctionDef, file: Path, owner: ast.ClassDef | None
+    def _class(self, node: ast.ClassDef, new: ast.ClassDef, file: Path) -> list[str]:
+        lines = [] if node.name in OPEN else ['@cython.final']
+        lines.append(f'cdef class {node.name}:')
+        for one, renamed in zip(node.body, new.body):
+            if isinstance(one, ast.FunctionDef):
+                lines += [f'    {line}' for line in self._defined(one, renamed, file, node)]
+            elif not isinstance(one, ast.AnnAssign):
+                lines += indented([renamed])
+        return lines
+
+    def _defined(
+        self, node: ast.FunctionDef, new: ast.FunctionDef, file: Path, owner: ast.ClassDef | None
     ) -> list[str]:
-        module = file.relative_to(self.folder).with_suffix('').as_posix()
+        lines = [] if node.name.startswith('__') else self._function(node, file, owner)
+        return [*lines, *indented(new.body)] if lines else ast.unparse(new).splitlines()
+
+    def _function(
+        self,
+        node: ast.FunctionDef,
+        file: Path,
+        owner: ast.ClassDef | None,
+        declared: bool = False,
+    ) -> list[str]:
+        # The head of a function of C, for its definition or its declaration; nothing of Python's.
+        module = file.stem
         seen = (owner or node).name in self.exported and not node.name.startswith('_')
-        key = f'{owner.name if owner else file.stem}.{node.name}'
+        key = f'{owner.name if owner else module}.{node.name}'
         names = [one.arg for one in node.args.args]
         kinds = [self.c_type(one.annotation) for one in node.args.args if one.arg != 'self']
         result = self.c_type(node.returns)
@@ -208,33 +311,28 @@ class KernelTypes:
             or any(isinstance(one, ONLY_PYTHON) for one in ast.walk(node))
         ):
             return []
-        raising = key in self._raising or set(OBJECTS.values()) & {
-            *kinds,
-            result,
-        }
+        raising = key in self._raising or set(OBJECTS.values()) & {*kinds, result}
         how = 'cpdef' if seen and not any('*' in kind for kind in kinds) else 'cdef'
-        inline = node.name in INLINE.get(module, ())
-        body, lines, symbol = [], [], ''
-        if module.rpartition('/')[2] in self.included:
-            inline, body = True, [ast.unparse(one) for one in node.body[1:]]
+        lines, symbol = [], ''
         if node.name in AVX2.get(module, ()):
-            name = f'kinematics_{module.rpartition("/")[2]}_{node.name}'
-            guard, symbol = module.replace('/', '__'), f' "{name}"'
-            lines = CLONES.format(
-                guard=guard, result=result, symbol=name, kinds=', '.join(kinds)
-            ).splitlines()
+            name = f'kinematics_{module}_{node.name}'
+            symbol = f' "{name}"'
+            lines = CLONES.format(result=result, symbol=name, kinds=', '.join(kinds)).splitlines()
         # Compiled once for one lane and once for LANES, by those that call it.
-        inline = inline or node.name[0] == '_' and names[-1:] == ['lanes']
+        inline = node.name[0] == '_' and names[-1:] == ['lanes']
+        inline = inline or module in self.included or node.name in INLINE.get(module, ())
         if own := ', '.join(f"{name}='{kind}'" for name, kind in self._own(node).items()):
             lines.append(f'@cython.locals({own})')
         typed = [name for name in names if name == 'self']
         typed += [f'{kind} {name}' for kind, name in zip(kinds, names[len(typed) :])]
         result = result.replace('void', 'object') if raising else result
-        lines.append(
-            f'{how} {"inline " * inline}{result} {node.name}{symbol}({", ".join(typed)})'
-            f'{"" if raising else " noexcept nogil"}{":" if body else ""}'
+        joined = node.name if owner else self.units.name_of(module, node.name)
+        head = (
+            f'{result} {joined}{symbol}({", ".join(typed)}){"" if raising else " noexcept nogil"}'
         )
-        return lines + [f'    {line}' for line in body]
+        if declared:
+            return [f'{how} {head}']
+        return [*lines, f'{how} {"inline " * inline}{head}:']
 
     def _own(self, node: ast.FunctionDef) -> dict[str, str]:
         # The types of a function's variables that the compiler does not find.
@@ -366,8 +464,11 @@ def kind_of(value: ast.expr) -> str:
     return ''
 
 
-def numbers(body: list[ast.stmt]) -> list[str]:
-    """Return the declarations of a module's constants that are written as numbers."""
+def numbers(body: list[ast.stmt], shared: set[str], others: bool = False) -> list[str]:
+    """
+    Return the declarations of a file's constants that are written as numbers: of those that are
+    shared, or of the others.
+    """
     pairs = [pair for one in body if isinstance(one, ast.Assign) for pair in pairs_of(one)]
     lines = []
     for name, value in pairs:
@@ -376,9 +477,16 @@ def numbers(body: list[ast.stmt]) -> list[str]:
             float if ast.unparse(one) == 'math' else type(getattr(one, 'value', one))
             for one in leaves
         }
-        if name.isupper() and not isinstance(value, ast.Tuple) and kinds <= {int, float}:
+        if (name in shared) is others or not name.isupper():
+            continue
+        if not isinstance(value, ast.Tuple) and kinds <= {int, float}:
             lines.append(f'cdef {"double" if float in kinds else "int"} {name}')
     return lines
+
+
+def indented(body: list[ast.stmt]) -> list[str]:
+    """Return the lines of statements, inside of what they are of."""
+    return [f'    {line}' for one in body for line in ast.unparse(one).splitlines()]
 
 
 def included_numbers(file: Path) -> str:

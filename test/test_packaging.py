@@ -4,6 +4,7 @@ How the kernel comes to be compiled, and what is said where it is not, or not fr
 
 import ast
 import contextlib
+import graphlib
 import importlib.util
 import json
 import os
@@ -66,13 +67,18 @@ def test_the_package_has_its_types_and_nothing_of_the_build():
 
 
 @compiled_only
-def test_every_module_is_compiled_but_the_included_ones_and_those_of_python_alone():
+def test_every_file_is_compiled_but_the_included_ones_and_those_of_python_alone():
     folder = PACKAGE / 'kernel'
-    compiled = {str(file).removesuffix(ENDING) for file in folder.rglob(f'*{ENDING}')}
-    modules = {str(file.with_suffix('')) for file in folder.rglob('*.py')}
-    left_out = {Path(file).name for file in modules - compiled}
-    assert left_out == {'__init__', 'arrays', 'compiled', 'pairs', 'places', 'reinstallation'}
-    assert compiled <= modules
+    names = [file.relative_to(folder).with_suffix('') for file in folder.rglob('*.py')]
+    modules = {name: sys.modules[f'{kernel.__name__}.{".".join(name.parts)}'] for name in names
+               if name.name not in ('__init__', 'reinstallation')}  # fmt: skip
+    left_out = {name.name for name, module in modules.items() if module.__file__.endswith('.py')}
+    assert left_out == {'arrays', 'compiled', 'pairs', 'places'}
+    compiled = {module.__file__ for module in modules.values()} - {
+        str(folder / f'{name}.py') for name in modules
+    }
+    origin = str(folder / f'_origin{ENDING}')
+    assert {str(file) for file in folder.rglob(f'*{ENDING}')} == {*compiled, origin}
 
 
 @pytest.mark.slow
@@ -317,7 +323,8 @@ def test_what_is_packed_as_source_can_be_built(clone):
     with tarfile.open(packed) as archive:
         names = {name.partition('/')[2] for name in archive.getnames()}
     assert {
-        f'packaging/{name}.py' for name in ('kernel_build', 'kernel_types', 'backend')
+        f'packaging/{name}.py'
+        for name in ('kernel_build', 'kernel_types', 'kernel_units', 'backend')
     } <= names
     assert 'package.xml' in names
     assert {
@@ -409,33 +416,106 @@ def names(one: Sum) -> bool:
 def fits(table: Floats) -> bool:
     return True
 """,
+    'rows.py': """
+import math
+from .layout import arrays
+from . import sums
+from .sums import Sum, names
+LONGEST = 2.0
+
+def longest(one: Sum, row: Flat) -> float:
+    fits = sums.mean(row, sums.MOST) < LONGEST
+    return sums.mean(row, 1)
+
+def named(one: Sum) -> object:
+    return names(one)
+""",
 }
-SMALL_TYPES = """
+SMALL_DECLARATIONS = """
 cimport cython
-from .layout.arrays cimport Pair, Triple, ndarray
-from .layout cimport math
-from . cimport pairs
-from .layout cimport arrays, places
 cdef class Sum
-cdef double LEAST
-cdef int MOST
+cdef int SUMS_MOST
 @cython.final
 cdef class Sum:
     cdef object table
     cdef double* room
     cdef long long wanted
     cdef Py_ssize_t most
-    @cython.locals(small='bint')
     cdef void add(self, double x) noexcept nogil
     cdef bint check(self) noexcept nogil
-    @cython.locals(spare='double[16]', terms='long long[3]', total='Pair')
     cdef (Py_ssize_t, Py_ssize_t) _from(self, double* row) noexcept nogil
-cpdef double total(Sum one, ndarray rows)
-cdef double mean(double* row, Py_ssize_t count) noexcept nogil
-cdef object check(Sum one)
-cdef bint both(Sum one)
-cdef bint calls_a_method(Sum one) noexcept nogil
-cdef double alone(Sum one, Py_ssize_t count)
+cdef double sums_mean(double* row, Py_ssize_t count) noexcept nogil
+"""
+SMALL_SOURCE = """
+cimport cython
+from .layout.arrays cimport Pair, Triple, ndarray
+from .layout cimport math
+from .layout cimport arrays
+from . cimport pairs
+from .layout cimport places
+import math
+from .layout import arrays
+from . import pairs
+from .layout import places
+cdef double SUMS_LEAST
+SUMS_LEAST, SUMS_MOST = (0.5, 3)
+SUMS_NAME = 'sum'
+@cython.final
+cdef class Sum:
+    def __init__(self, table: Table) -> None:
+        self.table: Table = table
+        self.room: Flat = table.room
+        self.wanted: Public[Nanoseconds] = 0
+        self.most = 3
+    @cython.locals(small='bint')
+    cdef void add(self, double x) noexcept nogil:
+        small = x < SUMS_LEAST
+    cdef bint check(self) noexcept nogil:
+        return self.add(1.0)
+    @cython.locals(spare='double[16]', terms='long long[3]', total='Pair')
+    cdef (Py_ssize_t, Py_ssize_t) _from(self, double* row) noexcept nogil:
+        total: Complex = (0.0, 0.0)
+        spare, terms = ([0.0] * 16, [0] * 3)
+class Table(NamedTuple):
+    room: Floats
+cpdef double total(Sum one, ndarray rows):
+    return sums_mean(arrays.numbers(rows), 3)
+cdef double sums_mean(double* row, Py_ssize_t count) noexcept nogil:
+    return row[0]
+cdef object sums_check(Sum one):
+    raise TypeError
+cdef bint sums_both(Sum one):
+    sums_check(one)
+    return True
+cdef bint sums_calls_a_method(Sum one) noexcept nogil:
+    return one.check()
+cdef double sums_alone(Sum one, Py_ssize_t count):
+    lock = arrays.let_go()
+    for k in range(count):
+        one.add(abs(float(k)))
+    arrays.take_back(lock)
+    return arrays.numbers(one.table)
+def sums_names(one: Sum) -> bool:
+    return all((one for _ in 'ab'))
+def sums_fits(table: Floats) -> bool:
+    return True
+"""
+OF_OTHERS = """
+from ._sums cimport SUMS_MOST
+from ._sums cimport sums_mean
+from .layout cimport arrays
+from ._sums cimport Sum
+import math
+from .layout import arrays
+from ._sums import sums_names
+cdef double ROWS_LONGEST
+ROWS_LONGEST = 2.0
+@cython.locals(fits='bint')
+cdef double rows_longest(Sum one, double* row) noexcept nogil:
+    fits = sums_mean(row, SUMS_MOST) < ROWS_LONGEST
+    return sums_mean(row, 1)
+def rows_named(one: Sum) -> object:
+    return sums_names(one)
 """
 
 
@@ -448,23 +528,61 @@ def small_kernel(tmp_path, monkeypatch):
     for name, text in SMALL_KERNEL.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text)
-    return lambda: KernelTypes(tmp_path, ('places', 'arrays', 'pairs')), tmp_path
+    units = {'_sums': ['sums'], '_rows': ['rows']}
+    return lambda: KernelTypes(tmp_path, ('places', 'arrays', 'pairs'), units), tmp_path
 
 
 @in_clone
-def test_the_compilers_types_are_those_of_the_annotations(small_kernel):
+def test_the_compilers_source_has_the_types_of_the_annotations(small_kernel):
     types, folder = small_kernel
-    assert types().text(folder / 'sums.py') == SMALL_TYPES.lstrip()
-    # Those who use it read what its declarations need.
-    of_others = types().text(folder / 'sums.py', own=False).splitlines()
-    assert of_others[:2] == ['cimport cython', 'from .layout.arrays cimport Pair, ndarray']
-    assert of_others[2:] == SMALL_TYPES.split('arrays, places\n')[1].splitlines()
-    assert types().text(folder / 'layout/arrays.py') == SMALL_KERNEL['layout/arrays.pxd']
-    pairs = types().text(folder / 'pairs.py')
+    assert types().declarations('_sums') == SMALL_DECLARATIONS.lstrip()
+    head, _, source = types().source('_sums').partition('\n')
+    assert source == SMALL_SOURCE.lstrip()
+    # What others use has the name there that it has in its module.
+    assert types().source('_rows').endswith(OF_OTHERS)
+    assert types().included_text(folder / 'layout/arrays.py') == SMALL_KERNEL['layout/arrays.pxd']
+    pairs = types().included_text(folder / 'pairs.py')
     assert pairs.endswith('cdef inline double real(Pair a) noexcept nogil:\n    return a[0]\n')
-    places = types().text(folder / 'layout/places.py')
+    places = types().included_text(folder / 'layout/places.py')
     assert '#define KINEMATICS_NAN Py_NAN' in places
     assert places.endswith('cdef enum:\n    FIRST = 0\n    SECOND = 1\n')
+    # Cython does not see that an included file has changed, but that the source has.
+    (folder / 'layout/places.py').write_text('FIRST = 1\n')
+    assert types().source('_sums').partition('\n')[::2] != (head, source)
+    assert types().source('_sums').partition('\n')[2] == source
+
+
+@in_clone
+@pytest.mark.parametrize('together', [False, True])
+def test_names_of_other_files_are_not_taken_for_a_functions_own(small_kernel, together):
+    from kernel_types import KernelTypes
+
+    _, folder = small_kernel
+    file = folder / 'rows.py'
+    units = {'_all': ['rows', 'sums']} if together else {'_sums': ['sums'], '_rows': ['rows']}
+    types = KernelTypes(folder, ('places', 'arrays', 'pairs'), units)
+    # The file that another one imports comes first.
+    source = types.source('_all' if together else '_rows')
+    assert source.endswith(OF_OTHERS.partition('ROWS_LONGEST = 2.0')[2])
+    assert ('class Sum' in source) is together
+    file.write_text(file.read_text().replace('fits', 'sums_mean'))
+    with pytest.raises(TypeError, match=re.escape('rows.py: sums_mean is sums.mean, and a var')):
+        KernelTypes(folder, ('places', 'arrays', 'pairs'), units)
+    # What imports each other has no order.
+    file.write_text(SMALL_KERNEL['rows.py'])
+    sums = folder / 'sums.py'
+    sums.write_text(f'from . import rows\n{sums.read_text()}')
+    with pytest.raises(graphlib.CycleError):
+        KernelTypes(folder, ('places', 'arrays', 'pairs'), units)
+    sums.write_text(SMALL_KERNEL['sums.py'])
+    # A variable of a function's own that has the name of a function of the file, or of a file.
+    text = SMALL_KERNEL['rows.py'].replace('fits', 'longest')
+    file.write_text(f'{text}\ndef other(sums: Sum, mean: float) -> float:\n    return sums.most\n')
+    source = KernelTypes(folder, ('places', 'arrays', 'pairs'), units).source(list(units)[-1])
+    assert '    longest = sums_mean(row, SUMS_MOST) < ROWS_LONGEST\n' in source
+    assert source.endswith(
+        'cdef double rows_other(Sum sums, double mean) noexcept nogil:\n    return sums.most\n'
+    )
 
 
 @in_clone
@@ -510,7 +628,7 @@ def test_a_function_that_is_compiled_in_another_way_has_to_be_there(small_kernel
 def test_python_sees_the_fields_and_methods_of_exported_classes(small_kernel):
     types, folder = small_kernel
     (folder / '__init__.py').write_text('from .sums import Sum as Sum\n')
-    written = types().text(folder / 'sums.py')
+    written = types().declarations('_sums')
     for line in (
         'cdef readonly Py_ssize_t most',
         'cdef readonly object table',
@@ -523,27 +641,60 @@ def test_python_sees_the_fields_and_methods_of_exported_classes(small_kernel):
 
 
 @in_clone
-def test_a_module_is_behind_when_types_that_it_needs_are_newer(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ('room', 'files', 'wrong'),
+    [('loops', (), 'loops'), ('loops', ('loops/opening',), 'loops/opening'), ('', (), '')],
+)
+def test_each_file_is_of_a_module(monkeypatch, room, files, wrong):
+    monkeypatch.syspath_prepend(str(ROOT / 'packaging'))
+    monkeypatch.chdir(ROOT)
+    import kernel_build
+
+    if not wrong:
+        names = [name for of in kernel_build.units().values() for name in of]
+        assert len(names) == len(set(names)) > 60
+        return
+    parts = files and (room, *files)
+    monkeypatch.setitem(kernel_build.UNITS, f'_{room}', parts)
+    with pytest.raises(ValueError, match=re.escape(f"differ in: ['{wrong}']")):
+        kernel_build.units()
+
+
+@pytest.mark.slow
+@in_clone
+def test_a_module_is_translated_again_when_what_it_uses_has_changed(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / 'packaging'))
     monkeypatch.chdir(tmp_path)
-    from kernel_build import FOLDER, BuildIfPossible
+    from kernel_build import BuildIfPossible, extension_modules
     from setuptools import Distribution
 
-    build = BuildIfPossible(Distribution())
-    build.build_temp = 'temporary'
-    source = FOLDER / 'measures' / 'norms.py'
-    written = Path('temporary', 'cython', source).with_suffix('.c')
-    own = str(source)
-    texts = {own: 'from .arm cimport Arm', 'arm': 'from .chain cimport Chain', 'chain': ''}
-    build._types = {name: tmp_path / f'{Path(name).name}.pxd' for name in [*texts, 'roots']}
-    for name, file in build._types.items():
-        file.write_text(texts.get(name, ''))
-    written.parent.mkdir(parents=True)
-    assert not build._is_behind(own)
-    written.touch()
-    for changed, behind in (('roots', False), ('chain', True), (own, True)):
-        for file in build._types.values():
-            os.utime(file, (1e9, 1e9))
-        os.utime(written, (2e9, 2e9))
-        os.utime(build._types[changed], (3e9, 3e9))
-        assert build._is_behind(own) is behind
+    shutil.copytree(PACKAGE, Path('src', NAME), ignore=shutil.ignore_patterns('__pycache__'))
+    kernel_folder = Path('src', NAME, 'kernel')
+
+    def translated():
+        # The modules' sources, and those that are older than what they are made of.
+        monkeypatch.setattr('Cython.Build.Dependencies._dep_tree', None)  # remembers ages
+        build = BuildIfPossible(Distribution({'ext_modules': extension_modules()}))
+        build.build_temp = 'temporary'
+        build._write_sources()
+        found = {}
+        for module in extension_modules():
+            unit = module.name.rpartition('.')[2]
+            if unit in ('_chain', '_chain_pass', '_loops', '_origin'):
+                build.force = False
+                build._translate(module)
+                found[unit] = Path(module.sources[0]).stat().st_mtime_ns
+        return found
+
+    def changed(name, old, new):
+        before = translated()
+        file = kernel_folder / name
+        file.write_text(file.read_text().replace(old, new))
+        return {unit for unit, when in translated().items() if when > before[unit]}
+
+    assert changed('loops/residual.py', 'sine', 'sine') == set()
+    assert changed('forward/chain_pass.py', 'turns', 'quarters') == {'_chain_pass', '_origin'}
+    fields = 'self.frames: int', 'self.spare: int = 0\n        self.frames: int'
+    every = {'_chain', '_chain_pass', '_loops', '_origin'}
+    assert changed('forward/chain.py', *fields) == every
+    assert changed('layout/places.py', 'LANES = 16', 'LANES = 8') == every

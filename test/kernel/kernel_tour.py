@@ -61,7 +61,7 @@ SIGNS = tuple(itertools.product((-1, 0, 1), repeat=3))
 SAID_OF_A_STEP = ('qdot', 'damping', 'least_singular_value', 'shortened', 'slowest')
 # How it is built; and details, which have tests of their own.
 NOT_PART_OF_IT = {
-    *('is_compiled', 'notice', 'prefer_source_where_needed', 'is_stale', 'sine_and_cosine'),
+    *('is_compiled', 'notice', 'use_compiled', 'sine_and_cosine'),
     *('decompose', 'determinant_of', 'eigenvectors', 'shortest_angle', 'groups_from'),
     'linearise',
 }

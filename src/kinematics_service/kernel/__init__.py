@@ -3,9 +3,9 @@
 from . import compiled
 from .compiled import is_compiled as is_compiled
 from .compiled import notice as notice
-from .compiled import prefer_source_where_needed
+from .compiled import use_compiled
 
-prefer_source_where_needed()
+use_compiled()
 
 from .evaluation import evaluate as evaluate
 from .evaluation import evaluate_one as evaluate_one

@@ -2,12 +2,13 @@
 
 import functools
 import hashlib
+import importlib
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from importlib.machinery import SOURCE_SUFFIXES, FileFinder, ModuleSpec, SourceFileLoader
+from importlib.machinery import PathFinder
 from pathlib import Path
-from types import FunctionType, ModuleType
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -18,40 +19,37 @@ VARIABLE = 'KINEMATICS_UNCOMPILED'
 _FOLDER = Path(__file__).parent
 
 
-class _SourceOnly:
-    # Finds the kernel's modules as source even if compiled ones are beside it.
-    def find_spec(
-        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
-    ) -> ModuleSpec | None:
-        above = name.rpartition('.')[0]
-        if above != __package__ and not above.startswith(f'{__package__}.'):
-            return None
-        folder = _FOLDER.joinpath(*above.removeprefix(__package__).split('.'))
-        return FileFinder(str(folder), (SourceFileLoader, SOURCE_SUFFIXES)).find_spec(name)
-
-
-def prefer_source_where_needed() -> None:
+def use_compiled() -> None:
     """
-    Let the kernel's modules be imported as plain Python if compiled ones are not wanted. That is
-    so if the environment asks for it, or if the source has changed since it was compiled: then
+    Put the compiled modules in the place of the files that they are made of. Not if the
+    environment asks for plain Python, or if the source has changed since it was compiled: then
     modules of different versions would mix.
     """
-    if os.environ.get(VARIABLE) or is_stale():
-        sys.meta_path.insert(0, _SourceOnly())
+    if is_compiled():
+        for module, files in _built().MODULES.items():
+            compiled = importlib.import_module(f'.{module}', __package__)
+            sys.modules |= {f'{__package__}.{file}': compiled for file in files}
+
+
+@functools.cache
+def is_compiled() -> bool:
+    """Return whether the kernel runs compiled."""
+    return not os.environ.get(VARIABLE) and _built() is not None and not is_stale()
 
 
 @functools.cache
 def is_stale() -> bool:
     """Return whether there is a compiled kernel, but not of the source beside it."""
-    try:
-        from .origin import source
-    except ImportError:  # for another Python, for instance
-        return True
-    built = source().decode().split()
-    if not built or built[0] == hash_of(built[1:]):
-        return False
-    del sys.modules[source.__module__]  # it is imported again, as source
-    return True
+    built = _built()
+    return built is not None and hash_of(built.FILES) != built.HASH
+
+
+@functools.cache
+def _built() -> Any:
+    # What compiled modules were made from, None without them: those of another copy of the
+    # package do not count, which an editable installation would find.
+    name = f'{__package__}._origin'
+    return importlib.import_module(name) if PathFinder.find_spec(name, [str(_FOLDER)]) else None
 
 
 def without_warnings(names: Mapping[str, Any]) -> dict[str, Any]:
@@ -86,13 +84,6 @@ def hash_of(names: Sequence[str]) -> str:
         ).hexdigest()
     except OSError:
         return ''
-
-
-def is_compiled() -> bool:
-    """Return whether the kernel runs compiled."""
-    from .origin import source
-
-    return source() != b''
 
 
 def notice() -> str:

@@ -129,5 +129,3 @@ SAME_SOLUTION = 1e-8
 PI = math.pi
 TAU = math.tau
 NAN, INFINITY = math.nan, math.inf
-# The hash of the source that was compiled: none, as this is read where it was not.
-SOURCE = b''
