@@ -592,6 +592,91 @@ def test_what_slope_and_curvature_do_not_see_is_not_proved_away(radius, proved):
     assert (says == kernel.PROVED) == proved
 
 
+X, Y, Z = ('joint', 0), ('joint', 1), ('joint', 2)
+
+
+def sine(one, number=1.0):
+    return (kernel.SINE, one, one, number)
+
+
+def cosine(one):
+    return (kernel.COSINE, one, one, 1.0)
+
+
+def times(one, other):
+    return (kernel.PRODUCT, one, other, 1.0)
+
+
+def less(one, other):
+    return (kernel.DIFFERENCE, one, other, 1.0)
+
+
+def plus(one, other):
+    return (kernel.SUM, one, other, 1.0)
+
+
+def versine(one):
+    return less(('number', 1.0), cosine(one))
+
+
+def tape_of(expression):
+    """Return the tape of an expression, as one factor."""
+    steps, numbers = [], []
+
+    def written(one):
+        if one[0] == 'joint':
+            steps.append((kernel.JOINT, one[1], 0))
+        elif one[0] == 'number':
+            steps.append((kernel.CONSTANT, 0, 0))
+        else:
+            steps.append((one[0], written(one[1]), written(one[2])))
+        numbers.append(one[3] if len(one) == 4 else one[1] if one[0] == 'number' else 1.0)
+        return len(steps) - 1
+
+    last = written(expression)
+    return kernel.Tape(np.array(steps).ravel(), np.array(numbers), np.array([last]))
+
+
+@pytest.mark.parametrize(
+    'third_order',
+    [
+        # Each has one kind of third derivatives at q = 0, and nothing below the third order.
+        *(times(versine(X), sine(Y)), times(sine(Y), versine(X))),
+        *(times(versine(Y), sine(X)), times(sine(X), versine(Y))),
+        *(times(sine(X), times(sine(Y), sine(Z))), times(times(sine(Y), sine(Z)), sine(X))),
+        *(times(sine(Y), times(sine(X), sine(Z))), times(times(sine(X), sine(Z)), sine(Y))),
+        *(times(sine(Z), times(sine(X), sine(Y))), times(times(sine(X), sine(Y)), sine(Z))),
+        sine(times(versine(X), sine(Y))),
+        less(sine(X), plus(sine(X, 0.5), sine(X, 0.5))),
+        less(cosine(plus(sine(X), versine(Y))), cosine(X)),
+        less(cosine(plus(sine(Y), versine(X))), cosine(Y)),
+        less(cosine(plus(sine(X), times(sine(Y), sine(Z)))), cosine(X)),
+        less(cosine(plus(sine(Y), times(sine(X), sine(Z)))), cosine(Y)),
+        less(cosine(plus(sine(Z), times(sine(X), sine(Y)))), cosine(Z)),
+        times(cosine(Z), times(versine(X), sine(Y))),
+        times(times(versine(X), sine(Y)), cosine(Z)),
+    ],
+)
+def test_each_kind_of_third_derivatives_counts_in_a_proof(third_order):
+    task = robot_of('planar_3r').task.kernel_rows
+    tape, joints = tape_of(plus(('number', 1e-4), third_order)), np.zeros(3)
+    joints[: tape.joints] = tape.dependences[0]
+    # The least of x*x*y/2 and of x*y*z on a ball, and of x^3/8 on a line: by hand.
+    share = 1 / 8 if np.sum(joints) == 1 else math.sqrt(3) / 9
+    nearest = (1e-4 / share) ** (1 / 3)
+    way = np.random.default_rng(5).normal(size=(20_000, 3)) * joints
+    way *= 1.05 * nearest / np.linalg.norm(way, axis=1)[:, None]
+    values = np.empty((len(way), 1, 4))
+    kernel.evaluate_factors(tape, way, values)
+    assert np.min(values[:, 0, 0]) < 0.0
+    says = [
+        kernel.prove_factor(tape, task, 0, joints, np.zeros(3), radius, 200)
+        for radius in (0.6 * nearest, 1.05 * nearest)
+    ]
+    assert says[0] == kernel.PROVED
+    assert says[1] != kernel.PROVED
+
+
 @pytest.mark.parametrize(
     ('name', 'q', 'distance'),
     [

@@ -96,5 +96,6 @@ from .six_joints.six_joints import SixJoints as SixJoints
 from .six_joints.six_joints import complex_solutions as complex_solutions
 from .six_joints.six_joints import followed_solutions as followed_solutions
 
+compiled.name_as_exported(globals())
 if not is_compiled():
     globals().update(compiled.without_warnings(globals()))

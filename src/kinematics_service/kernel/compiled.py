@@ -1,5 +1,6 @@
 """Whether the kernel is compiled, and from which source."""
 
+import copyreg
 import functools
 import hashlib
 import importlib
@@ -50,6 +51,28 @@ def _built() -> Any:
     # package do not count, which an editable installation would find.
     name = f'{__package__}._origin'
     return importlib.import_module(name) if PathFinder.find_spec(name, [str(_FOLDER)]) else None
+
+
+def name_as_exported(names: Mapping[str, Any]) -> None:
+    """
+    Let objects of the kernel be pickled by the names that it exports, which are the same compiled
+    and not: a compiled class is known by the module that it was joined into.
+    """
+    for value in names.values():
+        if isinstance(value, type) and value.__module__.startswith(f'{__package__}._'):
+            try:
+                value.__module__ = __package__
+            except TypeError:  # that of an extension type is fixed
+                copyreg.pickle(value, _reduced)
+
+
+def restored(name: str, *arguments: Any) -> Any:
+    """Return an object of a class that the kernel exports, as it was pickled."""
+    return getattr(sys.modules[__package__], name)(*arguments)
+
+
+def _reduced(one: Any) -> tuple[Any, ...]:
+    return restored, (type(one).__name__, *one.__reduce__()[1])
 
 
 def without_warnings(names: Mapping[str, Any]) -> dict[str, Any]:
