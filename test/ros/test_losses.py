@@ -54,7 +54,7 @@ def test_a_publisher_that_joins_with_higher_numbers_is_no_loss():
 def test_a_publisher_in_the_place_of_another_is_no_loss():
     one = losses(2)
     heard(one, [3, 500, 4, 501])
-    one.forget()
+    one.publishers_changed()
     assert heard(one, [60_000, 5, 60_001, 6]) == 0
     assert heard(one, [60_004, 7]) == 2
 
@@ -116,7 +116,7 @@ def test_publishers_of_other_rates_that_join_later_are_counted_within_two_percen
     for stamp, number in sorted(message for sent, _ in every for message in sent):
         before, there = there, sum(1e9 * joins <= stamp)
         if there != before:
-            one.forget()
+            one.publishers_changed()
         one.heard(number, stamp)
     lost = sum(missing for _, missing in every)
     # Where publishers join, a gap of each may be taken for the first message of the one that does.

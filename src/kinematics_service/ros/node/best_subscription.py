@@ -250,7 +250,7 @@ class BestSubscription:
         # process if its subscription is destroyed meanwhile.
         known, self._known = self._known, {tuple(info.endpoint_gid) for info in publishers}
         if known != self._known:
-            self._current.losses.forget()
+            self._current.losses.publishers_changed()
         if not publishers:
             return
         offered = {info.qos_profile.reliability for info in publishers}

@@ -30,25 +30,26 @@ class _Publisher:
         """Take its next message."""
         self.number, self.stamp = number, stamp
 
+    def look_back(self) -> None:
+        """Let the rate be that of late."""
+        if self.number - self._later[0] >= 4 * FEWEST:
+            self._from, self._later = self._later, (self.number, self.stamp)
+
     def rate(self) -> float:
         """Return the number of messages a second of late, 0 where it is not known."""
         number, stamp = self._from
         count, time = self.number - number, S * (self.stamp - stamp)
-        if self.number - self._later[0] >= 4 * FEWEST:
-            self._from, self._later = self._later, (self.number, self.stamp)
         return count / time if count >= FEWEST and time > 0.0 else 0.0
 
     def silent(self, stamp: int) -> float:
         """Return how long it has been silent (s)."""
         return max(S * (stamp - self.stamp), 0.0)
 
-    def off(self, number: int, stamp: int) -> float:
-        """Return how many messages a number is off what its rate tells, infinite without one."""
+    def is_due(self, number: int, stamp: int) -> bool:
+        """Return whether its rate tells of this number now."""
         rate = self.rate()
-        if not rate:
-            return float('inf')
         expected = self.number + rate * self.silent(stamp)
-        return max(abs(number - expected) - FEW - UNEVEN * rate, 0.0)
+        return rate > 0.0 and abs(number - expected) <= FEW + UNEVEN * rate
 
 
 class Losses:
@@ -76,7 +77,7 @@ class Losses:
         self._have_changed = False
         self._heard: list[_Publisher] = []  # the one heard last is the last
 
-    def forget(self) -> None:
+    def publishers_changed(self) -> None:
         """Publishers have come or gone: one that is alone may be another."""
         self._have_changed = True
 
@@ -99,6 +100,8 @@ class Losses:
     def _take_another(self, number: int, stamp: int) -> None:
         heard, publishers = self._heard, max(self._count_publishers(), 1)
         del heard[: max(len(heard) - publishers, 0)]
+        for one in heard:
+            one.look_back()
         before = self._before(number, stamp, publishers)
         if before is None:
             # The first message of a publisher. It replaces one that is gone.
@@ -114,13 +117,10 @@ class Losses:
     def _before(self, number: int, stamp: int, publishers: int) -> _Publisher | None:
         # The publisher whose messages before this one are missing, None for a first message.
         below = [one for one in self._heard if one.number < number]
-        if not below:
-            return None
         if len(self._heard) < publishers:
             # It is another's, unless it comes when it has to.
-            nearest = min(below, key=lambda one: one.off(number, stamp))
-            return nearest if not nearest.off(number, stamp) else None
-        if publishers > 1 or self._have_changed:
+            below = [one for one in below if one.is_due(number, stamp)]
+        elif publishers > 1 or self._have_changed:
             rate = HURRY * max(one.rate() for one in self._heard) or FASTEST
             below = [
                 one
