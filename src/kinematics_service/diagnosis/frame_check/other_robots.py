@@ -1,7 +1,7 @@
 """Poses that another robot would have: the model of the robot file may be the wrong one."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
@@ -48,7 +48,7 @@ def left_by(robot: Robot, q: Floats, poses: Floats) -> Errors | None:
     return errors_of(fit.position, fit.rotation)
 
 
-def explains(left: Errors | None, errors: Errors, limit: PoseLimit) -> bool:
+def explains(left: Errors | None, errors: Errors, limit: PoseLimit) -> TypeGuard[Errors]:
     """Return whether what another arm leaves is within a limit, and far less than `errors`."""
     return (
         left is not None and left.within(limit) and LESS * left.position_rms < errors.position_rms
@@ -60,11 +60,7 @@ def other_robot(
 ) -> OtherRobot | None:
     """Return the bundled robot that explains what this one leaves best, None if none does."""
     found = [(name, left_by(other, q, poses)) for name, other in _robots_like(robot)]
-    good = [
-        OtherRobot(name, left)
-        for name, left in found
-        if left is not None and explains(left, errors, limit)
-    ]
+    good = [OtherRobot(name, left) for name, left in found if explains(left, errors, limit)]
     return min(good, key=lambda one: one.left.position_rms, default=None)
 
 

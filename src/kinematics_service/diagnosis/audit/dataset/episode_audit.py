@@ -18,7 +18,8 @@ from ....output_file import new_file
 from ....rigid_motion import rotation_vector
 from ....robot.measures import Level
 from ....typography import counted
-from ...frame_check.errors import PoseLimit, angle_in_words, length_in_words
+from ...frame_check.errors import Errors, PoseLimit, angle_in_words, length_in_words
+from ...frame_check.other_robots import explains, left_by, other_robot
 from ..auditing import Audit, AuditSettings, audit
 from ..findings import Finding
 from ..frames import FrameReport
@@ -27,7 +28,6 @@ from ..report.audit_runs import failed_by, no_frames
 from ..verdict import verdict_of
 from .continuity import break_findings
 from .labels import labels_of_arms
-from .other_arms import OtherState, other_findings
 
 # A base farther away than this (m, rad) from that of the robot file is another one.
 SAME_BASE, SAME_BASE_ANGLE = 0.01, 0.02
@@ -230,17 +230,25 @@ def _others(
     track: PoseTrack,
     crossed: Sequence[tuple[str, RecordingSource]],
 ) -> Iterator[Finding]:
+    # Poses that are those of another arm, of the dataset or of another model.
     if track.q is None:
         return
-    others = []
+    robot, own, limit = finished.robot, report.diagnosis.errors, report.limits.warn
+    tried: list[tuple[str, Errors | None]] = []
     for label, source in crossed:
         for _ in source.blocks:
             pass  # poses are complete when the blocks are read
         theirs = source.poses()
-        if theirs is not None and theirs.q is not None and len(theirs.q) == len(track.q):
-            others.append(OtherState(label, theirs.q))
-    own, limit = report.diagnosis.errors, report.limits.warn
-    yield from other_findings(finished.robot, track.poses, own, others, track.q, limit)
+        if theirs is not None and theirs.q is not None and theirs.q.shape == track.q.shape:
+            tried.append((f'the {label} arm', left_by(robot, theirs.q, track.poses)))
+    model = other_robot(robot, own, track.q, track.poses, limit)
+    if model is not None:
+        tried.append((f'the robot {model.name}', model.left))
+    good = [(whose, left) for whose, left in tried if explains(left, own, limit)]
+    if good:
+        whose, left = min(good, key=lambda one: one[1].position_rms)
+        text = f'The poses are those of {whose}: with its joints {left.in_words()} remain.'
+        yield Finding(Level.ERROR, text)
 
 
 def _write_labels(
