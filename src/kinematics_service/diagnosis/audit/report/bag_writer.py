@@ -109,22 +109,20 @@ class BagWriter:
         poses = np.concatenate([state.position, part.quaternion_xyzw], axis=1)
         always = np.ones(count, dtype=bool)
         topics = [
-            (self._pose, self._pose.filled(poses, stamps), always),
-            (
-                self._jacobian,
-                self._jacobian.filled(state.jacobian.reshape(count, 6 * n), stamps),
-                always,
+            (self._pose, poses, always),
+            (self._jacobian, state.jacobian.reshape(count, 6 * n), always),
+            (self._twist, state.twist, moving),
+            (self._velocity, state.twist, moving),
+            *(
+                (topic, getattr(part.singularity, name)[:, None], always)
+                for name, topic in self._measures
             ),
-            (self._twist, self._twist.filled(state.twist, stamps), moving),
-            (self._velocity, self._velocity.filled(state.twist, stamps), moving),
         ]
-        for name, topic in self._measures:
-            values = getattr(part.singularity, name)
-            topics.append((topic, topic.filled(values[:, None], stamps), always))
-        columns = [
-            (topic.connection, memoryview(table.tobytes()), table.shape[1], there.tolist())
-            for topic, table, there in topics
-        ]
+        columns = []
+        for topic, numbers, there in topics:
+            table = topic.filled(numbers, stamps)
+            data = memoryview(table.tobytes())
+            columns.append((topic.connection, data, table.shape[1], there.tolist()))
         warnings = iter(part.warnings)
         one = next(warnings, None)
         first = part.first
@@ -141,8 +139,8 @@ class BagWriter:
                 one = next(warnings, None)
 
     def _warn(self, moment: int, status_text: StatusText) -> None:
-        pair = self._type('diagnostic_msgs/msg/KeyValue')
-        message = self._type('diagnostic_msgs/msg/DiagnosticStatus')(
+        pair = self._types['diagnostic_msgs/msg/KeyValue']
+        message = self._types['diagnostic_msgs/msg/DiagnosticStatus'](
             level=int(status_text.level),
             name=f'{NODE[1:]}: singularity',
             message=status_text.sentence,
@@ -151,9 +149,6 @@ class BagWriter:
         )
         raw = self._store.serialize_cdr(message, 'diagnostic_msgs/msg/DiagnosticStatus')
         self._writer.write(self._warning, moment, bytes(raw))
-
-    def _type(self, name: str) -> Any:
-        return self._types[name]
 
     def _connection(self, topic: str, kind: str, latched: bool = False) -> Any:
         return self._writer.add_connection(
@@ -192,25 +187,18 @@ class BagWriter:
 
 def _quality(latched: bool) -> Any:
     # The node's profiles, so that a player of bags offers the same.
-    from rosbags.interfaces import (
-        Qos,
-        QosDurability,
-        QosHistory,
-        QosLiveliness,
-        QosReliability,
-        QosTime,
-    )
+    from rosbags import interfaces as given
 
-    durability = QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE
-    forever = QosTime(9_223_372_036, 854_775_807)
-    return Qos(
-        QosHistory.KEEP_LAST,
+    durability = given.QosDurability
+    forever = given.QosTime(9_223_372_036, 854_775_807)
+    return given.Qos(
+        given.QosHistory.KEEP_LAST,
         1 if latched else 100,
-        QosReliability.RELIABLE,
-        durability,
+        given.QosReliability.RELIABLE,
+        durability.TRANSIENT_LOCAL if latched else durability.VOLATILE,
         forever,
         forever,
-        QosLiveliness.AUTOMATIC,
+        given.QosLiveliness.AUTOMATIC,
         forever,
-        False,
+        avoid_ros_namespace_conventions=False,
     )
