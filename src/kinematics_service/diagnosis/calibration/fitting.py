@@ -143,6 +143,11 @@ class FitProblem:
         return tuple(one.name for one in self.parameters)
 
     @property
+    def kinds(self) -> int:
+        """Return 2, positions and rotations, or 1 where there are positions alone."""
+        return 1 if self.positions else 2
+
+    @property
     def first_rate(self) -> int:
         """Return where the corrections begin that move joints."""
         return self.count - (0 if self.rates is None else self.rates.shape[2])
@@ -322,12 +327,55 @@ class Identified(FoundValues):
 
 
 class _Step(NamedTuple):
-    # A Gauss-Newton step by priors; the triangle R of the equations; what remains before it.
+    # A Gauss-Newton step by priors; the triangle R of the equations; these, and what remains.
     step: Floats
     triangle: Floats
-    remainders: Floats
     rows: Floats
     right: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class _Equations:
+    # Of a problem, all in their deviations: rows count by weights (N,), or those that are used.
+    problem: FitProblem
+    noise: Noise
+    weights: Floats | Flags
+
+    @property
+    def scale(self) -> Floats:
+        # What the numbers of the rows are multiplied by, (N, 1, 1), or (N, 2, 1) of whole poses.
+        each = np.asarray(self.noise, dtype=np.float64)[: self.problem.kinds]
+        return np.asarray(np.sqrt(self.weights, dtype=np.float64)[:, None, None] / each[:, None])
+
+    def rows(self, values: Floats, J: Floats) -> Floats:
+        # How rows, known distances and priors move with numbers in their deviations.
+        problem, count = self.problem, len(values)
+        rows = J[:, : problem.kinds] * self.scale[:, :, :, None] * problem.prior
+        known = problem.distance_equations(values)[0] * problem.prior
+        return np.concatenate([rows.reshape(-1, count), known, np.eye(count)])
+
+    def right(self, values: Floats, remainders: Floats) -> Floats:
+        # What remains of rows, known distances and priors.
+        problem = self.problem
+        rows = (remainders[:, : problem.kinds] * self.scale).reshape(-1)
+        return np.concatenate(
+            [rows, problem.distance_equations(values)[1], -values / problem.prior]
+        )
+
+    def solved(self, values: Floats) -> _Step:
+        remainders, J = self.problem.equations(values)
+        count = len(values)
+        rows, right = self.rows(values, J), self.right(values, remainders)
+        triangle = triangle_of(np.column_stack([rows, right]))
+        R = triangle[:count, :count]
+        step = np.linalg.solve(R, triangle[:count, count])
+        return _Step(np.asarray(step, dtype=np.float64), R, rows, right)
+
+    def squares(self, values: Floats) -> float:
+        d = distances_of(self.problem, self.problem.weighed(values), self.noise)
+        known = np.sum(self.problem.distance_equations(values)[1] ** 2)
+        priors = np.sum((values / self.problem.prior) ** 2)
+        return float(np.sum(self.weights * d**2) + known + priors)
 
 
 def find_values(
@@ -354,7 +402,7 @@ def find_values(
         found = _at_least(noise, _median_noise(remainders))
         distances = distances_of(problem, remainders, found)
         weights = np.minimum(1.0, HUBER / np.maximum(distances, 1e-300))
-        step = _stepped(problem, values, found, weights)
+        step = _stepped(_Equations(problem, found, weights), values)
         values = values + step
         if np.all(np.abs(step) < ENOUGH * problem.prior):
             break
@@ -363,7 +411,7 @@ def find_values(
     used = distances_of(problem, remainders, found) < limit
     for k in range(ROUNDS):
         progress(ROBUST_ROUNDS + k)
-        solved = _solve(problem, values, found, used.astype(np.float64))
+        solved = _Equations(problem, found, used).solved(values)
         values = values + problem.prior * solved.step
         inverse = np.asarray(np.linalg.inv(solved.triangle), dtype=np.float64)
         remainders = problem.weighed(values)
@@ -384,25 +432,23 @@ def find_values(
 
 def with_covariance(problem: FitProblem, found: FoundValues) -> Identified:
     """Return the corrections and how well they are known, which takes longer than to find them."""
-    values, used = found.values, found.used
-    covariance = _mean_covariance(problem, values, found.noise, found.freedom, used)
-    bend = _bend(problem, values, widened(found.noise, found.freedom), used)
+    covariance = _mean_covariance(problem, found)
+    noise = widened(found.noise, found.freedom)
+    bend = _bend(_Equations(problem, noise, found.used), found.values)
     bent = bool(np.any(bend))
     return Identified(**vars(found), covariance=covariance + bend, bent=bent)
 
 
-def _mean_covariance(
-    problem: FitProblem, values: Floats, noise: Noise, freedom: Noise, used: Flags
-) -> Floats:
+def _mean_covariance(problem: FitProblem, found: FoundValues) -> Floats:
     # Priors keep the errors small that a large noise would leave: the covariance is the mean over
     # the noises, and not that of a mean noise.
-    each = [_possible_noises(own, f) for own, f in zip(noise, freedom)]
+    each = [_possible_noises(own, f) for own, f in zip(found.noise, found.freedom)]
     if problem.positions:
-        each[1] = [(1.0, noise.rotation)]
-    mean = np.zeros((len(values), len(values)))
+        each[1] = [(1.0, found.noise.rotation)]
+    mean = np.zeros((len(found.values), len(found.values)))
     for (weight, position), (times, rotation) in product(*each):
         known = Noise(position, rotation)
-        solved = _solve(problem, values, known, used.astype(np.float64))
+        solved = _Equations(problem, known, found.used).solved(found.values)
         inverse = problem.prior[:, None] * np.linalg.inv(solved.triangle)
         mean += weight * times * (inverse @ inverse.T)
     return mean
@@ -450,7 +496,7 @@ def _widening(freedom: float) -> float:
 def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
     """Return the corrections by some of the rows alone, the noise being known."""
     for _ in range(KNOWN_STEPS if len(values) else 0):
-        solved = _solve(problem, values, noise, used.astype(np.float64))
+        solved = _Equations(problem, noise, used).solved(values)
         values = values + problem.prior * solved.step
         if np.all(np.abs(solved.step) < ENOUGH * ENOUGH):
             break
@@ -487,8 +533,8 @@ def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: F
 
     Of the equations only their triangle (P, P), which tells the same about the parameters.
     """
-    solved = _solve(problem, values, noise, used.astype(np.float64))
-    return triangle_of(solved.rows[: len(solved.rows) - len(values)])
+    rows = _Equations(problem, noise, used).solved(values).rows
+    return triangle_of(rows[: len(rows) - len(values)])
 
 
 def one_more(problem: FitProblem, found: FoundValues, moves: Floats) -> tuple[float, float]:
@@ -500,37 +546,28 @@ def one_more(problem: FitProblem, found: FoundValues, moves: Floats) -> tuple[fl
     moves : shape (N, 2, 3)
         How the predicted poses move with it, as `FitProblem.remainders` has what remains.
     """
-    weights = found.used.astype(np.float64)
-    solved = _solve(problem, found.values, found.noise, weights)
-    scale = _scale(problem, found.noise, weights)
+    equations = _Equations(problem, found.noise, found.used)
+    solved = equations.solved(found.values)
     column = np.zeros(len(solved.rows))
-    own = (problem.whitened(moves)[:, : scale.shape[1]] * scale).reshape(-1)
+    own = (problem.whitened(moves)[:, : problem.kinds] * equations.scale).reshape(-1)
     column[: len(own)] = own
     triangle = triangle_of(np.column_stack([solved.rows, column, solved.right]))
     at = len(found.values)
     return float(triangle[at, at + 1] / triangle[at, at]), float(1.0 / abs(triangle[at, at]))
 
 
-def _stepped(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> Floats:
+def _stepped(equations: _Equations, values: Floats) -> Floats:
     # A step that is halved until it brings the poses nearer.
-    solved = _solve(problem, values, noise, weights)
-    step = problem.prior * solved.step
-    before = _squares(problem, values, noise, weights)
+    step = equations.problem.prior * equations.solved(values).step
+    before = equations.squares(values)
     for _ in range(HALVINGS):
-        if _squares(problem, values + step, noise, weights) <= before:
+        if equations.squares(values + step) <= before:
             break
         step = 0.5 * step
     return np.asarray(step)
 
 
-def _squares(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> float:
-    # What remains of rows, known distances and priors, in their deviations.
-    d = distances_of(problem, problem.weighed(values), noise)
-    known = np.sum(problem.distance_equations(values)[1] ** 2)
-    return float(np.sum(weights * d**2) + known + np.sum((values / problem.prior) ** 2))
-
-
-def _bend(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
+def _bend(equations: _Equations, values: Floats) -> Floats:
     """
     Return what products of errors add to the covariance, (P, P); 0 where it is next to nothing.
 
@@ -538,18 +575,15 @@ def _bend(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Flo
     corrections of least squares by G of that (Bates and Watts 1980). Of normal z the squares of
     sum_kl G_kl z_k z_l / 2 are, about their mean, sum_kl G_kl G_kl^T / 2.
     """
-    weights = used.astype(np.float64)
-    solved = _solve(problem, values, noise, weights)
+    problem, solved = equations.problem, equations.solved(values)
     inverse = np.linalg.inv(solved.triangle)
     L = problem.prior[:, None] * inverse
 
     def away(step: Floats) -> Floats:
-        there = values + step
-        return _right(problem, there, problem.weighed(there), noise, weights)
+        return equations.right(values + step, problem.weighed(values + step))
 
     def turning(step: Floats) -> Floats:
-        there = values + step
-        return _rows(problem, there, problem.equations(there)[1], noise, weights)
+        return equations.rows(values + step, problem.equations(values + step)[1])
 
     # All errors at once first, each with a sign.
     along = L @ np.where(np.random.default_rng(0).random(len(values)) < 0.5, -1.0, 1.0)
@@ -563,47 +597,10 @@ def _bend(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Flo
     return np.asarray(0.5 * G @ G.T)
 
 
-def _solve(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> _Step:
-    remainders, J = problem.equations(values)
-    count = len(values)
-    rows = _rows(problem, values, J, noise, weights)
-    right = _right(problem, values, remainders, noise, weights)
-    triangle = triangle_of(np.column_stack([rows, right]))
-    R = triangle[:count, :count]
-    step = np.linalg.solve(R, triangle[:count, count])
-    return _Step(np.asarray(step, dtype=np.float64), R, remainders, rows, right)
-
-
-def _rows(problem: FitProblem, values: Floats, J: Floats, noise: Noise, weights: Floats) -> Floats:
-    # How rows, known distances and priors move, in their deviations, with numbers in theirs.
-    scale = _scale(problem, noise, weights)
-    rows = J[:, : scale.shape[1]] * scale[:, :, :, None] * problem.prior
-    known = problem.distance_equations(values)[0] * problem.prior
-    return np.concatenate([rows.reshape(-1, len(values)), known, np.eye(len(values))])
-
-
-def _right(
-    problem: FitProblem, values: Floats, remainders: Floats, noise: Noise, weights: Floats
-) -> Floats:
-    # What remains of rows, known distances and priors, in their deviations.
-    scale = _scale(problem, noise, weights)
-    rows = (remainders[:, : scale.shape[1]] * scale).reshape(-1)
-    left = problem.distance_equations(values)[1]
-    return np.concatenate([rows, left, -values / problem.prior])
-
-
-def _scale(problem: FitProblem, noise: Noise, weights: Floats) -> Floats:
-    # What the numbers of the rows are multiplied by, (N, 1, 1), or (N, 2, 1) of whole poses.
-    each = np.asarray(noise, dtype=np.float64)[: 1 if problem.positions else 2]
-    return np.asarray(np.sqrt(weights)[:, None, None] / each[:, None])
-
-
 def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Floats:
     """Return weighed remainders (N, 2, 3) in deviations of the noise, shape (N,)."""
-    kinds = 1 if problem.positions else 2
-    squares = (
-        np.sum(remainders**2, axis=2)[:, :kinds] / np.asarray(noise, dtype=np.float64)[:kinds] ** 2
-    )
+    each = np.asarray(noise, dtype=np.float64)[: problem.kinds]
+    squares = np.sum(remainders**2, axis=2)[:, : problem.kinds] / each**2
     return np.asarray(np.sqrt(np.sum(squares, axis=1)))
 
 
@@ -616,8 +613,7 @@ def _evident_noise(
     problem: FitProblem, remainders: Floats, rows: Floats, inverse: Floats, used: Flags
 ) -> tuple[Noise, Noise]:
     # The remainder over the number of rows that no parameter was fitted to, and that number.
-    kinds = 1 if problem.positions else 2
-    count = len(problem.q)
+    kinds, count = problem.kinds, len(problem.q)
     basis = rows[: 3 * kinds * count].reshape(count, 3 * kinds, -1) @ inverse
     leverage = np.sum(basis**2, axis=2).reshape(count, kinds, 3)
     found, freedom = [], []

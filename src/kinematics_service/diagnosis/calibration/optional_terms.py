@@ -471,9 +471,8 @@ def _common(full: FitProblem, found: FoundValues, plain: int, positions: Integer
     groups = positions[found.used]
     rows = full.weighed(found.values)[found.used]
     within = SharedErrors(groups, np.ones((len(groups), 2))).apart(rows)
-    kinds = 1 if full.positions else 2
     count, terms = len(np.unique(groups)), len(full.parameters) - plain
-    free = 3.0 * np.array([len(groups) - count, count]) - np.array([terms, plain]) / kinds
+    free = 3.0 * np.array([len(groups) - count, count]) - np.array([terms, plain]) / full.kinds
     free = np.maximum(free, 1.0)
     noise, between = (np.sum(one**2, axis=(0, 2)) for one in (within, rows - within))
     ratio = between / free[1] / np.maximum(noise / free[0], LEAST_NOISE**2)
