@@ -150,7 +150,8 @@ def test_only_states_around_some_hundred_poses_are_kept(monkeypatch):
     stamps = BEGIN + np.rint(1e9 * t).astype(np.int64)
     few = stamps[::10_000] + 400
     monkeypatch.setattr(neighbourhoods, 'LARGEST_BLOCK', 1000)
-    states = MotionColumns(stamps, q, q)
+    states = MotionColumns(q.shape[1])
+    states.add(stamps, q, q, np.zeros(len(q), dtype=bool))
     track = joined(robot, PoseTrack('p', '', few, np.tile(np.eye(4), (len(few), 1, 1))), states)
     np.testing.assert_allclose(track.q, q[::10_000], atol=1e-6)
     assert np.all(track.within)

@@ -27,7 +27,7 @@ from ...robot.robot import Robot
 from .computer import Computer, NoStateError
 from .frames import FrameReport, FrameSettings, NotCompared, frames_of
 from .ingest import Ingest, RefusedExample
-from .intervals import Interval, badness, intervals_of, watched_values
+from .intervals import Interval, badness, intervals_of, watched_at
 from .joints import JointReport, Jump, joint_reports, jumps_of
 from .planned import PlanSettings, checks_of
 from .slowing import Slowing, SlowingSettings, slowing_of
@@ -233,7 +233,8 @@ def _why_nothing(
 def _moments(
     robot: Robot, timeline: Timeline, joints: tuple[JointReport, ...], jumps: tuple[Jump, ...]
 ) -> Iterator[WorstMoment]:
-    worst, value = _nearest(robot, timeline)
+    worst, _ = _largest(len(timeline), partial(badness, robot, timeline))
+    value = watched_at(robot, timeline, worst)
     measure = MEASURES[robot.thresholds.measure]
     shown = measure.farther(value, bool(timeline.decided[worst])) or f'{value:.3g}'
     yield WorstMoment(f'nearest to a singularity ({measure.words})', worst, shown)
@@ -241,7 +242,7 @@ def _moments(
         ('fastest tool motion', timeline.speed, 'm/s'),
         ('fastest tool rotation', timeline.turning, 'rad/s'),
     ):
-        row, value = _largest(column)
+        row, value = _largest(len(column), column.__getitem__)
         if value > 0.0:
             yield WorstMoment(what, row, f'{value:.3g} {unit}')
     for j, joint in enumerate(joints):
@@ -255,11 +256,10 @@ def _moments(
 def _moments_of_joint(timeline: Timeline, j: int, joint: JointReport) -> Iterator[WorstMoment]:
     unit, name = 'm' if joint.sliding else 'rad', joint.name
     if joint.beyond:
-        excess = partial(_excess, joint.lower, joint.upper)
-        row, value = _largest(timeline.q.columns[j], excess)
+        row, value = _largest(len(timeline), partial(_excess, timeline.q.columns[j], joint))
         yield WorstMoment(f'{name} farthest beyond its limit', row, f'{value:.3g} {unit}')
     if joint.too_fast:
-        row, _ = _largest(timeline.qdot.columns[j], np.abs)
+        row, _ = _largest(len(timeline), lambda rows: np.abs(timeline.qdot.columns[j][rows]))
         what = f'{name} above its velocity limit of {joint.velocity_limit:.3g}'
         yield WorstMoment(what, row, f'{joint.fastest:.3g} {unit}/s')
     check = joint.check
@@ -268,32 +268,15 @@ def _moments_of_joint(timeline: Timeline, j: int, joint: JointReport) -> Iterato
         yield WorstMoment(what, check.row, f'{check.worst:.3g} {unit}/s')
 
 
-def _excess(lower: float, upper: float, q: Floats) -> Floats:
-    beyond: Floats = np.maximum(lower - q, q - upper)
-    return beyond
+def _excess(column: Column, joint: JointReport, rows: slice) -> Floats:
+    return np.asarray(np.maximum(joint.lower - column[rows], column[rows] - joint.upper))
 
 
-def _nearest(robot: Robot, timeline: Timeline) -> tuple[int, float]:
-    # The first row at which the watched measure is worst, and its value.
-    found: tuple[int, float] | None = None
-    most = -math.inf
-    for rows in spans(len(timeline)):
-        values = watched_values(robot, timeline, rows)
-        worse = badness(robot, values)
-        k = int(np.argmax(worse))
-        if found is None or worse[k] > most:
-            found, most = (rows.start + k, float(values[k])), float(worse[k])
-    assert found is not None
-    return found
-
-
-def _largest(
-    column: Column, function: Callable[[Floats], Floats] = lambda values: values
-) -> tuple[int, float]:
-    # The first row at which a function of a column is largest, NaN left out; -inf where all are.
+def _largest(count: int, values_of: Callable[[slice], Floats]) -> tuple[int, float]:
+    # The first row at which some values are largest, NaN left out; -inf where all are.
     row, largest = 0, -math.inf
-    for rows in spans(len(column)):
-        values = function(column[rows])
+    for rows in spans(count):
+        values = values_of(rows)
         known = np.where(np.isnan(values), -np.inf, values)
         k = int(np.argmax(known))
         if known[k] > largest:

@@ -3,7 +3,6 @@
 import dataclasses
 from collections import Counter
 from collections.abc import Callable, Iterable
-from typing import Any
 
 import numpy as np
 
@@ -12,14 +11,9 @@ from ...estimation.estimator import ACCEPTED, NOT_CLOSED, TOO_LARGE
 from ...estimation.status_text import StatusText, singularity_status, stale_status
 from ...formats.recordings.block import Block, Flags, UnreadableMessage
 from ...kernel import Floats, NearestSearch
-from ...kinematics.singularity import (
-    FactorMeasures,
-    Singularity,
-    measured_in_order,
-    singularity_of,
-)
-from ...kinematics.tool_state import evaluate
-from ...robot.measures import MEASURES, Level
+from ...kinematics.singularity import Singularity, measured_in_order, singularity_of
+from ...kinematics.tool_state import ToolState, evaluate
+from ...robot.measures import Level
 from ...robot.robot import Robot
 from .ingest import Ingest, KnownJoints
 from .judging import Judge
@@ -28,31 +22,6 @@ from .timeline import PublishedWarning, Timeline, TimelineBatch
 # Number of warnings kept; the first ones are enough for an arm that chatters at a threshold for
 # hours.
 MOST_WARNINGS = 10_000
-
-
-def part_singularity(singularity: Singularity, k: int, moving: bool) -> Singularity:
-    """Return the measures of one pose of a batch; `moving`: its velocities are known."""
-    values: dict[str, Any] = {}
-    for field in dataclasses.fields(Singularity):
-        if field.name == 'clearance':  # takes long, and nobody reads it
-            values['clearance'] = None
-            continue
-        value = getattr(singularity, field.name)
-        if isinstance(value, FactorMeasures):
-            value = FactorMeasures(
-                value.names, value.estimates[k], value.results[k], value.column_scales[k]
-            )
-        elif isinstance(value, np.ndarray):
-            value = value[k]
-        values[field.name] = value
-    for name in MEASURES:
-        values[name] = None if values[name] is None else float(values[name])
-    if np.isnan(values['nearest_singular'][0]):
-        values['nearest_singular'] = None
-    values['level'] = Level(int(values['level']))
-    if not moving:
-        values['rate'] = values['time_to_warning'] = None
-    return Singularity(**values)
 
 
 class Computer:
@@ -82,13 +51,8 @@ class Computer:
     ) -> Timeline:
         """Return the timeline of all blocks; `each` is called with every block and its batch."""
         for block in blocks:
-            if isinstance(block, UnreadableMessage):
-                self._ingest.refuse(block)
-                each(block, None)
-                continue
             known = self._ingest.take(block)
-            part = self._part(known) if len(known) else None
-            each(block, part)
+            each(block, self._part(known) if len(known) else None)
         if not len(self._timeline):
             raise NoStateError
         return self._timeline
@@ -115,13 +79,12 @@ class Computer:
             known.arrivals,
             known.timeouts,
         )
-        moving = ~np.any(np.isnan(known.qdot), axis=1)
         warnings = [
             PublishedWarning(first + k, timeout.moment, self._stale_status(timeout.missing))
             for k, timeout in judged.timeouts
         ]
         for k in judged.warnings:
-            one = part_singularity(singularity, k, bool(moving[k]))
+            one = self._singularity_at(known, k, state)
             level = Level(int(judged.levels[k]))
             status_text = singularity_status(
                 robot, one, level, self._base_frame, self._joint_prefix
@@ -135,6 +98,13 @@ class Computer:
         timeline.append(known, state, singularity, judged.levels, signs < 0.0)
         timeline.warnings += warnings[: max(0, MOST_WARNINGS - len(timeline.warnings))]
         return TimelineBatch(first, known, state, quaternion, singularity, warnings)
+
+    def _singularity_at(self, known: KnownJoints, k: int, batch: ToolState) -> Singularity:
+        # That of one pose, with what the search has found along the motion.
+        assert batch.measures is not None
+        qdot = None if np.any(np.isnan(known.qdot[k])) else known.qdot[k]
+        one = evaluate(self._robot, known.q[k], qdot)
+        return singularity_of(one._replace(measures=batch.measures[k]))
 
     def _computable(self, known: KnownJoints) -> KnownJoints:
         # Lengths of the robot file can overflow with positions the estimator lets pass, and loops

@@ -97,8 +97,7 @@ class Ingest:
         self.examples: dict[str, RefusedExample] = {}
         self._robot = robot
         self._estimator = estimator
-        names = [estimator.settings.joint_prefix + name for name in robot.joint_names]
-        self._names = tuple(names)
+        self._names = estimator.names
         self._wraps = np.array(robot.continuous)
         self._message = 0
         self._started: int | None = None
@@ -110,9 +109,14 @@ class Ingest:
         """Return the estimator's own counts."""
         return self._estimator.counts
 
-    def take(self, block: Block) -> KnownJoints:
+    def take(self, block: Block | UnreadableMessage) -> KnownJoints:
         """Return the known joints after each message of the next block that makes a state."""
         rows = _KnownRows(self._robot.dof, *self._pending)
+        if isinstance(block, UnreadableMessage):
+            self.counts[UNREADABLE] += 1
+            self._refused(0, UNREADABLE, 0, block.reason)
+            self._message += 1
+            return rows.known()
         for begin, end in self._runs(block):
             k = begin
             while k < end:
@@ -127,12 +131,9 @@ class Ingest:
         self._pending = (rows.timeout, rows.reset)
         return rows.known()
 
-    def refuse(self, message: UnreadableMessage) -> None:
-        """Count a message that cannot be read, as the node does."""
-        self.counts[UNREADABLE] += 1
-        if UNREADABLE not in self.examples:
-            self.examples[UNREADABLE] = RefusedExample(self._message, 0, message.reason)
-        self._message += 1
+    def _refused(self, k: int, reason: str, stamp: int, sentence: str) -> None:
+        # Message k of the block makes no state.
+        self.examples.setdefault(reason, RefusedExample(self._message + k, stamp, sentence))
 
     def _runs(self, block: Block) -> Iterator[tuple[int, int]]:
         # Runs of messages that can be taken in columns once the first of them is accepted; others
@@ -155,11 +156,9 @@ class Ingest:
         # position.
         if block.positions.shape[1] != len(block.names):
             return None
-        at = {name: place for place, name in enumerate(block.names)}
-        ours = [name for name in block.names if name in set(self._names)]
-        if len(ours) != len(self._names) or len(set(ours)) != len(ours):
+        if any(block.names.count(name) != 1 for name in self._names):
             return None
-        return [at[name] for name in self._names]
+        return [block.names.index(name) for name in self._names]
 
     def _one(self, block: Block, k: int, rows: '_KnownRows') -> bool:
         # One message through the estimator itself.
@@ -170,10 +169,7 @@ class Ingest:
         outcome = estimator.accept(sample)
         rows.reset |= estimator.counts[RESETS] != resets
         if isinstance(outcome, RefusedMessage):
-            if outcome.reason not in self.examples:
-                self.examples[outcome.reason] = RefusedExample(
-                    self._message + k, sample.stamp, outcome.sentence
-                )
+            self._refused(k, outcome.reason, sample.stamp, outcome.sentence)
             return False
         self._stale = False
         rows.add(

@@ -12,7 +12,7 @@ from ...kernel import Floats
 from ...kinematics.singularity import Singularity, flat_loop, singularity
 from ...robot.measures import MEASURES, Level
 from ...robot.robot import Robot
-from .timeline import Timeline
+from .timeline import Stretch, Timeline, stretches_of
 
 
 class FactorPassage(NamedTuple):
@@ -71,39 +71,31 @@ class Interval(NamedTuple):
 
 def watched_values(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
     """Return the watched measure of some states, |det| for the determinant, shape (N,)."""
-    values: Floats = np.abs(timeline.measures[robot.thresholds.measure][rows])
-    return values
+    return np.asarray(np.abs(timeline.measures[robot.thresholds.measure][rows]))
 
 
-def badness(robot: Robot, values: Floats) -> Floats:
-    """Return values of the watched measure with the sign that makes the larger one the worse."""
+def watched_at(robot: Robot, timeline: Timeline, row: int) -> float:
+    """Return the watched measure of one state."""
+    return float(watched_values(robot, timeline, slice(row, row + 1))[0])
+
+
+def badness(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
+    """Return the watched measure with the sign that makes the larger one the worse, (N,)."""
+    values = watched_values(robot, timeline, rows)
     sign = -1.0 if MEASURES[robot.thresholds.measure].small_is_bad else 1.0
-    worse: Floats = np.where(np.isnan(values), np.inf, sign * values)
-    return worse
+    return np.where(np.isnan(values), np.inf, sign * values)
 
 
 def intervals_of(robot: Robot, timeline: Timeline) -> tuple[Interval, ...]:
     """Return the intervals near a singularity, in their order."""
-    return tuple(_interval(robot, timeline, first, last) for first, last in _runs(timeline))
+    pieces = (
+        (timeline.levels[rows] != Level.OK, timeline.silent[rows]) for rows in spans(len(timeline))
+    )
+    return tuple(_interval(robot, timeline, run) for run in stretches_of(pieces) if run.label)
 
 
-def _runs(timeline: Timeline) -> Iterator[tuple[int, int]]:
-    # First and last row of every run of states that are not OK; a time-out ends one.
-    first: int | None = None
-    for rows in spans(len(timeline)):
-        bad, silent = timeline.levels[rows] != Level.OK, timeline.silent[rows]
-        before = np.concatenate([[first is not None], bad[:-1]])
-        for k in np.flatnonzero((bad != before) | bad & silent).tolist():
-            if first is not None:
-                yield first, rows.start + k - 1
-            first = rows.start + k if bad[k] else None
-    if first is not None:
-        yield first, len(timeline) - 1
-
-
-def _interval(robot: Robot, timeline: Timeline, first: int, last: int) -> Interval:
-    goes_on = last + 1 < len(timeline) and not timeline.silent[last + 1]
-    until = last + 1 if goes_on else last
+def _interval(robot: Robot, timeline: Timeline, run: Stretch) -> Interval:
+    _, first, last, until = run
     level, stopped = Level.OK, 0.0
     worst, worse = first, -math.inf
     passed: dict[int, FactorPassage] = {}
@@ -115,7 +107,7 @@ def _interval(robot: Robot, timeline: Timeline, first: int, last: int) -> Interv
         holds = np.diff(t, append=t[-1:])[: len(levels)]
         level = max(level, Level(int(np.max(levels))))
         stopped += float(np.sum(holds[levels == Level.ERROR]))
-        bad = badness(robot, watched_values(robot, timeline, rows))
+        bad = badness(robot, timeline, rows)
         k = int(np.argmax(bad))
         if bad[k] > worse:
             worst, worse = rows.start + k, float(bad[k])
@@ -129,7 +121,7 @@ def _interval(robot: Robot, timeline: Timeline, first: int, last: int) -> Interv
         end=float(timeline.t[until]),
         level=level,
         stopped=stopped,
-        value=float(watched_values(robot, timeline, slice(worst, worst + 1))[0]),
+        value=watched_at(robot, timeline, worst),
         factor=_nearest(robot, near),
         factors=tuple(sorted(_named(robot, timeline, passed.values()), key=lambda one: one.row)),
         lost='' if flat_loop(robot, near) else direction_in_words(near.lost_direction),

@@ -5,17 +5,17 @@ Only some hundred poses, and half a second around each, are kept in memory.
 """
 
 from collections.abc import Iterator
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
 from ...formats.recordings.block import LARGEST_BLOCK, Flags, Times
-from ...formats.recordings.columns import Column, StateTable
 from ...formats.recordings.source import MOST_POSES, PoseTrack
 from ...kernel import Floats
 from ...robot.robot import Robot
 from ..frame_check.joint_motion import WINDOW
 from ..frame_check.lag import REACH
+from .reported_velocities import MotionColumns
 
 # States within this time (ns) before and after a pose are kept: lags are searched in this range.
 AROUND = round((REACH + 2.0 * WINDOW) * 1e9)
@@ -52,18 +52,7 @@ class Track(NamedTuple):
     states: Floats
 
 
-class States(Protocol):
-    """States in the order of a recording, in columns, as `timeline.Timeline` has them."""
-
-    stamps: Column
-    t: Column
-    q: StateTable
-
-    def __len__(self) -> int:
-        """Return the number of states."""
-
-
-def joined(robot: Robot, track: PoseTrack, states: States) -> Track:
+def joined(robot: Robot, track: PoseTrack, states: MotionColumns) -> Track:
     """
     Return the poses of a second source with the joint positions of a recording.
 
@@ -103,12 +92,12 @@ def joined(robot: Robot, track: PoseTrack, states: States) -> Track:
     )
 
 
-def _rows(states: States) -> Iterator[slice]:
+def _rows(states: MotionColumns) -> Iterator[slice]:
     for begin in range(0, len(states), LARGEST_BLOCK):
         yield slice(begin, begin + LARGEST_BLOCK)
 
 
-def _around(states: States, at: Times) -> Iterator[tuple[Times, Floats, Floats]]:
+def _around(states: MotionColumns, at: Times) -> Iterator[tuple[Times, Floats, Floats]]:
     # Stamps, times and joint positions of the states around times: both of an interval if it
     # meets the time around one. The last state may be the first of such an interval, and waits
     # for the next rows.

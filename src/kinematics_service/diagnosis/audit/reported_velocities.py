@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,43 +28,46 @@ LONGEST = 5.0
 VELOCITY_SHARE = 0.2
 
 
-class ReportedMotion(Protocol):
-    """Positions and reported velocities of an arm in columns, as `timeline.Timeline` has them."""
-
-    stamps: Column
-    t: Column
-    q: StateTable
-    qdot: StateTable
-    differenced: Column
-
-    def __len__(self) -> int:
-        """Return the number of states."""
-
-
 class MotionColumns:
     """
-    Some states in columns, all with reported velocities.
+    The joints of N states, in columns that are read in pieces.
 
-    Parameters
+    Attributes
     ----------
     stamps : shape (N,), ns
-        N > 0.
+        Of the state.
+    t : shape (N,), s
+        Time since the first state by the stamps; a step back takes no time.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
-        Positions and reported velocities.
+        Rows of `qdot` are NaN if unknown.
+    differenced : shape (N,)
+        Whether the velocities are differences of positions.
     """
 
-    def __init__(self, stamps: Times, q: Floats, qdot: Floats) -> None:
+    def __init__(self, dof: int) -> None:
         self.stamps, self.t, self.differenced = Column(np.int64), Column(np.float64), Column(bool)
-        self.q, self.qdot = StateTable(q.shape[1]), StateTable(q.shape[1])
-        self.stamps.append(stamps)
-        self.t.append((stamps - stamps[0]) * 1e-9)
-        self.q.append(q)
-        self.qdot.append(qdot)
-        self.differenced.append(np.zeros(len(q), dtype=bool))
+        self.q, self.qdot = StateTable(dof), StateTable(dof)
+        self._clock: tuple[int, int] | None = None
 
     def __len__(self) -> int:
         """Return the number of states."""
         return len(self.stamps)
+
+    def add(self, stamps: Times, q: Floats, qdot: Floats, differenced: Flags) -> None:
+        """Add the next states, one or more."""
+        self.stamps.append(stamps)
+        self.t.append(self._times(stamps))
+        self.q.append(q)
+        self.qdot.append(qdot)
+        self.differenced.append(differenced)
+
+    def _times(self, stamps: Times) -> Floats:
+        last, passed = self._clock or (int(stamps[0]), 0)
+        steps = np.maximum(np.diff(stamps, prepend=last), 0)
+        total = passed + np.cumsum(steps)
+        self._clock = int(stamps[-1]), int(total[-1])
+        times: Floats = total * 1e-9
+        return times
 
 
 class VelocityCheck(NamedTuple):
@@ -190,7 +193,7 @@ class _Intervals(NamedTuple):
 class _Joint:
     """One joint of a recording, to be read several times."""
 
-    timeline: ReportedMotion
+    timeline: MotionColumns
     j: int
     wraps: bool
     longest: float = 0.0
@@ -240,7 +243,7 @@ class _Joint:
             yield np.diff(piece.t)[use]
 
 
-def velocity_check(timeline: ReportedMotion, j: int, wraps: bool) -> VelocityCheck | None:
+def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityCheck | None:
     """Return how the reported velocities of joint j agree; None if there is nothing to compare."""
     joint = _Joint(timeline, j, wraps)
     joint.longest = longest_interval(median(joint.forwards()))

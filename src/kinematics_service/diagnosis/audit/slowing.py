@@ -1,6 +1,5 @@
 """Where a motion would have been slowed by `ks.scale`, and why."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,7 +11,7 @@ from ...kernel import Floats
 from ...kinematics.scale import scale
 from ...kinematics.servo_rule import ServoRule
 from ...robot.robot import Robot
-from .timeline import Timeline
+from .timeline import Stretch, Timeline, stretches_of
 
 # States whose constraints are held at once.
 AT_ONCE = 2**14
@@ -104,29 +103,16 @@ def slowing_of(robot: Robot, timeline: Timeline, settings: SlowingSettings) -> S
             raise RecordingError(str(error)) from None
         words = [one.words for one in found.constraints]
         values.append(np.where(moving, found.value, np.nan))
-        slowed = moving & (found.value < 1.0)
-        causes.append(np.where(slowed, np.argmin(found.values, axis=-1), -1))
+        slower = moving & (found.value < 1.0)
+        causes.append(np.where(slower, np.argmin(found.values, axis=-1), -1))
     shares = np.asarray(values)
-    stretches = tuple(_stretches(timeline, shares, np.asarray(causes), words))
+    runs = stretches_of([(np.asarray(causes), timeline.silent[:])])
+    slowed = [run for run in runs if run.label >= 0]
+    stretches = tuple(_stretch(timeline, shares, run, words[run.label]) for run in slowed)
     return Slowing(values, stretches, int(np.sum(np.isnan(shares))))
 
 
-def _stretches(
-    timeline: Timeline, shares: Floats, causes: Floats, words: list[str]
-) -> Iterator[SlowedStretch]:
-    changes = np.diff(causes, prepend=-1, append=-1) != 0
-    changes[:-1] |= timeline.silent[:]
-    edges = np.flatnonzero(changes).tolist()
-    for first, after in zip(edges, edges[1:]):
-        if causes[first] < 0:
-            continue
-        # The state after holds until then, unless nothing was heard in between.
-        until = after if after < len(shares) and not timeline.silent[after] else after - 1
-        worst = first + int(np.argmin(shares[first:after]))
-        yield SlowedStretch(
-            begin=float(timeline.t[first]),
-            end=float(timeline.t[until]),
-            cause=words[causes[first]],
-            value=float(shares[worst]),
-            worst=worst,
-        )
+def _stretch(timeline: Timeline, shares: Floats, run: Stretch, cause: str) -> SlowedStretch:
+    begin, end = (float(timeline.t[row]) for row in (run.first, run.until))
+    worst = run.first + int(np.argmin(shares[run.first : run.last + 1]))
+    return SlowedStretch(begin, end, cause, float(shares[worst]), worst)

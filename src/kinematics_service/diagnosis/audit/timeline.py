@@ -1,11 +1,13 @@
 """The states of an arm at every message of a recording, in columns."""
 
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ...estimation.status_text import StatusText
-from ...formats.recordings.block import Flags, Times
+from ...formats.recordings.block import Flags
 from ...formats.recordings.columns import Column, StateTable
 from ...kernel import Floats
 from ...kinematics.singularity import Singularity
@@ -14,6 +16,36 @@ from ...robot.measures import MEASURES
 from ...robot.robot import Robot
 from .ingest import KnownJoints
 from .judging import Levels
+from .reported_velocities import MotionColumns
+
+
+class Stretch(NamedTuple):
+    """
+    States in a row with one label, rows `first` to `last`.
+
+    They last to row `until`: the next state, unless something breaks in between.
+    """
+
+    label: int
+    first: int
+    last: int
+    until: int
+
+
+def stretches_of(pieces: Iterable[tuple[npt.NDArray[Any], Flags]]) -> Iterator[Stretch]:
+    """Yield the stretches of labels (N,), which come with whether something breaks before each."""
+    label = first = count = 0
+    for labels, breaks in pieces:
+        label = label if count else int(labels[0])
+        before = np.concatenate([[label], labels[:-1]])
+        for k in np.flatnonzero((labels != before) | breaks).tolist():
+            row = count + k
+            if row > first:
+                yield Stretch(label, first, row - 1, row - int(breaks[k]))
+            first, label = row, int(labels[k])
+        count += len(labels)
+    if count:
+        yield Stretch(label, first, count - 1, count - 1)
 
 
 class PublishedWarning(NamedTuple):
@@ -26,9 +58,9 @@ class PublishedWarning(NamedTuple):
     status_text: StatusText
 
 
-class Timeline:
+class Timeline(MotionColumns):
     """
-    Every state of a recording; N of them, in columns that are read in pieces.
+    Every state of a recording; N of them, in columns beside those of its joints.
 
     Other values (Jacobian, quaternion, twist, other measures) are computed again from `q` and
     `qdot` for the rows that need them.
@@ -37,14 +69,6 @@ class Timeline:
     ----------
     messages : shape (N,)
         Number of the message that made it, from 0.
-    stamps : shape (N,), ns
-        Of the state.
-    t : shape (N,), s
-        Time since the first state by the stamps; a step back takes no time.
-    q, qdot : shape (N, n), rad or m, rad/s or m/s
-        Rows of `qdot` are NaN if unknown.
-    differenced : shape (N,)
-        Whether the velocities are differences of positions.
     turned : shape (N,)
         Whether the tool's quaternion is published with the opposite sign of the kernel's.
     position : shape (N, 3), m; speed : shape (N,), m/s; turning : shape (N,), rad/s
@@ -64,15 +88,9 @@ class Timeline:
     """
 
     def __init__(self, robot: Robot) -> None:
-        self.messages, self.stamps = Column(np.int64), Column(np.int64)
-        self.t = Column(np.float64)
-        self.q, self.qdot = StateTable(robot.dof), StateTable(robot.dof)
-        self.differenced, self.turned = Column(bool), Column(bool)
-        self.position, self.speed, self.turning = (
-            StateTable(3),
-            Column(np.float64),
-            Column(np.float64),
-        )
+        super().__init__(robot.dof)
+        self.messages, self.turned, self.position = Column(np.int64), Column(bool), StateTable(3)
+        self.speed, self.turning = Column(np.float64), Column(np.float64)
         kept = [one.name for one in MEASURES.values() if one.on_page]
         self.measures = {name: Column(np.float64) for name in (robot.thresholds.measure, *kept)}
         self.distance, self.nearest_singular = Column(np.float64), StateTable(robot.dof)
@@ -80,10 +98,6 @@ class Timeline:
         self.factors = StateTable(len(robot.factors.names))
         self.levels, self.silent = Column(np.int8), Column(bool)
         self.warnings: list[PublishedWarning] = []
-        self._clock: tuple[int, int] | None = None
-
-    def __len__(self) -> int:
-        return len(self.stamps)
 
     @property
     def end(self) -> float:
@@ -104,11 +118,7 @@ class Timeline:
         silent = np.zeros(len(known), dtype=bool)
         silent[list(known.timeouts)] = True
         self.messages.append(known.messages)
-        self.t.append(self._times(known.stamps))
-        self.stamps.append(known.stamps)
-        self.q.append(known.q)
-        self.qdot.append(known.qdot)
-        self.differenced.append(known.differenced)
+        self.add(known.stamps, known.q, known.qdot, known.differenced)
         self.turned.append(turned)
         self.position.append(state.position)
         self.speed.append(np.linalg.norm(twist[:, :3], axis=1))
@@ -123,14 +133,6 @@ class Timeline:
         self.factors.append(none if factors is None else factors.estimates)
         self.levels.append(levels)
         self.silent.append(silent)
-
-    def _times(self, stamps: Times) -> Floats:
-        last, passed = self._clock or (int(stamps[0]), 0)
-        steps = np.maximum(np.diff(stamps, prepend=last), 0)
-        total = passed + np.cumsum(steps)
-        self._clock = int(stamps[-1]), int(total[-1])
-        times: Floats = total * 1e-9
-        return times
 
 
 class TimelineBatch(NamedTuple):

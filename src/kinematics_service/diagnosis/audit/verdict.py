@@ -11,7 +11,7 @@ from ...typography import counted
 from .auditing import Audit
 from .findings import Finding, seconds
 from .frames import NotCompared
-from .intervals import watched_values
+from .intervals import watched_at
 from .joints import look_like_degrees
 from .plan_findings import joints_refuted, plan_findings
 
@@ -111,7 +111,7 @@ def _singular_poses(audit: Audit) -> Finding:
     thresholds = audit.robot.thresholds
     who = 'The planned motion' if audit.planned else 'The arm'
     row = audit.moments[0].row
-    worst = float(watched_values(audit.robot, audit.timeline, slice(row, row + 1))[0])
+    worst = watched_at(audit.robot, audit.timeline, row)
     value = f'{measure.words} {worst:.3g} {measure.unit}'.rstrip()
     value = measure.farther(worst, bool(audit.timeline.decided[row])) or value
     if not audit.intervals:

@@ -11,7 +11,6 @@ from ...errors import CalibrationError, KinematicsError
 from ...estimation.estimator import Estimator, EstimatorSettings
 from ...formats.images.board import BoardFinder, SeenCorners
 from ...formats.recordings.block import Times, UnreadableMessage
-from ...formats.recordings.columns import Column, StateTable
 from ...formats.recordings.open_file import TABLES, open_source
 from ...formats.recordings.source import PoseTrack, RecordingSource, Selection
 from ...formats.recordings.table_reader import table_of
@@ -20,6 +19,7 @@ from ...robot.robot import Robot
 from ..audit.frames import chosen_poses, matched
 from ..audit.ingest import Ingest
 from ..audit.neighbourhoods import joined
+from ..audit.reported_velocities import MotionColumns
 from ..frame_check.diagnosis import diagnose_frames
 from ..frame_check.errors import time_in_words
 from ..frame_check.joint_motion import SampledMotion
@@ -125,27 +125,11 @@ def read_positions(file: Path, wanted: Selection, settings: EstimatorSettings) -
         return _states(source, wanted.robot, settings).q[:]
 
 
-class _StateColumns:
-    # Columns that grow while a source is read; their times do not matter here.
-    def __init__(self, robot: Robot) -> None:
-        self.stamps, self.t, self.q = Column(np.int64), Column(np.float64), StateTable(robot.dof)
-
-    def __len__(self) -> int:
-        return len(self.stamps)
-
-
-def _states(source: RecordingSource, robot: Robot, settings: EstimatorSettings) -> _StateColumns:
-    ingest = Ingest(robot, Estimator(robot, settings))
-    states = _StateColumns(robot)
-    for block in source.blocks:
-        if isinstance(block, UnreadableMessage):
-            ingest.refuse(block)
-            continue
-        known = ingest.take(block)
+def _states(source: RecordingSource, robot: Robot, settings: EstimatorSettings) -> MotionColumns:
+    ingest, states = Ingest(robot, Estimator(robot, settings)), MotionColumns(robot.dof)
+    for known in map(ingest.take, source.blocks):
         if len(known):
-            states.stamps.append(known.stamps)
-            states.t.append(1e-9 * known.stamps)
-            states.q.append(known.q)
+            states.add(known.stamps, known.q, known.qdot, known.differenced)
     return states
 
 
@@ -153,7 +137,7 @@ def _joined(
     file: str,
     robot: Robot,
     track: PoseTrack,
-    states: _StateColumns,
+    states: MotionColumns,
     gap: float | None,
     remarks: list[str],
 ) -> MeasuredRecording:

@@ -48,7 +48,8 @@ class RecentMotion:
             np.array([getattr(answer.state, name) for answer in self._answers])
             for name in ('q', 'qdot')
         )
-        states = MotionColumns(stamps, q, qdot)
+        states = MotionColumns(robot.dof)
+        states.add(stamps, q, qdot, np.zeros(len(q), dtype=bool))
         check = velocity_check(states, j, bool(robot.continuous[j]))
         if check is not None:  # a joint at rest keeps what was found of it
             self._texts[names[j]] = check.in_words(robot.units[j])

@@ -1,6 +1,7 @@
 """An audit as one JSON object."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from ....version import __version__
 from ...frame_check.causes import TestedCause
 from ..auditing import Audit
 from ..frames import NotCompared
-from ..intervals import badness, watched_values
+from ..intervals import badness
 from ..verdict import verdict_of
 
 # Rows of the series at most; of longer recordings the worst ones, evenly spread.
@@ -44,11 +45,7 @@ def document_of(audit: Audit) -> dict[str, Any]:
     """Return the audit as a dictionary for `printing.json_text`; m, rad, s."""
     robot, timeline = audit.robot, audit.timeline
     verdict = verdict_of(audit)
-    rows = thinned_rows(
-        len(timeline),
-        MOST_ROWS,
-        lambda part: badness(robot, watched_values(robot, timeline, part)),
-    )
+    rows = thinned_rows(len(timeline), MOST_ROWS, partial(badness, robot, timeline))
     return {
         'version': __version__,
         'file': audit.file,

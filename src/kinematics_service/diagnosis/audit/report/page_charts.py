@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Callable, Iterator
-from functools import lru_cache
+from functools import lru_cache, partial
+from itertools import islice
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from ..auditing import Audit
 from ..curves import Curve, curve_of
 from ..frames import FrameReport
 from ..intervals import watched_values
+from ..timeline import stretches_of
 from .charts import Band, Chart, LevelLine
 
 # Returns the values of some rows, for a curve.
@@ -43,68 +45,39 @@ def _curve(audit: Audit, name: str, style: str, values: Values) -> Curve:
     return curve_of(name, style, timeline.end, pieces())
 
 
-def _finite(column: Column) -> Values:
-    def values(rows: slice) -> Floats:
-        numbers = column[rows]
-        return np.where(np.isinf(numbers), np.nan, numbers)
-
-    return values
-
-
 def _scaled(column: Column, scale: float) -> Values:
     return lambda rows: scale * column[rows]
 
 
 @lru_cache(maxsize=1)
 def _bands(audit: Audit) -> list[Band]:
-    timeline = audit.timeline
-    # Runs of one level; each lasts to the next message, but not through a time-out.
-    bands: list[tuple[int, int, int]] = []
-    quiet: list[int] = []
-    edges, levels = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int8)
-    silent, last = np.zeros(0, dtype=bool), -1
-    for rows in spans(len(timeline)):
-        own, breaks = timeline.levels[rows], _breaks(audit, rows)
-        at = np.flatnonzero((np.diff(own, prepend=last) != 0) | breaks)
-        last = int(own[-1])
-        if rows.stop == len(timeline):
-            at = np.append(at, len(own) - 1)
-        edges = np.append(edges, at + rows.start)
-        levels, silent = np.append(levels, own[at]), np.append(silent, breaks[at])
-        ends = edges[1:] - silent[1:]
-        bad = np.flatnonzero(levels[:-1] != Level.OK)[: MOST_BANDS + 1 - len(bands)]
-        bands += [(int(edges[k]), int(ends[k]), int(levels[k])) for k in bad]
-        gaps = np.flatnonzero(breaks) + rows.start
-        quiet += gaps[gaps > 0][: MOST_BANDS - len(quiet)].tolist()
-        edges, levels, silent = edges[-1:], levels[-1:], silent[-1:]
+    timeline, rows = audit.timeline, list(spans(len(audit.timeline)))
+    runs = stretches_of((timeline.levels[own], _breaks(audit, own)) for own in rows)
+    bad = list(islice((run for run in runs if run.label != Level.OK), MOST_BANDS + 1))
+    quiet = (k for own in rows for k in np.flatnonzero(_breaks(audit, own)) + own.start if k)
+    shown = [(run.first, run.until, Level(run.label).name) for run in bad]
+    shown = shown if len(bad) <= MOST_BANDS else []
+    shown += [(k - 1, k, 'gap') for k in islice(quiet, MOST_BANDS)]
     t = timeline.t
-    shown = bands if len(bands) <= MOST_BANDS else []
-    return [Band(float(t[a]), float(t[b]), Level(level).name) for a, b, level in shown] + [
-        Band(float(t[k - 1]), float(t[k]), 'gap') for k in quiet
-    ]
+    return [Band(float(t[begin]), float(t[end]), style) for begin, end, style in shown]
 
 
 def measure_charts(audit: Audit) -> str:
     """Return the watched measure with its thresholds, and the named factors."""
     robot, timeline = audit.robot, audit.timeline
     measure = MEASURES[robot.thresholds.measure]
-
-    def watched(rows: slice) -> Floats:
-        values = watched_values(robot, timeline, rows)
-        return np.where(np.isinf(values), np.nan, values)
-
     levels = [
         LevelLine(robot.thresholds.warn, f'WARN {robot.thresholds.warn:g}', 'warnline'),
         LevelLine(robot.thresholds.stop, f'ERROR {robot.thresholds.stop:g}'),
     ]
-    curve = _curve(audit, measure.words, 'c0', watched)
+    curve = _curve(audit, measure.words, 'c0', partial(watched_values, robot, timeline))
     title = measure.long or measure.words
     log = bool(np.any(curve.values > 0.0))
     charts = [_chart(audit, title, measure.unit, [curve], log, levels, 210)]
     factors = robot.factors.names
     if len(factors) > 1:
         curves = [
-            _curve(audit, factor, f'c{k % 6}', _scaled(timeline.factors.columns[k], 1.0))
+            _curve(audit, factor, f'c{k % 6}', timeline.factors.columns[k].__getitem__)
             for k, factor in enumerate(factors)
         ]
         zeros = 'joint motion to the zero of each factor, by first order'
@@ -112,7 +85,7 @@ def measure_charts(audit: Audit) -> str:
     for name, column in timeline.measures.items():
         if name != measure.name:
             other = MEASURES[name]
-            curve = _curve(audit, other.words, 'c0', _finite(column))
+            curve = _curve(audit, other.words, 'c0', column.__getitem__)
             if np.any(curve.values > 0.0):
                 charts.append(_chart(audit, other.words, other.unit, [curve], True))
     text = ''.join(chart.html() for chart in charts)
@@ -127,7 +100,7 @@ def measure_charts(audit: Audit) -> str:
 
 def slowing_chart(audit: Audit, values: Column) -> str:
     """Return the share of the velocities that would have been kept."""
-    curve = _curve(audit, 'scale', 'c0', _scaled(values, 1.0))
+    curve = _curve(audit, 'scale', 'c0', values.__getitem__)
     return _chart(audit, 'scale', '', [curve], height=110).html()
 
 
@@ -173,13 +146,13 @@ def tool_charts(audit: Audit) -> str:
     """Return position and speed of the tool."""
     timeline = audit.timeline
     curves = [
-        _curve(audit, name, f'c{k}', _scaled(timeline.position.columns[k], 1.0))
+        _curve(audit, name, f'c{k}', timeline.position.columns[k].__getitem__)
         for k, name in enumerate(('x', 'y', 'z'))
     ]
     frame = audit.robot.base_frame
     text = _chart(audit, f'position in {frame}', 'm', curves).html()
     for title, unit, values in (
-        ('speed', 'm/s', _scaled(timeline.speed, 1.0)),
+        ('speed', 'm/s', timeline.speed.__getitem__),
         ('turning', 'deg/s', lambda rows: np.degrees(timeline.turning[rows])),
     ):
         curve = _curve(audit, title, 'c0', values)
