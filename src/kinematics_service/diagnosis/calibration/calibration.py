@@ -22,7 +22,7 @@ from ..frame_check.hypotheses import Hypothesis, joint_hypotheses_of
 from .acceptance import JudgedFit, refusals_of
 from .board_views import BoardViews
 from .camera import ON_TOOL, Camera, given_by_camera, wrong_size
-from .checking import Measured, checked_offsets, measured
+from .checking import Measured, checked_offsets, in_words, measured
 from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
 from .corrections import corrected_robot
 from .explanations import RefusalCauses, TriedCalibration, explained, mistakes_of, scores_of_poses
@@ -183,6 +183,27 @@ class Calibration(IdentifiedTable):
         return not self.refusals
 
     @property
+    def kind(self) -> str:
+        """Return what was measured, in a word."""
+        if self.points:
+            return 'touches'
+        return 'positions' if self.positions else 'poses'
+
+    @property
+    def row(self) -> str:
+        """Return what a row is, in a word."""
+        return 'touch' if self.points else 'pose'
+
+    @property
+    def placed(self) -> str:
+        """Return what is fitted where nothing of the table is, in words."""
+        return 'tip and points' if self.points else 'base and tool'
+
+    def rms_in_words(self, errors: Errors) -> str:
+        """Return the RMS values of errors as far as they were measured, in words."""
+        return in_words(*errors.rms, self.positions)
+
+    @property
     def noise_told(self) -> bool:
         """Return whether the noise is known; otherwise so few numbers do not tell it."""
         return min(self.freedom) > UNTOLD
@@ -327,7 +348,7 @@ def calibrate(
     (0.001, 30, 30)
     """
     robot = as_robot(robot)
-    known = None if noise is None else Noise(*noise)
+    known, priors = None if noise is None else Noise(*noise), tolerances or {}
     again = partial(
         calibrate,
         apart=apart,
@@ -353,9 +374,9 @@ def calibrate(
         progress('points')
         arm = parameters_of(robot, asks_for_gears(fit))
         points = SamePointParameters(robot, touched, arm, apart or {})
-        problem = points.touch_problem(fit, fix, tolerances, check)
+        problem = points.touch_problem(points.fitted(fit, fix, priors), priors, check)
         best = fitted_terms(problem, NOTHING_ASKED, known, progress)
-        found = _fitted(robot, points.given, points, problem, None, best, known, progress)
+        found = _fitted(points, problem, None, best, known, progress)
         if found.accepted or not check:
             return found
         progress('explanations')
@@ -381,19 +402,19 @@ def calibrate(
             raise CalibrationError(f'own: {end!r} is not one of {", ".join(ENDS)}')
     arm = parameters_of(robot, asks_for_gears(fit))
     names = ChosenParameters(robot, given, tuple(own), arm.table)
-    fitted = names.fitted(fit, fix)
+    fitted = names.fitted(fit, fix, priors)
     free = Free('base' in names.groups(fitted), 'tool' in names.groups(fitted))
     progress('frame check')
     each = Free('base' in own, 'tool' in own)
     offsets, frames = checked_offsets(robot, given, free, each, check, read)
     problem = replace(
-        names.problem(arm.chain, offsets, fitted, tolerances),
+        names.problem(arm.chain, offsets, fitted, priors),
         from_tool=camera == ON_TOOL,
         whitening=whitening,
     )
     asked = asked_terms(robot, given, each.base, free.base, sessions, loads)
     best = fitted_terms(problem, asked, known, progress)
-    found = _fitted(robot, given, names, problem, frames, best, known, progress)
+    found = _fitted(names, problem, frames, best, known, progress)
     found = replace(found, camera=camera)
     size = wrong_size(best.problem, best.found) if camera is not None and check else None
     if size is not None and not size.refused:
@@ -444,8 +465,6 @@ def _half_behind(approach: npt.ArrayLike) -> Floats:
 
 
 def _fitted(
-    robot: Robot,
-    given: Measured,
     names: ChosenParameters,
     problem: FitProblem,
     frames: FrameDiagnosis | None,
@@ -453,7 +472,7 @@ def _fitted(
     instrument: Noise | None,
     progress: Callable[[str], None],
 ) -> Calibration:
-    count = len(problem.parameters)
+    robot, given, count = names.robot, names.given, len(problem.parameters)
     found = replace(
         fit.found,
         values=fit.found.values[:count],

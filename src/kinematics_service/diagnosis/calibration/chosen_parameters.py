@@ -1,7 +1,8 @@
 """The parameters of an arm measured in sets: which are fitted, from where, and what is told."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -101,9 +102,11 @@ class ChosenParameters:
         before = self.ends['base'] if end == 'tool' else 0
         return len(self.table) + 6 * (before + number)
 
-    def fitted(self, fit: Sequence[str], fix: Sequence[str]) -> list[int]:
-        """Return which parameters are fitted."""
-        for word in (*fit, *fix):
+    def fitted(
+        self, fit: Sequence[str], fix: Sequence[str], tolerances: Iterable[str] = ()
+    ) -> list[int]:
+        """Return which parameters are fitted, if all words are parameters or groups."""
+        for word in (*fit, *fix, *tolerances):
             self._check(word)
         chosen = [
             k
@@ -139,42 +142,46 @@ class ChosenParameters:
         chain: CorrectedChain,
         offsets: Sequence[Offsets],
         chosen: Sequence[int],
-        tolerances: Mapping[str, float] | None,
+        tolerances: Mapping[str, float],
     ) -> FitProblem:
         """Return the problem; base and tool begin at offsets."""
-        for word in tolerances or {}:
-            self._check(word)
-        parameters = tuple(self.every[k] for k in chosen)
-        base, tool = self.placed(offsets)
-        chains = tuple(
-            placement(chain, base[k], tool[k], (self.first('base', k), self.first('tool', k)))
-            for k in range(self.given.set_count)
-        )
-        return FitProblem(
-            parameters,
-            self.priors(parameters, tolerances or {}),
-            np.array(chosen),
-            len(self.every),
-            chains,
-            self.given.sets,
-            self.given.q,
-            self.given.poses,
-            self.given.positions,
-            None if self.given.rates is None else self.given.rates[:, :, None],
-        )
-
-    def priors(
-        self, parameters: Sequence[ArmParameter], tolerances: Mapping[str, float]
-    ) -> Floats:
-        """Return standard deviations before (P,), by tolerances and those of the robot file."""
-        of_file = self.robot.description.tolerances
-        return np.array([prior_of(one, tolerances, of_file) for one in parameters])
-
-    def placed(self, offsets: Sequence[Offsets]) -> tuple[list[Floats], list[Floats]]:
-        """Return bases and tools of the sets, with those of the file."""
         description = self.robot.description
         base, tool = description.base.motion.matrix, description.tool.motion.matrix
-        return [one.base @ base for one in offsets], [tool @ one.tool for one in offsets]
+        chains = [
+            placement(
+                chain,
+                one.base @ base,
+                tool @ one.tool,
+                (self.first('base', k), self.first('tool', k)),
+            )
+            for k, one in enumerate(offsets)
+        ]
+        rates = None if self.given.rates is None else self.given.rates[:, :, None]
+        return self.problem_of(chains, self.given.poses, chosen, tolerances, rates=rates)
+
+    def problem_of(
+        self,
+        chains: Sequence[CorrectedChain],
+        poses: Floats,
+        chosen: Sequence[int],
+        tolerances: Mapping[str, float],
+        **more: Any,
+    ) -> FitProblem:
+        """Return the problem of chains, one for each set, and what they lead to at each row."""
+        parameters = tuple(self.every[k] for k in chosen)
+        of_file = self.robot.description.tolerances
+        return FitProblem(
+            parameters,
+            np.array([prior_of(one, tolerances, of_file) for one in parameters]),
+            np.array(chosen),
+            len(self.every),
+            tuple(chains),
+            self.given.sets,
+            self.given.q,
+            poses,
+            self.given.positions,
+            **more,
+        )
 
     def possible(self, problem: FitProblem) -> int:
         """Return the number of directions that any poses of this kind could tell."""
@@ -200,23 +207,16 @@ class ChosenParameters:
         """Return X and Y (sets, 4, 4) of measured = X calibrated Y."""
         description = self.robot.description
         B, T = description.base.motion.matrix, description.tool.motion.matrix
-        every = problem.every(values)
-        base, tool = [], []
-        for k, chain in enumerate(problem.chains):
-            first, last = chain.still[0][0], chain.still[-1][-1]
-            assert isinstance(first, np.ndarray)
-            assert isinstance(last, np.ndarray)
-            moved = [motion_of(every[self.first(end, k) :][:6]) for end in ENDS]
-            base.append(first @ moved[0] @ np.linalg.inv(B))
-            tool.append(np.linalg.inv(T) @ moved[1] @ last)
-        return np.array(base), np.array(tool)
+        every, starts = problem.every(values), self.starts_of(problem)
+        base, tool = (
+            np.array([motion_of(every[self.first(end, k) :][:6]) for k in range(len(own))])
+            for end, own in zip(ENDS, starts)
+        )
+        return starts[0] @ base @ np.linalg.inv(B), np.linalg.inv(T) @ tool @ starts[1]
 
     def starts_of(self, problem: FitProblem) -> tuple[Floats, Floats]:
         """Return bases and tools (sets, 4, 4) that the corrections of the sets begin at."""
-        base, tool = [], []
-        for chain in problem.chains:
-            base.append(chain.still[0][0])
-            tool.append(chain.still[-1][-1])
+        base, tool = zip(*((one.still[0][0], one.still[-1][-1]) for one in problem.chains))
         return np.array(base), np.array(tool)
 
     def as_given(self) -> Floats:

@@ -109,7 +109,7 @@ def _far_better(one: Errors, other: Errors) -> bool:
 
 
 def _sentence(mistake: str, outcome: TriedCalibration, positions: bool) -> str:
-    left = in_words(outcome.left.position_rms, outcome.left.rotation_rms, positions)
+    left = in_words(*outcome.left.rms, positions)
     return f'{mistake}: with that undone {left} remain (rms), and {outcome.out or "none"} left out'
 
 

@@ -9,7 +9,7 @@ from ...printing import attributes
 from ...rigid_motion import roll_pitch_yaw
 from ...robot.file.parts.parameters import ENDS, TABLE_GROUPS, end_parameters
 from ...typography import listed
-from ..frame_check.errors import Errors, length_in_words
+from ..frame_check.errors import length_in_words
 from .board_views import view_document
 from .calibration import BLOCKS, Calibration
 from .checking import in_words
@@ -24,27 +24,16 @@ MOST_NAMED = 8
 OF_PARAMETER = ('name', 'group', 'unit', 'correction', 'deviation', 'prior', 'identifiable')
 
 
-def kind_of(found: Calibration) -> str:
-    """Return what was measured, in a word."""
-    if found.points:
-        return 'touches'
-    return 'positions' if found.positions else 'poses'
-
-
 def sentences_of(found: Calibration) -> Iterator[str]:
     """Yield what was found, one sentence each."""
-
-    def rms(errors: Errors) -> str:
-        return in_words(errors.position_rms, errors.rotation_rms, found.positions)
-
     yield from _verdict(found)
-    fitted = 'tip and points' if found.points else 'base and tool'
+    kind, row, rms = found.kind, found.row, found.rms_in_words
     yield (
-        f'{rms(found.before)} remain (rms) where only {fitted} are fitted; with the calibrated '
-        f'table {rms(found.after)}'
+        f'{rms(found.before)} remain (rms) where only {found.placed} are fitted; with the '
+        f'calibrated table {rms(found.after)}'
     )
     yield (
-        f'The errors of held-out {kind_of(found)} ({BLOCKS} blocks of rows) are '
+        f'The errors of held-out {kind} ({BLOCKS} blocks of rows) are '
         f'{rms(found.held_out_before)} before, {rms(found.held_out)} after'
     )
     if found.outliers:
@@ -54,8 +43,7 @@ def sentences_of(found: Calibration) -> Iterator[str]:
             f'{rms(every.after)} after; held out {rms(every.held_out_before)} before, '
             f'{rms(every.held_out)} after'
         )
-    row = 'touch' if found.points else 'pose'
-    noise = in_words(found.noise.position, found.noise.rotation, found.positions)
+    noise = in_words(*found.noise, found.positions)
     if found.noise_told:
         yield f'The noise, which the arm cannot explain, is {noise} for each number of a {row}'
     else:
@@ -63,7 +51,6 @@ def sentences_of(found: Calibration) -> Iterator[str]:
             f'There are too few numbers to estimate the noise: {noise} for each number of a {row} '
             'is assumed, and the deviations rest on it (--noise gives that of the instrument)'
         )
-    kind = kind_of(found)
     yield (
         f'{found.known} independent combinations of the {len(found.parameters)} parameters are '
         f'identifiable from these {kind}; from any such {kind} at most {found.possible} are'
@@ -123,10 +110,9 @@ def _outliers(found: Calibration) -> str:
     images = () if found.views is None else found.views.seen
     names = {k: f'{k} {images[k].name}' if images else f'{k}' for k in rows}
     named = [f'{names[k]} ({found.distances[k]:.0f} sigma)' for k in rows]
-    row = 'touch' if found.points else 'pose'
     what = 'outlier is' if len(rows) == 1 else 'outliers are'
     shown = listed(named, MOST_NAMED)
-    return f'{len(rows)} {what} left out, counted from 0: {row} {shown}'
+    return f'{len(rows)} {what} left out, counted from 0: {found.row} {shown}'
 
 
 def cells_of(one: CalibratedParameter) -> tuple[str, str, str, str]:
@@ -171,10 +157,7 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
             for one in found.combinations
         ],
         'points': [
-            {
-                **attributes(one, 'name', 'position', 'deviation'),
-                'touches': one.count,
-            }
+            {**attributes(one, 'name', 'position', 'deviation'), 'touches': one.count}
             for one in found.points
         ],
         **attributes(found, 'base_offsets', 'tool_offsets', 'base_starts', 'tool_starts'),
@@ -183,9 +166,7 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
             attributes(one, 'name', 'frame', 'pose', 'deviation') for one in placed_camera(found)
         ],
         'terms': found.terms,
-        'images': None
-        if found.views is None
-        else view_document(found.views, found.held_out_remainders),
+        'images': found.views and view_document(found.views, found.held_out_remainders),
         'remarks': found.remarks,
         'sentences': list(sentences_of(found)),
     }

@@ -33,7 +33,6 @@ from .camera import ON_TOOL
 from .checking import in_words
 from .corrections import built_nearly, in_file_units, rigid_motion
 from .fitting import OUTLIER
-from .report import kind_of
 from .uncertainty_text import uncertainty_section
 
 # Known poses written.
@@ -173,29 +172,22 @@ def certificate(
     robot
         The arm as it is written.
     """
-
-    def errors(name: str) -> str:
-        one = getattr(found, name)
-        return in_words(one.position_rms, one.rotation_rms, found.positions)
-
     left_out = f', {len(found.outliers)} left out as outliers' if found.outliers else ''
-    of_points, fitted = '', 'base and tool'
-    if found.points:
-        of_points = f' of {", ".join(one.name for one in found.points)}'
-        fitted = 'tip and points'
+    of_points = f' of {", ".join(one.name for one in found.points)}' if found.points else ''
+    kind, rms = found.kind, found.rms_in_words
     ends = 'those of the nominal file' if frames == 'robot' else 'as measured'
     facts = [f'NO CALIBRATION, written anyway: {one}' for one in found.refusals]
     facts += [
         f'Calibrated by kinematics_service {__version__} on {origin.date}.',
-        f'data: {origin.data}, {found.count} {kind_of(found)}{of_points}{left_out}',
-        f'error before ({fitted} fitted): {errors("before")} rms; after: {errors("after")}',
-        f'error of held-out {kind_of(found)} ({BLOCKS} blocks of rows): before '
-        f'{errors("held_out_before")}; after {errors("held_out")}',
+        f'data: {origin.data}, {found.count} {kind}{of_points}{left_out}',
+        f'error before ({found.placed} fitted): {rms(found.before)} rms; after: '
+        f'{rms(found.after)}',
+        f'error of held-out {kind} ({BLOCKS} blocks of rows): before '
+        f'{rms(found.held_out_before)}; after {rms(found.held_out)}',
         f'noise{"" if found.noise_told else " (assumed)"}: '
-        f'{in_words(found.noise.position, found.noise.rotation, found.positions)} of '
-        f'each number of a {"touch" if found.points else "pose"}',
-        f'identifiable from these {kind_of(found)}: {found.known} independent combinations of '
-        f'{len(found.parameters)} parameters; from any such {kind_of(found)}: {found.possible}',
+        f'{in_words(*found.noise, found.positions)} of each number of a {found.row}',
+        f'identifiable from these {kind}: {found.known} independent combinations of '
+        f'{len(found.parameters)} parameters; from any such {kind}: {found.possible}',
         f'base and tool: {ends}',
     ]
     facts += [one.sentence for one in found.combinations]

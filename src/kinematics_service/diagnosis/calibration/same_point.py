@@ -160,20 +160,18 @@ class SamePointParameters(ChosenParameters):
         points = k if end == POINTS else len(self.touches.names)
         return len(self.table) + 3 * points
 
-    def fitted(self, fit: Sequence[str], fix: Sequence[str]) -> list[int]:
-        """Return which parameters are fitted; the points always are."""
+    def fitted(
+        self, fit: Sequence[str], fix: Sequence[str], tolerances: Iterable[str] = ()
+    ) -> list[int]:
+        """Return which parameters are fitted, if all words are right; the points always are."""
         for word in (*fit, *fix):
             if word.rpartition('.')[0] in self.touches.names:
                 raise CalibrationError(f'{word!r}: where the points are is always fitted')
         points = range(self.first(POINTS, 0), self.first('tool', 0))
-        return sorted({*super().fitted(fit, fix), *points})
+        return sorted({*super().fitted(fit, fix, tolerances), *points})
 
     def touch_problem(
-        self,
-        fit: Sequence[str],
-        fix: Sequence[str],
-        tolerances: Mapping[str, float] | None,
-        check: bool,
+        self, chosen: Sequence[int], tolerances: Mapping[str, float], check: bool
     ) -> FitProblem:
         """
         Return the problem; points and tip begin where the nominal arm has them.
@@ -181,11 +179,8 @@ class SamePointParameters(ChosenParameters):
         Raises
         ------
         CalibrationError
-            A word is no parameter, or the touches are no matter of calibration.
+            The touches are no matter of calibration.
         """
-        chosen = self.fitted(fit, fix)
-        for word in tolerances or {}:
-            self._check(word)
         q, point, names = self.touches
         tool = range(self.first('tool', 0), self.first('tool', 0) + 3)
         start = _started(self.robot, q, point, free=set(tool) <= set(chosen))
@@ -193,25 +188,16 @@ class SamePointParameters(ChosenParameters):
             _check_touches(self.robot, self.touches, start)
             _check_distances(start, names, self.apart)
         self.start = start
-        parameters = tuple(self.every[k] for k in chosen)
-        return FitProblem(
-            parameters,
-            self.priors(parameters, tolerances or {}),
-            np.array(chosen),
-            len(self.every),
-            tuple(self._chain(k, start.tip) for k in range(len(names))),
-            point,
-            q,
-            rigid_positions(start.points[point]),
-            True,
-            known_distances=tuple(
-                KnownDistance(
-                    self.first(POINTS, i), self.first(POINTS, j), points[j] - points[i], distance
-                )
-                for points in [start.points]
-                for (i, j), distance in self.apart.items()
-            ),
+        points = start.points
+        distances = tuple(
+            KnownDistance(
+                self.first(POINTS, i), self.first(POINTS, j), points[j] - points[i], distance
+            )
+            for (i, j), distance in self.apart.items()
         )
+        chains = [self._chain(k, start.tip) for k in range(len(names))]
+        poses = rigid_positions(points[point])
+        return self.problem_of(chains, poses, chosen, tolerances, known_distances=distances)
 
     def _chain(self, k: int, tip: Floats) -> CorrectedChain:
         # From the base frame to the tip; the correction of point k moves it the other way.

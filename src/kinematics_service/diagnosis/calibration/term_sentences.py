@@ -19,7 +19,7 @@ def term_sentences(tried: Sequence[TriedTerm], positions: bool) -> Iterator[str]
     """Yield which terms help; `positions` says whether poses are positions alone."""
 
     def rms(errors: Errors) -> str:
-        return in_words(errors.position_rms, errors.rotation_rms, positions)
+        return in_words(*errors.rms, positions)
 
     for one in tried:
         words = WORDS[one.kind]

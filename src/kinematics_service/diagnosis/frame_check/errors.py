@@ -69,6 +69,11 @@ class Errors(NamedTuple):
     rotation_rms: float
     rotation_max: float
 
+    @property
+    def rms(self) -> tuple[float, float]:
+        """Return both RMS values, m and rad."""
+        return self.position_rms, self.rotation_rms
+
     def within(self, limit: PoseLimit) -> bool:
         """Return whether both RMS values are below a limit."""
         return self.position_rms < limit.position and self.rotation_rms < limit.angle

@@ -42,7 +42,7 @@ from ..reading import (
     seen,
     without_lag,
 )
-from ..report import cells_of, document_of, kind_of, sentences_of, term_cells
+from ..report import cells_of, document_of, sentences_of, term_cells
 from ..robot_text import CalibrationOrigin, Frames, calibrated_text
 from ..zeros import JointZero, calibrate_zeros, zero_sentences, zeros_of
 from .page import PageOrigin, page_of
@@ -396,7 +396,7 @@ def _print_report(data: CalibratedPoses, outputs: CalibrationOutputs) -> None:
         file = 'written anyway' if outputs.anyway else unwritten
         out.print(plain(f'{sentences.pop(0)}; {file}.'), '')
     names = ', '.join(data.files)
-    out.print(heading(f'{found.robot.name}: {found.count} {kind_of(found)} of {names}'), '')
+    out.print(heading(f'{found.robot.name}: {found.count} {found.kind} of {names}'), '')
     out.print(*(plain(f'  {sentence}.') for sentence in sentences), '')
     rows = table('  parameter', 'correction', 'deviation', '')
     for one in found.parameters:

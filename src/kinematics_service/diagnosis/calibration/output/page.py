@@ -15,7 +15,7 @@ from ...frame_check.errors import Errors
 from ..calibration import Calibration
 from ..identified_table import CalibratedParameter
 from ..knowledge import KNOWN
-from ..report import cells_of, kind_of, not_nothing, sentences_of, term_cells
+from ..report import cells_of, not_nothing, sentences_of, term_cells
 from .arm_picture import arm_picture
 from .plots import NARROW, PointPlot
 
@@ -58,7 +58,7 @@ def page_of(found: Calibration, origin: PageOrigin) -> str:
 def _header(found: Calibration, origin: PageOrigin) -> str:
     rows = [
         ('data', escape(', '.join(origin.files))),
-        ('', f'{found.count:,} {kind_of(found)}'),
+        ('', f'{found.count:,} {found.kind}'),
         ('robot file', escape(origin.robot)),
         ('date', escape(origin.date)),
         ('version', f'kinematics_service {__version__}'),
@@ -78,7 +78,7 @@ def _verdict(found: Calibration, origin: PageOrigin) -> str:
 
 
 def _errors(found: Calibration) -> str:
-    fitted = 'tip and points' if found.points else 'base and tool'
+    fitted = found.placed
     named: Sequence[tuple[str, Errors]] = (
         ('as given', found.as_given),
         (f'{fitted} fitted alone', found.before),
@@ -93,7 +93,7 @@ def _errors(found: Calibration) -> str:
             ('calibrated, with those left out', every.after),
             ('held out, calibrated, with those left out', every.held_out),
         )
-    headers = [kind_of(found), 'position rms', 'largest', 'orientation rms', 'largest']
+    headers = [found.kind, 'position rms', 'largest', 'orientation rms', 'largest']
     count = 3 if found.positions else len(headers)
     rows = ([escape(name), *map(not_nothing, one.cells())][:count] for name, one in named)
     return table(headers[:count], rows, range(1, count))
@@ -114,7 +114,7 @@ def _series(found: Calibration, rows: Floats, kind: int) -> list[tuple[str, Floa
 def _by_pose(found: Calibration) -> str:
     rows = _rows(found)
     rings = [k for k, row in enumerate(rows.tolist()) if row in found.outliers]
-    row = 'touch' if found.points else 'pose'
+    row = found.row
     kinds = [('error of the position', 'mm', 0), ('error of the orientation', 'deg', 1)]
     text = ''.join(
         PointPlot(
