@@ -11,7 +11,11 @@ from calibrated_arms import measured_arm
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.diagnosis.calibration.chosen_parameters import motion_of
-from kinematics_service.diagnosis.calibration.corrections import corrected_robot
+from kinematics_service.diagnosis.calibration.corrections import (
+    built_nearly,
+    corrected_robot,
+    with_ends,
+)
 from kinematics_service.diagnosis.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.kinematics.uncertainty.arm_errors import named_errors, table_errors_of
 from kinematics_service.kinematics.uncertainty.corrected_chain import CorrectingMotion, pose_change
@@ -83,12 +87,13 @@ def test_pose_and_twist_change_as_central_differences_of_other_tables_do(name):
     )
 
     def six(way):
-        values, ends = way * STEP * off, {}
+        values = way * STEP * off
         count = len(known) - 12
         base, tool = robot.description.base.motion.matrix, robot.description.tool.motion.matrix
-        ends['base'] = base @ motion_of(values[count : count + 6])
-        ends['tool'] = motion_of(values[count + 6 :]) @ tool
-        other = corrected_robot(robot, known, values, **ends)
+        base = base @ motion_of(values[count : count + 6])
+        tool = motion_of(values[count + 6 :]) @ tool
+        corrected = corrected_robot(robot, known, values).description
+        other = built_nearly(with_ends(corrected, base, tool))
         pose = ks.forward_kinematics(other, q)
         twists = [ks.twist(other, q, qdot, axes) for axes in ('base', 'tool')]
         return pose, twists

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import get_args
 
 import numpy as np
@@ -31,20 +31,12 @@ from ...robot.robot import Robot, build_robot
 from ...typography import number_text
 
 ZERO = Expression('0', Affine(0.0, ()))
-# By row of the table and place in it: the correction, rad or m.
-Corrections = Mapping[tuple[int, str], float]
 # Decimals of a number that is turned into degrees or millimetres.
 DIGITS = 12
 ORDER: tuple[Axis, ...] = get_args(Axis)
 
 
-def corrected_robot(
-    robot: Robot,
-    parameters: Sequence[ArmParameter],
-    values: Floats,
-    base: Floats | None = None,
-    tool: Floats | None = None,
-) -> Robot:
+def corrected_robot(robot: Robot, parameters: Sequence[ArmParameter], values: Floats) -> Robot:
     """
     Return the robot with corrections of its table.
 
@@ -56,33 +48,34 @@ def corrected_robot(
     ----------
     parameters, values : P
         Corrections in rad and m; those of base and tool are passed over.
-    base, tool : shape (4, 4)
-        Instead of those of the file; None: as they are.
     """
-    description = robot.description
     found = {
         (one.row, one.place): float(value)
         for one, value in zip(parameters, values)
         if one.row >= 0 and value != 0.0
     }
-    links, ends_at = _links(_geared(description, found), found)
-    ends = description.base, description.tool
-    placed = [
-        end if motion is None else replace(end, motion=rigid_motion(motion, description))
-        for end, motion in zip(ends, (base, tool))
-    ]
+    nominal = robot.description
+    table = _Corrections(_Corrections(nominal, found).geared(), found)
+    links, ends_at = table.links()
     corrected = replace(
-        description,
+        nominal,
         links=links,
-        points=tuple(replace(one, row=ends_at[one.row]) for one in description.points),
-        base=placed[0],
-        tool=placed[1],
-        uncertainty=of_joints_alone(description.uncertainty),
+        points=tuple(replace(one, row=ends_at[one.row]) for one in nominal.points),
+        uncertainty=of_joints_alone(nominal.uncertainty),
         known_poses=(),
         warnings=(),
-        tolerances=_tolerances(description, found, links, ends_at),
+        tolerances=table.tolerances(links, ends_at),
     )
     return built_nearly(corrected) if found else build_robot(corrected)
+
+
+def with_ends(description: RobotDescription, base: Floats, tool: Floats) -> RobotDescription:
+    """Return a description with another base and tool, poses (4, 4)."""
+    return replace(
+        description,
+        base=replace(description.base, motion=rigid_motion(base, description)),
+        tool=replace(description.tool, motion=rigid_motion(tool, description)),
+    )
 
 
 def built_nearly(description: RobotDescription) -> Robot:
@@ -123,115 +116,181 @@ def in_file_units(value: float, angle: bool, description: RobotDescription) -> f
     return round(1e3 * value, DIGITS) if description.length_unit == 'mm' else value
 
 
-def _geared(description: RobotDescription, found: Corrections) -> RobotDescription:
-    # With the share more that joints move in their rows.
-    shares = {
-        joint.variable: found[k, GEAR]
-        for k, joint in enumerate(description.joints)
-        if (k, GEAR) in found
-    }
+@dataclass(frozen=True, eq=False)
+class _Corrections:
+    # By row of a description's table and place in it, rad or m.
+    description: RobotDescription
+    found: Mapping[tuple[int, str], float]
 
-    def moved(motion: ElementaryMotion) -> ElementaryMotion:
-        argument = motion.argument
-        for variable, factor in argument.affine.coefficients:
-            if variable in shares:
-                more = factor * shares[variable]
-                argument = _moved_more(argument, variable, more, motion.turns, description)
-        return replace(motion, argument=argument)
+    def of(self, row: int, place: str) -> float:
+        return self.found.get((row, place), 0.0)
 
-    def link(given: Link) -> Link:
-        if isinstance(given, DhRow):
-            return replace(given, motions=tuple(map(moved, given.motions)))
-        if isinstance(given, ElementaryMotion):
-            return moved(given)
-        return given if given.joint is None else replace(given, joint=moved(given.joint))
+    def geared(self) -> RobotDescription:
+        # With the share more that joints move in their rows.
+        shares = {
+            joint.variable: self.found[k, GEAR]
+            for k, joint in enumerate(self.description.joints)
+            if (k, GEAR) in self.found
+        }
 
-    if not shares:
-        return description
-    return replace(description, links=tuple(map(link, description.links)))
+        def moved(motion: ElementaryMotion) -> ElementaryMotion:
+            argument = motion.argument
+            for variable, factor in argument.affine.coefficients:
+                if variable in shares:
+                    more = factor * shares[variable]
+                    argument = self._moved_more(argument, variable, more, motion.turns)
+            return replace(motion, argument=argument)
 
+        def link(given: Link) -> Link:
+            if isinstance(given, DhRow):
+                return replace(given, motions=tuple(map(moved, given.motions)))
+            if isinstance(given, ElementaryMotion):
+                return moved(given)
+            return given if given.joint is None else replace(given, joint=moved(given.joint))
 
-def _moved_more(
-    given: Expression, variable: str, more: float, turns: bool, description: RobotDescription
-) -> Expression:
-    # With `more` of a variable added, in rad or m by its own unit.
-    joint = next(one for one in description.joints if one.variable == variable)
-    written = more
-    if not turns and joint.type == 'helical':  # a length by an angle
-        written = in_file_units(more, False, description)
-        written *= math.radians(1.0) if description.angle_unit == 'deg' else 1.0
-    coefficients = tuple(
-        (name, factor + more if name == variable else factor)
-        for name, factor in given.affine.coefficients
-    )
-    text = _sum(given, written, f'{number_text(abs(written))}*{variable}')
-    return Expression(text, replace(given.affine, coefficients=coefficients))
+        return replace(self.description, links=tuple(map(link, self.description.links)))
 
-
-def _links(
-    description: RobotDescription, found: Corrections
-) -> tuple[tuple[Link, ...], tuple[int, ...]]:
-    # The rows, and the row that each frame of the nominal table stands after.
-    links: list[Link] = []
-    ends_at = [0]
-    turn = 0.0  # what an extra row leaves for the next one to turn back
-    for k, link in enumerate(description.links):
-        if isinstance(link, DhRow):
-            rows, turn = _dh_rows(description, k, link, found, turn)
-            links += rows
-        elif isinstance(link, ShapeRow):
-            links += _shape_rows(description, k, link, found)
-        else:
-            links += _elementary_rows(description, k, link, found)
-        # An extra row that is turned back in the next one has other axes than the nominal frame.
-        ends_at.append(len(links) - (1 if turn else 0))
-    if turn and isinstance(link, DhRow):
-        links.append(_row(link, {'theta': _turned(ZERO, turn, description)}))
-    return tuple(links), tuple(ends_at)
-
-
-def _tolerances(
-    description: RobotDescription,
-    found: Corrections,
-    links: Sequence[Link],
-    ends_at: Sequence[int],
-) -> Tolerances:
-    # Single numbers by the rows that they stand in now.
-    named = []
-    for name, value in description.tolerances.named:
-        word = name.rstrip('0123456789')
-        k = int(name.removeprefix(word))
-        if word != GEAR:
-            name = _moved(word, k, description.convention, found, links, ends_at)
-        named.append((name, value))
-    return replace(description.tolerances, named=tuple(named))
-
-
-def _moved(
-    word: str,
-    k: int,
-    convention: str,
-    found: Corrections,
-    links: Sequence[Link],
-    ends_at: Sequence[int],
-) -> str:
-    # The name of a number of row k, counted from 1, where corrections have added rows.
-    row = ends_at[k]
-    if convention not in WITH_EXTRA:
-        own = (
-            n + 1
-            for n in range(ends_at[k - 1], row)
-            if isinstance(link := links[n], ElementaryMotion) and link.axis == word
+    def _moved_more(
+        self, given: Expression, variable: str, more: float, turns: bool
+    ) -> Expression:
+        # With `more` of a variable added, in rad or m by its own unit.
+        description = self.description
+        joint = next(one for one in description.joints if one.variable == variable)
+        written = more
+        if not turns and joint.type == 'helical':  # a length by an angle
+            written = in_file_units(more, False, description)
+            written *= math.radians(1.0) if description.angle_unit == 'deg' else 1.0
+        coefficients = tuple(
+            (name, factor + more if name == variable else factor)
+            for name, factor in given.affine.coefficients
         )
-        return f'{word}{next(own, row)}'
-    if not any(found.get((k - 1, place)) for place in EXTRA_PLACES):
-        return f'{word}{row}'
-    # Standard: the row and then the one with the extra numbers; modified: that has d and theta.
-    extra = row + 1 if convention == 'standard' else row
-    if word in EXTRA:
-        return f'{"alpha" if EXTRA[word] == "Ry" else "a"}{extra}'
-    first = convention == 'modified' and word in ('a', 'alpha')
-    return f'{word}{row - first}'
+        text = _sum(given, written, f'{number_text(abs(written))}*{variable}')
+        return Expression(text, replace(given.affine, coefficients=coefficients))
+
+    def links(self) -> tuple[tuple[Link, ...], tuple[int, ...]]:
+        # The rows, and the row that each frame of the nominal table stands after.
+        links: list[Link] = []
+        ends_at = [0]
+        turn = 0.0  # what an extra row leaves for the next one to turn back
+        for k, link in enumerate(self.description.links):
+            if isinstance(link, DhRow):
+                rows, turn = self._dh_rows(k, link, turn)
+                links += rows
+            elif isinstance(link, ShapeRow):
+                links += self._shape_rows(k, link)
+            else:
+                links += self._elementary_rows(k, link)
+            # An extra row that is turned back in the next one has other axes than the nominal
+            # frame.
+            ends_at.append(len(links) - (1 if turn else 0))
+        if turn and isinstance(link, DhRow):
+            links.append(_row(link, {'theta': self._turned(ZERO, turn)}))
+        return tuple(links), tuple(ends_at)
+
+    def tolerances(self, links: Sequence[Link], ends_at: Sequence[int]) -> Tolerances:
+        # Single numbers by the rows that they stand in now.
+        named = []
+        for name, value in self.description.tolerances.named:
+            word = name.rstrip('0123456789')
+            if word != GEAR:
+                name = self._moved(word, int(name.removeprefix(word)), links, ends_at)
+            named.append((name, value))
+        return replace(self.description.tolerances, named=tuple(named))
+
+    def _moved(self, word: str, k: int, links: Sequence[Link], ends_at: Sequence[int]) -> str:
+        # The name of a number of row k, counted from 1, where corrections have added rows.
+        row, convention = ends_at[k], self.description.convention
+        if convention not in WITH_EXTRA:
+            own = (
+                n + 1
+                for n in range(ends_at[k - 1], row)
+                if isinstance(link := links[n], ElementaryMotion) and link.axis == word
+            )
+            return f'{word}{next(own, row)}'
+        if not any(self.of(k - 1, place) for place in EXTRA_PLACES):
+            return f'{word}{row}'
+        # Standard: the row and then the one with the extra numbers; modified: that has d and
+        # theta.
+        extra = row + 1 if convention == 'standard' else row
+        if word in EXTRA:
+            return f'{"alpha" if EXTRA[word] == "Ry" else "a"}{extra}'
+        first = convention == 'modified' and word in ('a', 'alpha')
+        return f'{word}{row - first}'
+
+    def _dh_rows(self, k: int, link: DhRow, turn: float) -> tuple[list[Link], float]:
+        def corrected(name: str, given: Expression) -> Expression:
+            angle = link.motions[link.names.index(name)].axis[0] == 'R'
+            return self._added(given, self.of(k, name), angle)
+
+        turns = {'theta': turn} if turn else {}
+        cells = {
+            name: corrected(name, self._turned(link[name], turns.get(name, 0.0)))
+            for name in link.names
+        }
+        beta, b = self.of(k, 'Ry'), self.of(k, 'Ty')
+        if not beta and not b:
+            return [_row(link, cells)], 0.0
+        # Ry(beta) Ty(b) = Rz(90 deg) Rx(beta) Tx(b) Rz(-90 deg): a row more, and the turn back.
+        quarter = self._turned(ZERO, math.pi / 2.0)
+        extra = {'a': self._number(b, False), 'alpha': self._number(beta, True)}
+        if self.description.convention == 'standard':
+            own = _row(link, cells)
+            return [own, _row(link, {**extra, 'theta': quarter})], -math.pi / 2.0
+        # Modified: the table's a and alpha stand before the extra ones, its theta and d behind
+        # them.
+        first = _row(link, {'a': cells['a'], 'alpha': cells['alpha'], 'theta': quarter})
+        back = corrected('theta', self._turned(link['theta'], -math.pi / 2.0))
+        return [first, _row(link, {**extra, 'd': cells['d'], 'theta': back})], 0.0
+
+    def _elementary_rows(self, k: int, link: ElementaryMotion) -> list[Link]:
+        extra: list[Link] = [
+            ElementaryMotion(axis, self._number(self.found[k, axis], axis[0] == 'R'))
+            for axis in ORDER
+            if (k, axis) in self.found
+        ]
+        return [*extra, self._joint_added(link, k)]
+
+    def _shape_rows(self, k: int, link: ShapeRow) -> list[Link]:
+        if link.joint is None:
+            return [link]
+        joint = self._joint_added(link.joint, k)
+        numbers = [self.of(k, axis) for axis in ORDER]
+        if not any(numbers):
+            return [replace(link, joint=joint)]
+        T = np.eye(4)
+        for axis, number in zip(ORDER, numbers):
+            T = T @ small_motion(axis[0] == 'R', 'xyz'.index(axis[1]), number)
+        # The matrix `in` of the file keeps a row of its own, and the correction follows it.
+        extra = ShapeRow(rigid_motion(T, self.description), joint, link.outer)
+        if link.inner == IDENTITY:
+            return [extra]
+        return [ShapeRow(link.inner, None, IDENTITY), extra]
+
+    def _turned(self, given: Expression, turn: float) -> Expression:
+        # Quarter turns are written as such.
+        if turn == 0.0:
+            return given
+        text = '90' if self.description.angle_unit == 'deg' else 'pi/2'
+        affine = replace(given.affine, constant=given.affine.constant + turn)
+        if given.text == '0':
+            return Expression(text if turn > 0.0 else f'-{text}', affine)
+        return Expression(_sum(given, turn, text), affine)
+
+    def _added(self, given: Expression, value: float, angle: bool) -> Expression:
+        if value == 0.0:
+            return given
+        number = in_file_units(value, angle, self.description)
+        affine = replace(given.affine, constant=given.affine.constant + value)
+        return Expression(_sum(given, number, number_text(abs(number))), affine)
+
+    def _joint_added(self, joint: ElementaryMotion, k: int) -> ElementaryMotion:
+        argument = self._added(joint.argument, self.of(k, 'own'), joint.axis[0] == 'R')
+        return replace(joint, argument=argument)
+
+    def _number(self, value: float, angle: bool) -> Expression:
+        # A cell of a row that the nominal table does not have.
+        text = number_text(in_file_units(value, angle, self.description))
+        return Expression(text, Affine(value, ()))
 
 
 def _row(like: DhRow, cells: Mapping[str, Expression]) -> DhRow:
@@ -243,97 +302,6 @@ def _row(like: DhRow, cells: Mapping[str, Expression]) -> DhRow:
     return replace(like, motions=tuple(motions))
 
 
-def _dh_rows(
-    description: RobotDescription, k: int, link: DhRow, found: Corrections, turn: float
-) -> tuple[list[Link], float]:
-    def corrected(name: str, given: Expression) -> Expression:
-        angle = link.motions[link.names.index(name)].axis[0] == 'R'
-        return _added(given, found.get((k, name), 0.0), angle, description)
-
-    theta = _turned(link['theta'], turn, description) if turn else None
-    cells = {
-        name: corrected(name, theta if theta and name == 'theta' else link[name])
-        for name in link.names
-    }
-    beta, b = found.get((k, 'Ry'), 0.0), found.get((k, 'Ty'), 0.0)
-    if not beta and not b:
-        return [_row(link, cells)], 0.0
-    # Ry(beta) Ty(b) = Rz(90 deg) Rx(beta) Tx(b) Rz(-90 deg): a row more, and the turn back.
-    quarter = _turned(ZERO, math.pi / 2.0, description)
-    extra = {'a': _number(b, False, description), 'alpha': _number(beta, True, description)}
-    if description.convention == 'standard':
-        own = _row(link, cells)
-        return [own, _row(link, {**extra, 'theta': quarter})], -math.pi / 2.0
-    # Modified: the table's a and alpha stand before the extra ones, its theta and d behind them.
-    first = _row(link, {'a': cells['a'], 'alpha': cells['alpha'], 'theta': quarter})
-    back = corrected('theta', _turned(link['theta'], -math.pi / 2.0, description))
-    return [first, _row(link, {**extra, 'd': cells['d'], 'theta': back})], 0.0
-
-
-def _elementary_rows(
-    description: RobotDescription, k: int, link: ElementaryMotion, found: Corrections
-) -> list[Link]:
-    extra: list[Link] = [
-        ElementaryMotion(axis, _number(found[k, axis], axis[0] == 'R', description))
-        for axis in ORDER
-        if (k, axis) in found
-    ]
-    return [*extra, _joint_added(link, k, found, description)]
-
-
-def _shape_rows(
-    description: RobotDescription, k: int, link: ShapeRow, found: Corrections
-) -> list[Link]:
-    if link.joint is None:
-        return [link]
-    joint = _joint_added(link.joint, k, found, description)
-    numbers = [found.get((k, axis), 0.0) for axis in ORDER]
-    if not any(numbers):
-        return [replace(link, joint=joint)]
-    T = np.eye(4)
-    for axis, number in zip(ORDER, numbers):
-        T = T @ small_motion(axis[0] == 'R', 'xyz'.index(axis[1]), number)
-    # The matrix `in` of the file keeps a row of its own, and the correction follows it.
-    extra = ShapeRow(rigid_motion(T, description), joint, link.outer)
-    if link.inner == IDENTITY:
-        return [extra]
-    return [ShapeRow(link.inner, None, IDENTITY), extra]
-
-
-def _turned(given: Expression, turn: float, description: RobotDescription) -> Expression:
-    # Quarter turns are written as such.
-    if turn == 0.0:
-        return given
-    text = '90' if description.angle_unit == 'deg' else 'pi/2'
-    affine = replace(given.affine, constant=given.affine.constant + turn)
-    if given.text == '0':
-        return Expression(text if turn > 0.0 else f'-{text}', affine)
-    return Expression(_sum(given, turn, text), affine)
-
-
-def _added(
-    given: Expression, value: float, angle: bool, description: RobotDescription
-) -> Expression:
-    if value == 0.0:
-        return given
-    number = in_file_units(value, angle, description)
-    affine = replace(given.affine, constant=given.affine.constant + value)
-    return Expression(_sum(given, number, number_text(abs(number))), affine)
-
-
 def _sum(given: Expression, value: float, size: str) -> str:
     # An expression and a number of this sign, whose size is written so.
     return f'{given.text} {"-" if value < 0.0 else "+"} {size}'
-
-
-def _joint_added(
-    joint: ElementaryMotion, k: int, found: Corrections, description: RobotDescription
-) -> ElementaryMotion:
-    own, angle = found.get((k, 'own'), 0.0), joint.axis[0] == 'R'
-    return replace(joint, argument=_added(joint.argument, own, angle, description))
-
-
-def _number(value: float, angle: bool, description: RobotDescription) -> Expression:
-    # A cell of a row that the nominal table does not have.
-    text = number_text(in_file_units(value, angle, description))
-    return Expression(text, Affine(value, ()))

@@ -2,8 +2,8 @@
 
 import json
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -31,7 +31,7 @@ from ..frame_check.errors import MOST
 from .calibration import BLOCKS, Calibration
 from .camera import ON_TOOL
 from .checking import in_words
-from .corrections import built_nearly, in_file_units, rigid_motion
+from .corrections import built_nearly, in_file_units, with_ends
 from .fitting import OUTLIER
 from .uncertainty_text import uncertainty_section
 
@@ -149,11 +149,7 @@ def placed_robot(found: Calibration, frames: Frames) -> Robot:
     description = found.calibrated.description
     base = found.base_offsets[0] @ description.base.motion.matrix
     tool = description.tool.motion.matrix @ found.tool_offsets[0]
-    placed = replace(
-        description,
-        base=replace(description.base, motion=rigid_motion(base, description)),
-        tool=replace(description.tool, motion=rigid_motion(tool, description)),
-    )
+    placed = with_ends(description, base, tool)
     try:
         return build_robot(placed)
     except KinematicsError:
@@ -236,28 +232,25 @@ def _known_poses(
         T[:, :3, 3] = point - T[:, :3, :3] @ Y[:3, 3]
     elif frames == 'robot':
         T = np.linalg.inv(X) @ T @ np.linalg.inv(Y)
-    description = robot.description
-    tolerance = [
-        _rounded(in_file_units(max(size, LEAST), angle, description))
-        for size, angle in zip(
-            _tolerances(found, _lever(found, poses[rows], frames)), (False, True)
-        )
-    ]
+
+    def in_units(number: float, angle: bool) -> float:
+        return in_file_units(number, angle, robot.description)
+
+    def shown(numbers: Iterable[float], angles: Iterable[bool]) -> str:
+        return f'[{", ".join(map(number_text, map(in_units, numbers, angles)))}]'
+
     what = 'the tip touched a point' if found.points else 'measured'
     lines = [f'known_poses:  # {what}']
-    for joints, pose in zip(q[rows], T):
-        numbers = [
-            number_text(in_file_units(float(x), not slides, description))
-            for x, slides in zip(joints, robot.prismatic)
-        ]
-        xyz = [number_text(in_file_units(float(x), False, description)) for x in pose[:3, 3]]
-        entry = f'q: [{", ".join(numbers)}], xyz: [{", ".join(xyz)}]'
-        if found.positions:
-            lines.append(f'  - {{{entry}, tolerance: {{xyz: {tolerance[0]}}}}}')
-            continue
-        rpy = [number_text(in_file_units(x, True, description)) for x in exact_rpy(pose[:3, :3])]
-        bounds = f'{{xyz: {tolerance[0]}, rpy: {tolerance[1]}}}'
-        lines.append(f'  - {{{entry}, rpy: [{", ".join(rpy)}], tolerance: {bounds}}}')
+    length, angle = _tolerances(found, _lever(found, poses[rows], frames))
+    bounds = f'xyz: {_rounded(in_units(length, False))}'
+    if not found.positions:
+        bounds += f', rpy: {_rounded(in_units(angle, True))}'
+    for joints, pose in zip(q[rows].tolist(), T):
+        entry = f'q: {shown(joints, ~robot.prismatic)}, '
+        entry += f'xyz: {shown(pose[:3, 3].tolist(), [False] * 3)}, '
+        if not found.positions:
+            entry += f'rpy: {shown(exact_rpy(pose[:3, :3]), [True] * 3)}, '
+        lines.append(f'  - {{{entry}tolerance: {{{bounds}}}}}')
     return lines
 
 
@@ -278,7 +271,7 @@ def _tolerances(found: Calibration, lever: float) -> tuple[float, float]:
         OUTLIER * min(noise, max(most / OUTLIER, of_instrument))
         for noise, most, of_instrument in zip(found.noise, MOST, known)
     )
-    return math.hypot(length, lever * angle), angle
+    return max(math.hypot(length, lever * angle), LEAST), max(angle, LEAST)
 
 
 def _rounded(value: float) -> str:
