@@ -1,6 +1,7 @@
 """Measured poses looked at before anything is fitted: what is wrong with them, in a sentence."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from ...robot.file.parts.parameters import GEARS, LAG, ArmParameter
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis, check_rotations, diagnose_frames
 from ..frame_check.errors import angle_in_words, length_in_words, time_in_words
-from ..frame_check.hypotheses import INVERSE, joint_hypotheses_of
+from ..frame_check.hypotheses import DEGREES, INVERSE, from_degrees, joint_hypotheses_of
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
 # Poses of a set, and poses by which a cause is tested.
@@ -30,7 +31,6 @@ FAR_OFF, DECISIVE = 5.0, 3.0
 AS_WELL = 2.0
 # Rows of hypotheses that are compared at once, some 20 MB.
 ROWS_AT_ONCE = 20_000
-DEGREES = 'the joint positions are in degrees, not radians'
 # What a calibration finds by itself.
 CAMERA = '. Poses of a board take --camera on-tool, or fixed, as the camera is'
 FOUND_HERE = ('joint_offset', 'link_length')
@@ -65,6 +65,11 @@ class Measured(NamedTuple):
     def set_count(self) -> int:
         """Return the number of sets."""
         return int(np.max(self.sets)) + 1
+
+    def of_set(self, k: int) -> 'Measured':
+        """Return joint positions and poses of one set."""
+        own = self.sets == k
+        return self._replace(q=self.q[own], poses=self.poses[own])
 
 
 def measured(
@@ -102,7 +107,7 @@ def measured(
         raise CalibrationError(f'qdot must be finite, of the shape {at.shape}')
     result = Measured(at, T, positions, _sets(sets, count), rates)
     for k in range(result.set_count if count else 1):
-        _check_set(robot, result, k)
+        _check_set(robot, result.of_set(k))
     return result
 
 
@@ -122,9 +127,8 @@ def rigid_positions(points: Floats) -> Floats:
     return T
 
 
-def _check_set(robot: Robot, given: Measured, k: int) -> None:
-    own = given.sets == k
-    count = int(np.sum(own))
+def _check_set(robot: Robot, given: Measured) -> None:
+    count = len(given.q)
     if count < LEAST:
         few = '1 pose is' if count == 1 else f'{count} poses are'
         raise CalibrationError(
@@ -133,10 +137,10 @@ def _check_set(robot: Robot, given: Measured, k: int) -> None:
         )
     if not given.positions:
         try:
-            check_rotations(given.poses[own, :3, :3])
+            check_rotations(given.poses[:, :3, :3])
         except FramesError as error:
             raise CalibrationError(str(error)) from None
-    check_different(given.q[own], f'the {count} poses')
+    check_different(given.q, f'the {count} poses')
 
 
 def check_different(q: Floats, whose: str, least: int = LEAST) -> None:
@@ -190,21 +194,20 @@ def checked_offsets(
     """
     offsets = []
     diagnosis = None
-    rows = [given.sets == k for k in range(given.set_count)]
-    q, B = [given.q[row] for row in rows], [given.poses[row] for row in rows]
-    A = [forward_kinematics(robot, joints) for joints in q]
-    for k in range(len(rows)):
-        found = offsets_of(A[k], B[k], given.positions, free)
-        offsets.append(found)
+    sets = [given.of_set(k) for k in range(given.set_count)]
+    A, B = [forward_kinematics(robot, one.q) for one in sets], [one.poses for one in sets]
+    for of_file, one in zip(A, sets):
+        offsets.append(offsets_of(of_file, one.poses, given.positions, free))
         if check:
-            one = _checked(robot, q[k], B[k], given.positions, found, free, read)
-            diagnosis = diagnosis or one
+            said = _checked(robot, one, offsets[-1], free, read)
+            diagnosis = diagnosis or said
     return shared_offsets(A, B, offsets, given.positions, free, own), diagnosis
 
 
 def _checked(
-    robot: Robot, q: Floats, poses: Floats, positions: bool, found: Offsets, free: Free, read: str
+    robot: Robot, given: Measured, found: Offsets, free: Free, read: str
 ) -> FrameDiagnosis | None:
+    q, poses, positions = given.q, given.poses, given.positions
     middle = float(np.median(found.remainder))
     if positions:
         _check_positions(robot, q, poses, middle, free)
@@ -223,14 +226,8 @@ def _checked(
             camera = CAMERA if INVERSE[1:] in cause.sentence else ''
             raise CalibrationError(f'the frame check comes first: {diagnosis.sentence}{camera}')
     if middle > NO_CALIBRATION:
-        explained = ''
-        if positions:
-            explained = explained_by_joints(
-                robot,
-                q,
-                middle,
-                lambda joints: _left_of(robot, joints, poses, free),
-            )
+        left_by = partial(_left_of, robot, poses, free)
+        explained = explained_by_joints(robot, q, middle, left_by) if positions else ''
         raise CalibrationError(_too_far_off(robot, middle, free) + explained)
     return diagnosis
 
@@ -264,7 +261,7 @@ def explained_by_joints(
     return f'. What explains it: {words}' if len(near) == 1 else f'. Tried, not decided: {words}'
 
 
-def _left_of(robot: Robot, q: Floats, poses: Floats, free: Free) -> Floats:
+def _left_of(robot: Robot, poses: Floats, free: Free, q: Floats) -> Floats:
     # What remains of positions (H, N), m, by joint positions (H, N, n).
     A = forward_kinematics(robot, q)
     return offsets_of(A, np.broadcast_to(poses, A.shape), True, free).remainder
@@ -298,11 +295,6 @@ def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free
         left = float(np.median(offsets_of(A, others, True, free).remainder))
         if middle > ALIKE and left < NO_CALIBRATION:
             refuse_mistake(sentence, left, middle)
-
-
-def from_degrees(robot: Robot, q: Floats) -> Floats:
-    """Return joint positions (N, n) whose angles were in degrees, rad or m."""
-    return np.where(robot.prismatic, q, np.radians(q))
 
 
 def refuse_mistake(sentence: str, left: float, middle: float) -> None:

@@ -9,6 +9,7 @@ the distance between two points is known.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -31,16 +32,14 @@ from ...robot.file.parts.parameters import (
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from ..frame_check.errors import MOST, length_in_words
-from ..frame_check.hypotheses import Hypothesis
+from ..frame_check.hypotheses import DEGREES, Hypothesis, from_degrees
 from .checking import (
     ALIKE,
-    DEGREES,
     LEAST,
     NO_CALIBRATION,
     Measured,
     check_different,
     explained_by_joints,
-    from_degrees,
     refuse_mistake,
     rigid_positions,
     value_in_words,
@@ -395,12 +394,7 @@ def _check_touches(robot: Robot, touches: Touches, start: _Start) -> None:
             f'half of the touches are more than {length_in_words(middle)} from their points: no '
             f'robot {robot.name} is off by as much; it is another robot, or the rows are marked '
             'with wrong points'
-            + explained_by_joints(
-                robot,
-                touches.q,
-                middle,
-                lambda joints: _left_of(robot, touches, joints),
-            )
+            + explained_by_joints(robot, touches.q, middle, partial(_left_of, robot, touches))
         )
 
 

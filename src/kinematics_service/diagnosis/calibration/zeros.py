@@ -7,6 +7,7 @@ moves the tip as the tip could be, is not known, and it is said.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -19,8 +20,9 @@ from ...kinematics.uncertainty.parameters import parameters_of
 from ...robot.file.parts.parameters import BACKLASH, ENDS
 from ...robot.robot import Robot
 from ..frame_check.errors import angle_in_words, length_in_words
+from ..frame_check.hypotheses import DEGREES, from_degrees
 from .calibration import Calibration, calibrate
-from .checking import DEGREES, from_degrees, rigid_positions
+from .checking import rigid_positions
 from .knowledge import ParameterCombination
 from .placing import Free, offsets_of
 
@@ -103,37 +105,28 @@ def calibrate_zeros(
     touch = TOUCH if noise is None else noise[0]
     whitening = _whitening(robot, q, points, touch, play) if play and approach is None else None
 
-    def fitted(
-        q: Floats,
-        noise: tuple[float, float] | None,
-        hidden: tuple[str, ...] = (),
-        check: bool = False,
-    ) -> Calibration:
-        return calibrate(
-            robot,
-            q,
-            points,
-            approach=approach,
-            whitening=whitening,
-            fit=fit,
-            fix=(*fix, *hidden),
-            tolerances=before,
-            noise=noise,
-            check=check,
-            progress=progress,
-        )
-
     # Zeros far off would be taken for another robot by a check that knows of none.
-    found = fitted(q, noise)
+    fitted = partial(
+        calibrate,
+        robot,
+        poses=points,
+        approach=approach,
+        whitening=whitening,
+        fit=fit,
+        tolerances=before,
+        check=False,
+        progress=progress,
+    )
+    found = fitted(q, fix=fix, noise=noise)
     if noise is None and not found.noise_told:
         noise = (TOUCH, 0.0)
-    hidden = _hidden(found)
-    found = fitted(q, noise, hidden)
+    fitted = partial(fitted, fix=(*fix, *_hidden(found)), noise=noise)
+    found = fitted(q)
     if found.accepted or not check:
         return found
-    if fitted(from_degrees(robot, q), noise, hidden).accepted:
+    if fitted(from_degrees(robot, q)).accepted:
         raise CalibrationError(DEGREES)
-    return fitted(q, noise, hidden, True)
+    return fitted(q, check=True)
 
 
 def _whitening(robot: Robot, q: Floats, points: Floats, touch: float, play: float) -> Floats:

@@ -18,12 +18,18 @@ def _number(value: float) -> str:
     return f'{value:,.0f}' if abs(value) >= FAR else f'{value:.3g}'
 
 
+def _with_unit(value: float, unit: str) -> str:
+    # In thousandths of the unit where they are not too many, and 0 for round-off.
+    thousandths = 1e3 * value
+    if abs(thousandths) <= NOTHING:
+        return f'0 m{unit}'
+    long = abs(thousandths) >= LONG
+    return f'{_number(value)} {unit}' if long else f'{_number(thousandths)} m{unit}'
+
+
 def length_in_words(length: float) -> str:
     """Return a length (m) in mm, from 1 m in m, and 0 for round-off."""
-    mm = 1e3 * length
-    if abs(mm) <= NOTHING:
-        return '0 mm'
-    return f'{_number(length)} m' if abs(mm) >= LONG else f'{_number(mm)} mm'
+    return _with_unit(length, 'm')
 
 
 def angle_in_words(angle: float) -> str:
@@ -34,10 +40,7 @@ def angle_in_words(angle: float) -> str:
 
 def time_in_words(time: float) -> str:
     """Return a time (s) in ms, and 0 for round-off."""
-    ms = 1e3 * time
-    if abs(ms) <= NOTHING:
-        return '0 ms'
-    return f'{_number(time)} s' if abs(ms) >= LONG else f'{_number(ms)} ms'
+    return _with_unit(time, 's')
 
 
 class PoseLimit(NamedTuple):

@@ -20,6 +20,7 @@ from .lag import Later
 from .offsets import PoseDerivative
 
 # The same numbers, said of a source of poses in general; of known poses in `known_pose_causes`.
+DEGREES = 'the joint positions are in degrees, not radians'
 RADIANS_TWICE = 'the joint positions were turned from degrees into radians twice'
 INVERSE = 'the poses are those of the base in the tool frame'
 LENGTHS_IN_MM = 'the lengths of the table are in millimetres, not metres'
@@ -125,24 +126,17 @@ def joint_hypotheses_of(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
             yield Hypothesis('joint_order', sentence, q[:, list(order)])
     turning = ~robot.prismatic
     if np.any(turning):
-        yield Hypothesis(
-            'degrees',
-            'the joint positions are in degrees, not radians',
-            np.where(turning, np.radians(q), q),
-        )
-        yield Hypothesis(
-            'degrees',
-            RADIANS_TWICE,
-            np.where(turning, np.degrees(q), q),
-        )
+        yield Hypothesis('degrees', DEGREES, from_degrees(robot, q))
+        yield Hypothesis('degrees', RADIANS_TWICE, np.where(turning, np.degrees(q), q))
     if not np.all(turning):
-        yield Hypothesis(
-            'millimetres',
-            'the positions of the sliding joints are in millimetres, not metres',
-            np.where(turning, q, 1e-3 * q),
-        )
-
+        sliding = 'the positions of the sliding joints are in millimetres, not metres'
+        yield Hypothesis('millimetres', sliding, np.where(turning, q, 1e-3 * q))
     yield from _coupled(robot, q)
+
+
+def from_degrees(robot: Robot, q: Floats) -> Floats:
+    """Return joint positions (N, n) whose angles were in degrees, rad or m."""
+    return np.where(robot.prismatic, q, np.radians(q))
 
 
 def _coupled(robot: Robot, q: Floats) -> Iterator[Hypothesis]:

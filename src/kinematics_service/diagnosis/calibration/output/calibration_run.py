@@ -18,7 +18,7 @@ from ....formats.recordings.source import Selection
 from ....kernel import Floats
 from ....kinematics.uncertainty.parameters import parameters_of
 from ....output_file import write_documents, write_file
-from ....printing import Output, heading, json_text, plain, table
+from ....printing import Output, attributes, heading, json_text, plain, table
 from ....rigid_motion import inverses
 from ....robot.bundled import find_robot, find_robot_file
 from ....robot.file.reader import robot_file_text
@@ -35,6 +35,7 @@ from ..optional_terms import ToolLoads
 from ..proposal import LineOfSight, propose_poses, table_text, trajectory_text
 from ..reading import (
     MeasuredRecording,
+    TouchRecording,
     cells_beside,
     read_images,
     read_measured,
@@ -234,10 +235,7 @@ class CalibrationRun(NamedTuple):
             sessions=columns.sessions_of(given),
             loads=columns.loads_of(given),
         )
-        remarks = [remark for one in given for remark in one.remarks]
-        return CalibratedPoses(
-            found, [one.file for one in given], remarks, given[0].q, given[0].poses
-        )
+        return CalibratedPoses(found, _files(given), _remarks(given), given[0].q, given[0].poses)
 
     def of_touches(
         self,
@@ -253,9 +251,8 @@ class CalibrationRun(NamedTuple):
         marks = [mark for one in given for mark in one.points]
         found = self._calibrated(q, tell, same_point=marks, apart=apart)
         points = {one.name: one.position for one in found.points}
-        remarks = [remark for one in given for remark in one.remarks]
         poses = rigid_positions(np.array([points[mark] for mark in marks]))
-        return CalibratedPoses(found, [one.file for one in given], remarks, q, poses)
+        return CalibratedPoses(found, _files(given), _remarks(given), q, poses)
 
     def of_images(
         self, file: Path, reading: Selection, folder: Path, finder: BoardFinder, tell: Tell
@@ -299,22 +296,13 @@ class CalibrationRun(NamedTuple):
             q,
             points,
             approach=np.concatenate(came) if len(came) == len(given) else None,
-            noise=self.fitting.noise,
             play=play,
-            fix=self.fitting.fix,
-            check=self.fitting.check,
             progress=tell,
+            **attributes(self.fitting, 'fix', 'noise', 'check'),
         )
-        remarks = [remark for one in given for remark in one.remarks]
-        names = [one.file for one in given]
-        return CalibratedPoses(
-            found,
-            names,
-            [*zero_sentences(found), *remarks],
-            q,
-            rigid_positions(points),
-            zeros_of(found),
-        )
+        remarks = [*zero_sentences(found), *_remarks(given)]
+        places = rigid_positions(points)
+        return CalibratedPoses(found, _files(given), remarks, q, places, zeros_of(found))
 
     def of_heard(self, poses: CollectedPoses, tell: Tell = lambda phase: None) -> Calibration:
         """Return the calibration from poses of a running robot."""
@@ -326,18 +314,13 @@ class CalibrationRun(NamedTuple):
         self, q: Floats, tell: Tell, qdot: Floats | None = None, **rows: Any
     ) -> Calibration:
         moves = qdot is not None and np.max(np.abs(qdot)) > MOVING
-        fit, fix, own, _, noise, check, _ = self.fitting
         return calibrate(
             self.arm,
             q,
             qdot=qdot if moves else None,
-            fit=fit,
-            fix=fix,
-            own=own,
             tolerances=self._tolerances(),
-            noise=noise,
-            check=check,
             progress=tell,
+            **attributes(self.fitting, 'fit', 'fix', 'own', 'noise', 'check'),
             **rows,
         )
 
@@ -353,6 +336,14 @@ class CalibrationRun(NamedTuple):
             if one.name not in named
             and math.isfinite(size := limit.angle if one.angle else limit.position)
         }
+
+
+def _files(given: Sequence[MeasuredRecording | TouchRecording]) -> list[str]:
+    return [one.file for one in given]
+
+
+def _remarks(given: Sequence[MeasuredRecording | TouchRecording]) -> list[str]:
+    return [remark for one in given for remark in one.remarks]
 
 
 def write_robot_file(data: CalibratedPoses, robot: str, outputs: CalibrationOutputs) -> str:
