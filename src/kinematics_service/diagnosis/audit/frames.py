@@ -63,8 +63,6 @@ class FrameReport:
         Numbers beyond what a pose can have, each a sentence.
     diagnosis
         Of the frame check.
-    level, sentence
-        The result of the comparison with the limits.
     limits
         Remainders from which on there is a warning, and an error.
     t : shape (M,), s
@@ -81,12 +79,20 @@ class FrameReport:
     unmatched: str
     doubts: tuple[str, ...]
     diagnosis: FrameDiagnosis
-    level: Level
-    sentence: str
     limits: FrameLimits
     t: Floats
     position: Floats
     rotation: Floats
+
+    @property
+    def level(self) -> Level:
+        """Return the level of the remainder."""
+        return self.limits.level(self.diagnosis)
+
+    @property
+    def sentence(self) -> str:
+        """Return the result of the comparison with the limits."""
+        return self.limits.sentence(self.diagnosis)
 
     @property
     def failed(self) -> bool:
@@ -150,8 +156,6 @@ def frames_of(
         unmatched=reason,
         doubts=track.doubts,
         diagnosis=diagnosis,
-        level=settings.limits.level(diagnosis),
-        sentence=settings.limits.sentence(diagnosis),
         limits=settings.limits,
         t=found.t[chosen],
         position=position,

@@ -151,12 +151,7 @@ def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
             odd = np.flatnonzero(steady & (np.abs(steps) > allowed))
             count += len(odd)
             found += [
-                Jump(
-                    begin + k + 1,
-                    robot.joint_names[j],
-                    float(steps[k]),
-                    float(gaps[k] * 1e-9),
-                )
+                Jump(begin + k + 1, robot.joint_names[j], float(steps[k]), float(gaps[k] * 1e-9))
                 for k in odd[:MOST_JUMPS].tolist()
             ]
         first = (first + sorted(found))[:MOST_JUMPS]

@@ -12,7 +12,7 @@ from ...estimation.estimator import Estimator, EstimatorSettings
 from ...formats.images.board import BoardFinder, SeenCorners
 from ...formats.recordings.block import Times, UnreadableMessage
 from ...formats.recordings.open_file import TABLES, open_source
-from ...formats.recordings.source import PoseTrack, RecordingSource, Selection
+from ...formats.recordings.source import RecordingSource, Selection
 from ...formats.recordings.table_reader import table_of
 from ...kernel import Floats
 from ...robot.robot import Robot
@@ -109,7 +109,27 @@ def read_measured(
         )
     if track.refused:
         raise CalibrationError(f'{file}: {track.name}: {track.refused}')
-    return _joined(str(file), wanted.robot, track, states, gap, remarks)
+    found = joined(wanted.robot, track, states)
+    use, reason = matched(found, gap)
+    matching = np.flatnonzero(use)
+    if not len(matching):
+        raise CalibrationError(f'{file}: {track.name}: {reason or "there is no pose"}')
+    chosen = chosen_poses(track, found, use)
+    total = track.total or len(track.stamps)
+    if len(chosen.rows) < len(matching) or len(track.stamps) < total:
+        remarks.append(f'{len(chosen.rows):,} of {total:,} poses are used, evenly spread')
+    return MeasuredRecording(
+        str(file),
+        track.name,
+        chosen.q,
+        chosen.poses,
+        track.kind,
+        chosen.stamps,
+        chosen.motion,
+        _rates(wanted.robot, chosen.motion, chosen.stamps),
+        (*remarks, *([reason] if reason else []), *track.doubts),
+        None if track.rows is None else track.rows[found.poses[chosen.rows]],
+    )
 
 
 def read_positions(file: Path, wanted: Selection, settings: EstimatorSettings) -> Floats:
@@ -131,38 +151,6 @@ def _states(source: RecordingSource, robot: Robot, settings: EstimatorSettings) 
         if len(known):
             states.add(known.stamps, known.q, known.qdot, known.differenced)
     return states
-
-
-def _joined(
-    file: str,
-    robot: Robot,
-    track: PoseTrack,
-    states: MotionColumns,
-    gap: float | None,
-    remarks: list[str],
-) -> MeasuredRecording:
-    found = joined(robot, track, states)
-    use, reason = matched(found, gap)
-    matching = np.flatnonzero(use)
-    if not len(matching):
-        reason = reason or 'there is no pose'
-        raise CalibrationError(f'{file}: {track.name}: {reason}')
-    chosen = chosen_poses(track, found, use)
-    total = track.total or len(track.stamps)
-    if len(chosen.rows) < len(matching) or len(track.stamps) < total:
-        remarks = [*remarks, f'{len(chosen.rows):,} of {total:,} poses are used, evenly spread']
-    return MeasuredRecording(
-        file,
-        track.name,
-        chosen.q,
-        chosen.poses,
-        track.kind,
-        chosen.stamps,
-        chosen.motion,
-        _rates(robot, chosen.motion, chosen.stamps),
-        (*remarks, *([reason] if reason else []), *track.doubts),
-        None if track.rows is None else track.rows[found.poses[chosen.rows]],
-    )
 
 
 def _rates(robot: Robot, motion: tuple[Floats, Floats] | None, stamps: Floats) -> Floats:

@@ -15,7 +15,7 @@ from .causes import Causes, TestedCause, causes_of
 from .errors import EXPLAINED, Errors, PoseLimit, errors_of
 from .hypotheses import ComparedData
 from .joint_motion import SampledMotion
-from .lag import Extrapolated, Later, LookedUp
+from .lag import Later, extrapolated, looked_up
 from .offsets import equations_of, fit_offsets, free_directions, scale_of
 
 # A remainder below both (m, rad) needs no cause: encoders and factory calibrations are coarser.
@@ -219,17 +219,17 @@ def _later(
             )
         if len(times) < 2 or not (np.all(np.diff(times) > 0.0) and np.all(np.isfinite(positions))):
             raise FramesError('the motion must have rising times and finite joint positions')
-        return LookedUp(SampledMotion(times, positions, robot.continuous), t)
+        return looked_up(SampledMotion(times, positions, robot.continuous), t)
     if qdot is not None:
         speeds = np.nan_to_num(np.array(qdot, dtype=np.float64))
         if speeds.shape != q.shape:
             raise FramesError(f'qdot must have the shape {q.shape}, not {speeds.shape}')
-        return Extrapolated(q, speeds)
+        return extrapolated(q, speeds)
     if t is None:
         samples = np.arange(len(q), dtype=np.float64)
-        return LookedUp(SampledMotion(samples, q, robot.continuous, 1.5), samples, 'samples')
+        return looked_up(SampledMotion(samples, q, robot.continuous, 1.5), samples, 'samples')
     if np.all(np.diff(t) > 0.0):
-        return LookedUp(SampledMotion(t, q, robot.continuous), t)
+        return looked_up(SampledMotion(t, q, robot.continuous), t)
     return None
 
 

@@ -35,13 +35,12 @@ class PoseError:
     @property
     def share(self) -> float:
         """Return the error as a share of its tolerance: beyond 1 the pose is wrong."""
-        shares = []
-        for error, tolerance in (
-            (self.distance, self.known.tolerance_xyz),
-            (self.angle, self.known.tolerance_rpy),
-        ):
-            shares.append(error / tolerance if tolerance > 0.0 else np.inf if error else 0.0)
-        return float(np.nanmax(shares)) if not np.isnan(shares).any() else np.inf
+        pairs = (self.distance, self.known.tolerance_xyz), (self.angle, self.known.tolerance_rpy)
+        shares = [
+            error / tolerance if tolerance > 0.0 else math.inf if error else 0.0
+            for error, tolerance in pairs
+        ]
+        return math.inf if any(map(math.isnan, shares)) else max(shares)
 
     def __str__(self) -> str:
         """

@@ -2,7 +2,8 @@
 The lag between two sources: the joints are looked up at other times, and the remainders compared.
 """
 
-from typing import NamedTuple, Protocol
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -26,42 +27,36 @@ SIFTED, SIFT_STEPS, REFINED, ROUNDS = 40, 4, 2, 6
 LEAST = 8
 
 
-class Later(Protocol):
-    """Joint positions at the times of the poses, and a lag later."""
+class Later(NamedTuple):
+    """
+    Joint positions at the times of the poses, and a lag later.
 
-    unit: str
+    Attributes
+    ----------
+    at
+        Returns them `lag` after the poses.
+    reach
+        The largest lag tried.
+    unit
+        Of lags: s or samples.
+    """
+
+    at: Callable[[float], JointsAtTimes]
     reach: float
-
-    def at(self, lag: float) -> JointsAtTimes:
-        """Return the joint positions `lag` after the poses."""
+    unit: str = 's'
 
 
-class Extrapolated:
-    """Joints known at the poses alone, with their rates (N, n) per s."""
-
-    unit, reach = 's', REACH
-
-    def __init__(self, q: Floats, rates: Floats) -> None:
-        self._q, self._rates = q, rates
-
-    def at(self, lag: float) -> JointsAtTimes:
-        """Return the joint positions a lag later, at constant speed."""
-        return JointsAtTimes(
-            self._q + lag * self._rates, self._rates, np.ones(len(self._q), dtype=bool)
-        )
+def extrapolated(q: Floats, rates: Floats) -> Later:
+    """Return joints known at the poses alone, at constant rates (N, n) per s."""
+    known = np.ones(len(q), dtype=bool)
+    return Later(lambda lag: JointsAtTimes(q + lag * rates, rates, known), REACH)
 
 
-class LookedUp:
-    """Joints looked up in a motion; `stamps` (N,) are those of the poses, `unit` s or samples."""
-
-    def __init__(self, motion: SampledMotion, stamps: Floats, unit: str = 's') -> None:
-        reach = REACH if unit == 's' else REACH_IN_SAMPLES
-        self.unit, self.reach = unit, min(reach, SHARE * motion.duration)
-        self._motion, self._stamps = motion, stamps
-
-    def at(self, lag: float) -> JointsAtTimes:
-        """Return the joint positions a lag later."""
-        return self._motion.at(self._stamps + lag)
+def looked_up(motion: SampledMotion, stamps: Floats, unit: str = 's') -> Later:
+    """Return joints of a motion; `stamps` (N,) are those of the poses, `unit` s or samples."""
+    reach = REACH if unit == 's' else REACH_IN_SAMPLES
+    reach = min(reach, SHARE * motion.duration)
+    return Later(lambda lag: motion.at(stamps + lag), reach, unit)
 
 
 class Lagged(NamedTuple):

@@ -65,12 +65,9 @@ def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> dict[str, Any
         values = np.asarray(label(known))
         whole = np.zeros((len(q), *values.shape[1:]), dtype=values.dtype)
         whole[good] = values
-        labels[name] = np.ma.array(whole, mask=np.broadcast_to(_rows(~good, whole), whole.shape))
+        labels[name] = np.ma.array(whole, mask=False)
+        labels[name][~good] = np.ma.masked
     return labels
-
-
-def _rows(flags: Any, like: Any) -> Any:
-    return flags.reshape(-1, *(1,) * (like.ndim - 1))
 
 
 def _closing(robot: Robot, q: Floats) -> Any:

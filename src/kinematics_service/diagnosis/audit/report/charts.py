@@ -67,7 +67,7 @@ class Chart:
 
     def html(self) -> str:
         """Return the figure."""
-        axis = _Scale.of(self)
+        axis = ValueScale.of(self)
         keys = ''.join(
             f'<span class="key"><svg viewBox="0 0 30 10"><line class="{curve.style}" x1="0" '
             f'x2="30" y1="5" y2="5"/></svg>{escape(curve.name)}</span>'
@@ -96,7 +96,7 @@ class Chart:
             '</figure>\n'
         )
 
-    def _axes(self, axis: '_Scale', scale: float) -> tuple[str, str]:
+    def _axes(self, axis: 'ValueScale', scale: float) -> tuple[str, str]:
         marks, labels = [], []
         for value in axis.ticks():
             y = axis.at(value)
@@ -123,7 +123,7 @@ class Chart:
         width = max(WIDTH * (band.end - band.begin) / end, 2.0)
         return f'<rect class="{band.style}" x="{x:.2f}" y="0" width="{width:.2f}" height="100"/>'
 
-    def _path(self, curve: Curve, axis: '_Scale') -> str:
+    def _path(self, curve: Curve, axis: 'ValueScale') -> str:
         x, y = across(curve.t, self.end), axis.at_all(curve.values)
         if len(x) == 1:
             return f'M{x[0] - 3:.1f} {y[0]:.2f}L{x[0] + 3:.1f} {y[0]:.2f}'
@@ -134,13 +134,16 @@ class Chart:
 
 
 @dataclass(frozen=True)
-class _Scale:
+class ValueScale:
+    """The axis of values from `low` to `high`, linear or logarithmic."""
+
     low: float
     high: float
     log: bool
 
     @classmethod
-    def of(cls, chart: Chart) -> '_Scale':
+    def of(cls, chart: Chart) -> 'ValueScale':
+        """Return that of a chart: its curves with some air, and the levels it must show."""
         values = [curve.values for curve in chart.curves]
         lows = [float(np.min(column)) for column in values if len(column)] or [0.0]
         highs = [float(np.max(column)) for column in values if len(column)] or [1.0]
@@ -149,7 +152,7 @@ class _Scale:
         return cls._of_powers(low, high, marks) if chart.log else cls._plain(low, high, marks)
 
     @classmethod
-    def _of_powers(cls, low: float, high: float, marks: Sequence[float]) -> '_Scale':
+    def _of_powers(cls, low: float, high: float, marks: Sequence[float]) -> 'ValueScale':
         positive = [mark for mark in marks if mark > 0.0]
         high = max([high, *(1.3 * mark for mark in positive)]) or 1.0
         least = max(low, high * 10.0**-DECADES)
@@ -157,7 +160,7 @@ class _Scale:
         return cls(10 ** (math.log10(low) - 0.1), 10 ** (math.log10(high) + 0.1), True)
 
     @classmethod
-    def _plain(cls, low: float, high: float, marks: Sequence[float]) -> '_Scale':
+    def _plain(cls, low: float, high: float, marks: Sequence[float]) -> 'ValueScale':
         room = (high - low) or max(abs(high), 1.0) * 0.1
         # A limit is shown where the curve comes near it.
         for mark in marks:
@@ -167,9 +170,11 @@ class _Scale:
         return cls(low - AIR * room, high + AIR * room, False)
 
     def at(self, value: float) -> float:
+        """Return where a value stands, from the top, of `HEIGHT`."""
         return float(self.at_all(np.array([value]))[0])
 
     def at_all(self, values: Floats) -> Floats:
+        """Return the same of several values."""
         if self.log:
             share = np.log(np.maximum(values, self.low) / self.low)
             share = share / math.log(self.high / self.low)
@@ -178,6 +183,7 @@ class _Scale:
         return np.asarray(HEIGHT * (1.0 - np.clip(share, 0.0, 1.0)))
 
     def ticks(self) -> list[float]:
+        """Return round numbers for its labels."""
         if not self.log:
             return nice_ticks(self.low, self.high, 4)
         first, last = math.ceil(math.log10(self.low)), math.floor(math.log10(self.high))

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ....kernel import Floats
+from ....kernel import Floats, Integers
 from ....kinematics.forward import forward_kinematics, link_frames
 from ...frame_check.errors import length_in_words
 from ..calibration import Calibration
@@ -24,7 +24,7 @@ def arm_picture(found: Calibration) -> str:
     """Return the arm at one pose, and the error at every pose before and after."""
     used = np.setdiff1d(np.arange(found.count), found.outliers)
     rows = used[np.unique(np.linspace(0, len(used) - 1, MOST).astype(int))]
-    tips = _tips(found, rows)
+    tips = _tools(found, rows)[:, :3, 3]
     before, after = (
         _in_base(found, rows, one) for one in (found.remainders_before, found.remainders)
     )
@@ -60,32 +60,28 @@ def _lengths(vectors: Floats) -> Floats:
     return np.asarray(np.linalg.norm(vectors, axis=1))
 
 
-def _tips(found: Calibration, rows: np.ndarray) -> Floats:  # type: ignore[type-arg]
-    # Where the calibrated arm has the point that was measured, in its base frame.
-    tool = found.tool_offsets[_sets(found, rows, len(found.tool_offsets))]
-    poses = forward_kinematics(found.calibrated, found.q[rows]) @ tool
-    return np.asarray(poses[:, :3, 3])
+def _tools(found: Calibration, rows: Integers) -> Floats:
+    # Where the calibrated arm has what was measured, in its base frame.
+    tool = _of_sets(found.tool_offsets, found, rows)
+    return np.asarray(forward_kinematics(found.calibrated, found.q[rows]) @ tool)
 
 
-def _in_base(found: Calibration, rows: np.ndarray, remainders: Floats) -> Floats:  # type: ignore[type-arg]
+def _in_base(found: Calibration, rows: Integers, remainders: Floats) -> Floats:
+    # Remainders are in the frame of the camera, or in that of the measured poses.
     if found.camera == ON_TOOL:
-        # Remainders are in the frame of the camera.
-        tool = found.tool_offsets[_sets(found, rows, len(found.tool_offsets))]
-        R = (forward_kinematics(found.calibrated, found.q[rows]) @ tool)[:, :3, :3]
-        return np.asarray((R @ remainders[rows, 0, :, None])[:, :, 0])
-    # Remainders are in the frame of the measured poses.
-    X = found.base_offsets[_sets(found, rows, len(found.base_offsets))]
-    turned = np.swapaxes(X[:, :3, :3], 1, 2) @ remainders[rows, 0, :, None]
-    return np.asarray(turned[:, :, 0])
+        R = _tools(found, rows)[:, :3, :3]
+    else:
+        R = np.swapaxes(_of_sets(found.base_offsets, found, rows)[:, :3, :3], 1, 2)
+    return np.asarray((R @ remainders[rows, 0, :, None])[:, :, 0])
 
 
-def _sets(found: Calibration, rows: np.ndarray, count: int) -> np.ndarray:  # type: ignore[type-arg]
-    return found.sets[rows] if count > 1 else np.zeros(len(rows), dtype=np.int64)
+def _of_sets(offsets: Floats, found: Calibration, rows: Integers) -> Floats:
+    return offsets[found.sets[rows] if len(offsets) > 1 else np.zeros_like(rows)]
 
 
 def _arm(found: Calibration, row: int) -> Floats:
     frames = link_frames(found.calibrated, found.q[row])[:, :3, 3]
-    tool = _tips(found, np.array([row]))
+    tool = _tools(found, np.array([row]))[:, :3, 3]
     return np.concatenate([np.zeros((1, 3)), frames, tool])
 
 

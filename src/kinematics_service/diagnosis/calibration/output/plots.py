@@ -1,6 +1,5 @@
 """Points over an axis on the page of a calibration, errors before and after side by side."""
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -8,7 +7,8 @@ from html import escape
 import numpy as np
 
 from ....kernel import Floats
-from ...audit.report.charts import nice_ticks, shown
+from ...audit.report import charts
+from ...audit.report.charts import ValueScale, nice_ticks, shown
 
 WIDTH, NARROW, HEIGHT = 720, 440, 220
 LEFT, RIGHT, TOP, BOTTOM = 64, 12, 10, 34
@@ -58,11 +58,12 @@ class PointPlot:
         def column(x: float) -> float:
             return LEFT + (self.width - LEFT - RIGHT) * (x - begin) / (end - begin)
 
-        def row(value: float) -> float:
-            share = math.log(max(value, low) / low) / math.log(high / low)
-            return HEIGHT - BOTTOM - (HEIGHT - BOTTOM - TOP) * share
+        axis = ValueScale(low, high, log=True)
 
-        parts = [_value_axis(low, high, row, self.width), _across_axis(begin, end, column)]
+        def row(value: float) -> float:
+            return TOP + (HEIGHT - BOTTOM - TOP) * axis.at(value) / charts.HEIGHT
+
+        parts = [_value_axis(axis, row, self.width), _across_axis(begin, end, column)]
         for style, own in self.series:
             parts += [
                 f'<circle class="{style}" cx="{column(x):.1f}" cy="{row(value):.1f}" r="2.4"/>'
@@ -90,16 +91,12 @@ class PointPlot:
         )
 
 
-def _value_axis(low: float, high: float, row: Place, width: int) -> str:
-    first, last = math.ceil(math.log10(low)), math.floor(math.log10(high))
-    ticks = [10.0**k for k in range(first, last + 1)]
-    if len(ticks) < 2:
-        ticks = [one for one in nice_ticks(low, high, 4) if one >= low]
+def _value_axis(axis: ValueScale, row: Place, width: int) -> str:
     return ''.join(
         f'<line class="grid" x1="{LEFT}" x2="{width - RIGHT}" y1="{row(tick):.1f}" '
         f'y2="{row(tick):.1f}"/>'
         f'<text class="end" x="{LEFT - 6}" y="{row(tick) + 4:.1f}">{shown(tick)}</text>'
-        for tick in ticks
+        for tick in axis.ticks()
     )
 
 
