@@ -16,7 +16,6 @@ from ..diagnosis.calibration.output.calibration_run import (
     CalibrationOutputs,
     CalibrationRun,
     Fitting,
-    Tell,
     TermColumns,
     WantedPoses,
     write_proposal,
@@ -330,12 +329,13 @@ def calibrate(
             kept.enter_context(kept_when_refused(arm, heard))
         with working('calibrating') as tell:
             tell('reading')
+            run = run._replace(tell=tell)
             if heard is not None:
-                found = run.of_heard(heard, tell)
+                found = run.of_heard(heard)
                 data = CalibratedPoses(found, topics[:2], (), heard.q, heard.poses)
             else:
                 rows = _Rows(files or [], reading, same_point, apart, pose_gap, terms, pictured)
-                data = _of_files(run, rows, of_zeros, tell)
+                data = _of_files(run, rows, of_zeros)
             written = write_robot_file(data, robot, outputs)
         write_report(data, robot, outputs)
         if not (data.found.accepted or anyway):
@@ -358,17 +358,15 @@ class _Rows(NamedTuple):
     pictured: ImageOptions | None
 
 
-def _of_files(
-    run: CalibrationRun, rows: _Rows, zeros: ZeroOptions | None, tell: Tell
-) -> CalibratedPoses:
+def _of_files(run: CalibrationRun, rows: _Rows, zeros: ZeroOptions | None) -> CalibratedPoses:
     if zeros is not None:
         column = rows.same_point or POINT
-        return run.of_sheet(rows.files, rows.reading, column, zeros.sheet, zeros.play, tell)
+        return run.of_sheet(rows.files, rows.reading, column, zeros.sheet, zeros.play)
     if rows.same_point is not None:
-        return run.of_touches(rows.files, rows.reading, rows.same_point, rows.apart, tell)
+        return run.of_touches(rows.files, rows.reading, rows.same_point, rows.apart)
     if rows.pictured is not None:
-        return run.of_images(rows.files[0], rows.reading, *rows.pictured, tell)
-    return run.of_recordings(rows.files, rows.reading, rows.gap, rows.terms, tell)
+        return run.of_images(rows.files[0], rows.reading, *rows.pictured)
+    return run.of_recordings(rows.files, rows.reading, rows.gap, rows.terms)
 
 
 @contextmanager

@@ -77,11 +77,8 @@ def _watched_in_words(measure: Measure, value: float) -> str:
 def _tendency(singularity: Singularity, robot: Robot) -> str:
     if singularity.rate is None:
         return 'unknown'
-    worsening = (
-        -singularity.rate
-        if MEASURES[robot.thresholds.measure].small_is_bad
-        else (singularity.rate)
-    )
+    small_is_bad = MEASURES[robot.thresholds.measure].small_is_bad
+    worsening = -singularity.rate if small_is_bad else singularity.rate
     if abs(worsening) < 1e-9:
         return 'steady'
     return 'towards' if worsening > 0.0 else 'away'
@@ -109,11 +106,9 @@ def singularity_status(
     value = watched_value(robot, singularity)
     unknown = measure.name == 'distance' and singularity.distance_unknown
     shown = '' if unknown else f'{_watched_in_words(measure, value)}, '
-    determinant = singularity.determinant
-    if determinant is not None:
-        volume = f'det(J) = {determinant:.3g}'
-    else:
-        volume = f'manipulability {singularity.manipulability:.3g}'
+    volume = f'manipulability {singularity.manipulability:.3g}'
+    if singularity.determinant is not None:
+        volume = f'det(J) = {singularity.determinant:.3g}'
     loop = flat_loop(robot, singularity)
     lost = direction_in_words(singularity.lost_direction)
     fight = joints_in_words(names, singularity.joint_motion)

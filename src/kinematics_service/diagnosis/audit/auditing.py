@@ -157,9 +157,8 @@ def audit(
     asked, prefix = settings.plans, settings.estimator.joint_prefix
     if not source.planned and asked.speeds_told:
         raise RecordingError(f'{file}: speeds are asked of plans, and this is a recording')
-    ingest = Ingest(robot, Estimator(robot, settings.estimator))
-    names = tuple(prefix + name for name in robot.joint_names)
-    watch = StreamWatch(names)
+    estimator = Estimator(robot, settings.estimator)
+    ingest, watch = Ingest(robot, estimator), StreamWatch(estimator.names)
     heard: dict[str, None] = {}
 
     def each(block: Block | UnreadableMessage, part: TimelineBatch | None) -> None:
@@ -170,11 +169,10 @@ def audit(
             listener.part(part)
         listener.progress(len(block))
 
-    computer = Computer(robot, ingest, robot.base_frame, prefix)
     try:
-        timeline = computer.run(source.blocks, each)
+        timeline = Computer(robot, ingest).run(source.blocks, each)
     except NoStateError:
-        raise RecordingError(_why_nothing(source, robot, ingest, names, tuple(heard))) from None
+        raise RecordingError(_why_nothing(source, estimator, ingest, tuple(heard))) from None
     stream = watch.stream()
     jump_count, jumps = jumps_of(robot, timeline)
     intervals = intervals_of(robot, timeline)
@@ -208,13 +206,9 @@ def audit(
 
 
 def _why_nothing(
-    source: RecordingSource,
-    robot: Robot,
-    ingest: Ingest,
-    names: tuple[str, ...],
-    heard: tuple[str, ...],
+    source: RecordingSource, estimator: Estimator, ingest: Ingest, heard: tuple[str, ...]
 ) -> str:
-    wanted = ', '.join(names)
+    robot, wanted = estimator.robot, ', '.join(estimator.names)
     if not ingest.counts:
         return f'{source.topic}: there is no message'
     if ingest.counts[NOT_OURS] == sum(ingest.counts.values()):

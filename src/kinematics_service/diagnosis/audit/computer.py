@@ -8,7 +8,7 @@ import numpy as np
 
 from ...errors import JointVectorError, LoopError
 from ...estimation.estimator import ACCEPTED, NOT_CLOSED, TOO_LARGE
-from ...estimation.status_text import StatusText, singularity_status, stale_status
+from ...estimation.status_text import singularity_status, stale_status
 from ...formats.recordings.block import Block, Flags, UnreadableMessage
 from ...kernel import Floats, NearestSearch
 from ...kinematics.singularity import Singularity, measured_in_order, singularity_of
@@ -32,13 +32,10 @@ class Computer:
     ----------
     robot, ingest
         The arm, and the estimator that takes its messages.
-    base_frame, joint_prefix
-        Like the node's parameters, for the text of a warning.
     """
 
-    def __init__(self, robot: Robot, ingest: Ingest, base_frame: str, joint_prefix: str) -> None:
+    def __init__(self, robot: Robot, ingest: Ingest) -> None:
         self._robot, self._ingest = robot, ingest
-        self._base_frame, self._joint_prefix = base_frame, joint_prefix
         self._judge = Judge(robot.thresholds)
         self._search = NearestSearch(robot.arm)
         self._quaternion: Floats | None = None
@@ -68,36 +65,25 @@ class Computer:
             state = evaluate(robot, known.q, np.nan_to_num(known.qdot, nan=0.0))
         state = measured_in_order(state, self._search)
         singularity = singularity_of(state)
-        factors = singularity.factors
-        nearest = None if factors is None else np.argmin(factors.estimates, axis=1)
-        watched = getattr(singularity, robot.thresholds.measure)
-        judged = self._judge.judge(
-            np.abs(watched),
-            np.asarray(singularity.level, dtype=np.int8),
-            singularity.lost_direction,
-            nearest,
-            known.arrivals,
-            known.timeouts,
-        )
-        warnings = [
-            PublishedWarning(first + k, timeout.moment, self._stale_status(timeout.missing))
-            for k, timeout in judged.timeouts
-        ]
+        judged = self._judge.judge(known, singularity)
+        warnings = []
+        for k, timeout in judged.timeouts:
+            stale = stale_status(robot, f'no joint state of {", ".join(timeout.missing)}')
+            warnings.append(PublishedWarning(first + k, timeout.moment, stale))
         for k in judged.warnings:
             one = self._singularity_at(known, k, state)
             level = Level(int(judged.levels[k]))
-            status_text = singularity_status(
-                robot, one, level, self._base_frame, self._joint_prefix
-            )
-            warnings.append(PublishedWarning(first + k, int(known.arrivals[k]), status_text))
+            text = singularity_status(robot, one, level, robot.base_frame, self._ingest.prefix)
+            warnings.append(PublishedWarning(first + k, int(known.arrivals[k]), text))
         warnings.sort(key=lambda one: (one.row, one.moment))
         signs = self._signs(state.quaternion_xyzw, known.fresh)
         quaternion = state.quaternion_xyzw * signs[:, None]
         self._quaternion = np.array(quaternion[-1])
+        batch = TimelineBatch(first, known, state, quaternion, singularity, warnings)
         timeline = self._timeline
-        timeline.append(known, state, singularity, judged.levels, signs < 0.0)
+        timeline.append(batch, judged.levels, signs < 0.0)
         timeline.warnings += warnings[: max(0, MOST_WARNINGS - len(timeline.warnings))]
-        return TimelineBatch(first, known, state, quaternion, singularity, warnings)
+        return batch
 
     def _singularity_at(self, known: KnownJoints, k: int, batch: ToolState) -> Singularity:
         # That of one pose, with what the search has found along the motion.
@@ -126,9 +112,6 @@ class Computer:
         }
         kept = {int(at[k]): timeout for k, timeout in known.timeouts.items() if good[k]}
         return KnownJoints(**columns, timeouts=kept)
-
-    def _stale_status(self, missing: tuple[str, ...]) -> StatusText:
-        return stale_status(self._robot, f'no joint state of {", ".join(missing)}')
 
     def _signs(self, quaternions: Floats, fresh: Flags) -> Floats:
         # As in the estimator: its sign changes if the last one, as published, has the opposite

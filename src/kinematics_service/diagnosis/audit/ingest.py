@@ -72,6 +72,11 @@ class KnownJoints:
     def __len__(self) -> int:
         return len(self.stamps)
 
+    @property
+    def moving(self) -> Flags:
+        """Return at which states all velocities are known, shape (N,)."""
+        return np.asarray(~np.any(np.isnan(self.qdot), axis=1))
+
 
 class RefusedExample(NamedTuple):
     """The first message refused for a reason."""
@@ -87,17 +92,16 @@ class Ingest:
 
     Attributes
     ----------
-    counts
-        Number of messages by outcome, as the node counts them.
+    prefix
+        Of the joint names in messages.
     examples
         The first message of each reason.
     """
 
     def __init__(self, robot: Robot, estimator: Estimator) -> None:
         self.examples: dict[str, RefusedExample] = {}
-        self._robot = robot
-        self._estimator = estimator
-        self._names = estimator.names
+        self._robot, self._estimator = robot, estimator
+        self._names, self.prefix = estimator.names, estimator.settings.joint_prefix
         self._wraps = np.array(robot.continuous)
         self._message = 0
         self._started: int | None = None
@@ -106,7 +110,7 @@ class Ingest:
 
     @property
     def counts(self) -> Counter[str]:
-        """Return the estimator's own counts."""
+        """Return the number of messages by outcome: the estimator's own counts, as the node's."""
         return self._estimator.counts
 
     def take(self, block: Block | UnreadableMessage) -> KnownJoints:

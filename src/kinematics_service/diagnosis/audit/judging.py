@@ -7,10 +7,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...estimation.alarm import Alarm
-from ...formats.recordings.block import Times
 from ...kernel import Floats
+from ...kinematics.singularity import Singularity
 from ...robot.measures import MEASURES, Level, Thresholds
-from .ingest import JointTimeout
+from .ingest import JointTimeout, KnownJoints
 
 Levels = npt.NDArray[np.int8]
 
@@ -47,35 +47,12 @@ class Judge:
     thresholds: Thresholds
     alarm: Alarm = Alarm()
 
-    def judge(
-        self,
-        values: Floats,
-        alone: Levels,
-        directions: Floats,
-        factors: Times | None,
-        arrivals: Times,
-        timeouts: dict[int, JointTimeout],
-    ) -> Judged:
-        """
-        Return levels and warnings.
-
-        Parameters
-        ----------
-        values : shape (N,)
-            The watched measure, |det| for the determinant.
-        alone : shape (N,)
-            The level of each state by itself; the higher one of the two is meant where a nearer
-            singular pose is not excluded.
-        directions : shape (N, 6)
-            Lost directions.
-        factors : shape (N,)
-            Index of the nearest named factor; None if the arm has none.
-        arrivals : shape (N,), ns
-            Steady clock.
-        timeouts
-            The time-out before a row.
-        """
-        levels = self._levels(values, alone, timeouts)
+    def judge(self, known: KnownJoints, singularity: Singularity) -> Judged:
+        """Return levels and warnings of the next states, and of the time-outs before them."""
+        arrivals, timeouts = known.arrivals, known.timeouts
+        directions, factors = singularity.lost_direction, singularity.factors
+        nearest = None if factors is None else np.argmin(factors.estimates, axis=1)
+        levels = self._levels(singularity, timeouts)
         before = np.concatenate([[self.alarm.level], levels[:-1]])
         # While the level stays OK there is no warning and nothing to remember.
         eventful = (levels != Level.OK) | (before != Level.OK)
@@ -88,14 +65,17 @@ class Judge:
             if k in timeouts:
                 self.alarm, say = self.alarm.step(Level.STALE, None, timeouts[k].moment)
                 stale += [(k, timeouts[k])] if say else []
-            factor = None if factors is None else int(factors[k])
+            factor = None if nearest is None else int(nearest[k])
             self.alarm, say = self.alarm.step(
                 Level(int(levels[k])), directions[k], int(arrivals[k]), factor
             )
             warnings += [k] if say else []
         return Judged(levels, warnings, stale)
 
-    def _levels(self, values: Floats, alone: Levels, timeouts: dict[int, JointTimeout]) -> Levels:
+    def _levels(self, singularity: Singularity, timeouts: dict[int, JointTimeout]) -> Levels:
+        values = np.abs(getattr(singularity, self.thresholds.measure))
+        # The level by itself is the higher one where a nearer singular pose is not excluded.
+        alone = np.asarray(singularity.level, dtype=np.int8)
         after = np.maximum(_levels_after(self.thresholds, values), alone)
         levels: Levels = after[0].copy()
         # If the level before makes no difference, the loop is not needed.

@@ -104,17 +104,10 @@ class Timeline(MotionColumns):
         """Return the time of the last state, s."""
         return float(self.t[-1])
 
-    def append(
-        self,
-        known: KnownJoints,
-        state: ToolState,
-        singularity: Singularity,
-        levels: Levels,
-        turned: Flags,
-    ) -> None:
+    def append(self, batch: 'TimelineBatch', levels: Levels, turned: Flags) -> None:
         """Add the next batch of states."""
-        moving = ~np.any(np.isnan(known.qdot), axis=1)
-        twist = np.where(moving[:, None], state.twist, np.nan)
+        known, state, singularity = batch.known, batch.state, batch.singularity
+        twist = np.where(known.moving[:, None], state.twist, np.nan)
         silent = np.zeros(len(known), dtype=bool)
         silent[list(known.timeouts)] = True
         self.messages.append(known.messages)

@@ -43,6 +43,10 @@ class BoardPose(NamedTuple):
     squares: float
 
 
+# By the number of the image, the likeliest first.
+PosesOfImages = dict[int, list[BoardPose]]
+
+
 @dataclass(frozen=True, eq=False)
 class BoardViews(FrozenArrays):
     """
@@ -233,12 +237,8 @@ def board_views(
 
 
 def _decided(
-    robot: Robot,
-    q: Floats,
-    found: dict[int, list[BoardPose]],
-    sure: Sequence[int],
-    camera: Camera,
-) -> dict[int, list[BoardPose]]:
+    robot: Robot, q: Floats, found: PosesOfImages, sure: Sequence[int], camera: Camera
+) -> PosesOfImages:
     # Of each image the pose whose rotation is nearest to that of the arm, by images with one pose.
     def placed(poses: Floats) -> Floats:
         return inverses(poses) if camera == ON_TOOL else poses

@@ -392,11 +392,13 @@ def calibrate(
         raise CalibrationError('give qdot where the arm moved, or approach where it stood still')
     if poses is None or apart:
         raise CalibrationError('give poses; or same_point, which alone takes distances')
-    given = measured(robot, q, poses, sets, qdot if approach is None else _half_behind(approach))
+    if approach is None:
+        given = measured(robot, q, poses, sets, qdot)
+    else:
+        half_behind = -0.5 * np.sign(np.array(approach, dtype=np.float64))
+        given = measured(robot, q, poses, sets, half_behind)._replace(along=BACKLASH)
     if camera is not None:
         given = given_by_camera(robot, given, camera, check)
-    if approach is not None:
-        given = given._replace(along=BACKLASH)
     for end in own:
         if end not in ENDS:
             raise CalibrationError(f'own: {end!r} is not one of {", ".join(ENDS)}')
@@ -458,10 +460,6 @@ def _with_explanations(
             changes, scores_of, outcome_of, found.with_outliers.after, found.positions
         ),
     )
-
-
-def _half_behind(approach: npt.ArrayLike) -> Floats:
-    return np.asarray(-0.5 * np.sign(np.array(approach, dtype=np.float64)))
 
 
 def _fitted(
@@ -544,7 +542,7 @@ def _fitted(
         refusals=refusals_of(judged),
         frames=frames,
         remarks=(
-            *_remarks(given, found),
+            *_few_rows(given, found),
             *_far_corrections(parameters),
             *names.remarks(problem, found),
         ),
@@ -577,15 +575,14 @@ def _outliers(found: Identified) -> tuple[int, ...]:
     return tuple(int(k) for k in order if not found.used[k])
 
 
-def _remarks(given: Measured, found: Identified) -> tuple[str, ...]:
-    remarks = []
-    rows = (3 if given.positions else 6) * int(np.sum(found.used))
-    if rows < 2 * len(found.values):
-        remarks.append(
-            f'{int(np.sum(found.used))} poses give {rows} numbers for {len(found.values)} '
-            'parameters: the priors decide much of the result; measure more poses'
+def _few_rows(given: Measured, found: Identified) -> Iterator[str]:
+    used, count = int(np.sum(found.used)), len(found.values)
+    rows = (3 if given.positions else 6) * used
+    if rows < 2 * count:
+        yield (
+            f'{used} poses give {rows} numbers for {count} parameters: the priors decide much of '
+            'the result; measure more poses'
         )
-    return tuple(remarks)
 
 
 def _far_corrections(parameters: Sequence[CalibratedParameter]) -> Iterator[str]:

@@ -321,10 +321,20 @@ def in_words(position: float, rotation: float, positions: bool) -> str:
     return length if positions else f'{length}, {angle}'
 
 
-def value_in_words(group: str, angle: bool, value: float) -> str:
-    """Return a number of a parameter in words: an angle, a length, a time or a share."""
-    if group == LAG.group:
-        return time_in_words(value)
-    if group == GEARS:
-        return f'{100.0 * value:.3g} %'
-    return angle_in_words(value) if angle else length_in_words(value)
+IN_WORDS: dict[str, Callable[[float], str]] = {
+    'rad': angle_in_words,
+    'm': length_in_words,
+    's': time_in_words,
+    '': lambda share: f'{100.0 * share:.3g} %',
+}
+
+
+def unit_of(parameter: ArmParameter) -> str:
+    """Return the SI unit of a parameter's numbers, empty of a share."""
+    return {LAG.group: 's', GEARS: ''}.get(parameter.group, 'rad' if parameter.angle else 'm')
+
+
+def value_in_words(value: float, unit: str) -> str:
+    """Return a number in words: an angle, a length, a time, a share, or one of another unit."""
+    words = IN_WORDS.get(unit)
+    return f'{value:.3g} {unit}' if words is None else words(value)

@@ -118,7 +118,7 @@ def mistakes_of(robot: Robot, given: Measured, read: str) -> list[Hypothesis]:
     if given.positions:
         return list(joint_hypotheses_of(robot, given.q))
     A = forward_kinematics(robot, given.q)
-    whole = hypotheses_of(ComparedData(robot, given.q, given.poses, None, read))
+    whole = hypotheses_of(ComparedData(robot, given.q, given.poses, read=read))
     # A table of another convention has other parameters: the frame check alone tries it.
     joints_and_poses = (one for one in whole if one.robot is None)
     return [*joints_and_poses, *order_hypotheses_of(given.poses, A, read)]

@@ -17,14 +17,13 @@ from ...robot.chain import FrozenArrays
 from ...robot.file.parts.parameters import (
     ENDS,
     GEARS,
-    LAG,
     SIX,
     TABLE_GROUPS,
     ArmParameter,
     end_parameters,
 )
 from ...robot.robot import Robot
-from .checking import value_in_words
+from .checking import unit_of, value_in_words
 
 # A robot is the calibrated one if its poses are (m, rad): its file has printed digits.
 SAME = 1e-8
@@ -54,11 +53,11 @@ class CalibratedParameter(ArmParameter):
     @property
     def unit(self) -> str:
         """Return the SI unit of its numbers, empty of a share."""
-        return {LAG.group: 's', GEARS: ''}.get(self.group, 'rad' if self.angle else 'm')
+        return unit_of(self)
 
     def in_words(self, value: float) -> str:
         """Return a correction or a deviation of it in words, with the unit of its kind."""
-        return value_in_words(self.group, self.angle, value)
+        return value_in_words(value, self.unit)
 
     @property
     def identifiable(self) -> bool:

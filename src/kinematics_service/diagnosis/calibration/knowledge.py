@@ -8,6 +8,7 @@ import numpy as np
 from ...kernel import Floats
 from ...kinematics.uncertainty.parameters import NOTHING
 from ...robot.file.parts.parameters import ArmParameter
+from ...typography import listed
 
 # A direction is known where the poses tell it this much better than its prior does.
 KNOWN = 3.0
@@ -99,9 +100,11 @@ def _combination(
     names = tuple(one.name for one in chosen)
     determined = len(own) - len(part)
     if determined == 0:
-        return ParameterCombination(names, 0, (), f'not identifiable: {_listed(names)}')
+        return ParameterCombination(names, 0, (), f'not identifiable: {listed(names, MOST_NAMED)}')
     if determined > 1:
-        sentence = f'only {determined} combinations of {_listed(names)} are identifiable'
+        sentence = (
+            f'only {determined} combinations of {listed(names, MOST_NAMED)} are identifiable'
+        )
         return ParameterCombination(names, determined, (), sentence)
     # What the poses see is at right angles to what they do not see.
     seen = np.linalg.svd(part)[2][-1] / np.array([one.scale for one in chosen])
@@ -118,9 +121,3 @@ def _term(coefficient: float, name: str, first: bool) -> str:
     if first:
         return f'{"-" if coefficient < 0.0 else ""}{factor}{name}'
     return f'{sign} {factor}{name}'
-
-
-def _listed(names: Sequence[str]) -> str:
-    if len(names) > MOST_NAMED:
-        return f'{", ".join(names[:MOST_NAMED])} and {len(names) - MOST_NAMED} more'
-    return ', '.join(names)

@@ -402,18 +402,16 @@ def fitted_terms(
     full = _with_terms(problem, asked)
     kinds = tuple({one.group for one in problem.parameters})
     positions = _positions(problem.q)
-    blocks = _drawn_blocks(positions)
     tried = [TriedTerm(one.kind, doubt) for one in terms if (doubt := one.evidence.doubt)]
-    left = {one.kind: one.evidence.paired for one in terms if not one.evidence.doubt}
+    left = {one.kind: one for one in terms if not one.evidence.doubt}
     if left:
         full = _weighed(full.only((*kinds, *left)), len(problem.parameters), positions)
     while left:
         trials = []
-        for kind, paired in left.items():
+        for kind, term in left.items():
             larger = full.only((*kinds, kind))
             own = find_values(larger, instrument)
-            smaller = full.only(kinds)
-            trials.append((_tried(kind, smaller, larger, own, blocks, positions, paired), own))
+            trials.append((_tried(term, full.only(kinds), larger, own, positions), own))
         trial, own = max(trials, key=lambda one: (one[0].kept, one[0].gain))
         if not trial.kept:
             tried += [one for one, _ in trials]
@@ -499,16 +497,14 @@ def _drawn_blocks(positions: Integers) -> Integers:
 
 
 def _tried(
-    kind: str,
+    term: OptionalTerm,
     smaller: FitProblem,
     larger: FitProblem,
     found: FoundValues,
-    blocks: Integers,
     positions: Integers,
-    paired: bool,
 ) -> TriedTerm:
     # Both problems with the noise and the outliers of the larger one, which explains more.
-    used = found.used
+    used, paired, blocks = found.used, term.evidence.paired, _drawn_blocks(positions)
     groups = positions[used]
     pairs = SharedErrors(groups, np.ones((len(groups), 2)))
     noise = Noise(*(max(one, USUAL_NOISE) for one in found.noise))
@@ -524,7 +520,7 @@ def _tried(
     gains = gains[np.bincount(groups) > int(paired)]
     gain, error = float(np.sum(gains)), float(np.sqrt(len(gains)) * np.std(gains, ddof=1))
     helps = gain > max(SURE * error, LEAST_GAIN)
-    return TriedTerm(kind, '', helps, errors[0], errors[1], gain, error)
+    return TriedTerm(term.kind, '', helps, errors[0], errors[1], gain, error)
 
 
 def _values(term: OptionalTerm, problem: FitProblem, found: Identified) -> Iterator[TermValue]:

@@ -12,14 +12,20 @@ from ...typography import listed
 from ..frame_check.errors import length_in_words
 from .board_views import view_document
 from .calibration import BLOCKS, Calibration
-from .checking import in_words
+from .checking import in_words, value_in_words
 from .identified_table import CalibratedParameter
-from .optional_terms import TermValue
+from .optional_terms import ELASTICITY, PLACEMENT, ZEROS, TermValue
 from .placed_camera import camera_sentences, placed_camera
-from .term_sentences import term_sentences, value_in_words, value_name
 
 # Outliers named in a sentence.
 MOST_NAMED = 8
+OF_TERM = {
+    PLACEMENT: 'A drift of where the instrument stands, from session to session,',
+    ZEROS: 'A drift of the zeros of the joints, from session to session,',
+    ELASTICITY: 'Elasticity of the joints',
+}
+# A number below 0 by so many of its deviations is negative.
+TOLD = 3.0
 # What a document says of a parameter.
 OF_PARAMETER = ('name', 'group', 'unit', 'correction', 'deviation', 'prior', 'identifiable')
 
@@ -55,7 +61,7 @@ def sentences_of(found: Calibration) -> Iterator[str]:
         f'{found.known} independent combinations of the {len(found.parameters)} parameters are '
         f'identifiable from these {kind}; from any such {kind} at most {found.possible} are'
     )
-    yield from term_sentences(found.terms, found.positions)
+    yield from _of_terms(found)
     yield from camera_sentences(found)
     for point in found.points:
         xyz = ', '.join(f'{x:.5f}' for x in point.position)
@@ -85,6 +91,39 @@ def _verdict(found: Calibration) -> Iterator[str]:
         yield f'Tried, not decided: {"; ".join(found.explained.sentences)}'
     elif found.explained.tried:
         yield 'No single mistake that was tried explains it'
+
+
+def _of_terms(found: Calibration) -> Iterator[str]:
+    # Which terms help.
+    tried, rms = found.terms, found.rms_in_words
+    for one in tried:
+        words = OF_TERM[one.kind]
+        if one.without is None or one.with_term is None:
+            yield f'{words} cannot be told from these rows and is left out: {one.doubt}'
+            continue
+        verdict = 'helps and is kept' if one.kept else 'is not seen to help and is left out'
+        yield (
+            f'{words} {verdict}: rows at held-out joint positions are {rms(one.with_term)} off '
+            f'with it, {rms(one.without)} without it (rms)'
+        )
+    if any(one.kept for one in tried):
+        yield 'What is kept of these is no part of the robot file'
+    for one in tried:
+        if one.kept and one.kind == ELASTICITY:
+            yield from _of_elasticity(one.values)
+
+
+def _of_elasticity(values: Sequence[TermValue]) -> Iterator[str]:
+    yield (
+        'The compliances are those of the torque of the load; what the arm bends by its own '
+        'weight is there without a load too'
+    )
+    for one in values:
+        if one.identifiable and one.value < -TOLD * one.deviation:
+            yield (
+                f'The compliance of {one.name} is negative, but no joint yields against a torque: '
+                'look at the masses, at their centre (--load-at) and at --gravity'
+            )
 
 
 def _starts(found: Calibration) -> Iterator[str]:
@@ -117,19 +156,21 @@ def _outliers(found: Calibration) -> str:
 
 def cells_of(one: CalibratedParameter) -> tuple[str, str, str, str]:
     """Return name, correction, deviation and whether it is identifiable, as cells of a table."""
-    words = one.in_words
-    sign = '+' if one.correction > 0.0 else ''
     alone = 'assumed' if one.group in TABLE_GROUPS else 'in a combination'
     known = 'identifiable' if one.identifiable else alone
-    return one.name, f'{sign}{words(one.correction)}', not_nothing(words(one.deviation)), known
+    return one.name, *_numbers(one.correction, one.deviation, one.unit), known
 
 
 def term_cells(one: TermValue) -> tuple[str, str, str, str]:
     """Return the same of a number of elasticity or of a drift."""
-    sign = '+' if one.value > 0.0 else ''
-    deviation = not_nothing(value_in_words(one.deviation, one.unit))
+    name = f'{one.name} of session {one.session}' if one.session else f'compliance of {one.name}'
     known = 'identifiable' if one.identifiable else 'not known'
-    return value_name(one), f'{sign}{value_in_words(one.value, one.unit)}', deviation, known
+    return name, *_numbers(one.value, one.deviation, one.unit), known
+
+
+def _numbers(value: float, deviation: float, unit: str) -> tuple[str, str]:
+    sign = '+' if value > 0.0 else ''
+    return f'{sign}{value_in_words(value, unit)}', not_nothing(value_in_words(deviation, unit))
 
 
 def not_nothing(words: str) -> str:

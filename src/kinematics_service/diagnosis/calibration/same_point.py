@@ -42,6 +42,7 @@ from .checking import (
     explained_by_joints,
     refuse_mistake,
     rigid_positions,
+    unit_of,
     value_in_words,
 )
 from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint
@@ -341,7 +342,7 @@ def _on_deviations(problem: FitProblem, found: Identified) -> list[str]:
     deviations = np.sqrt(np.diag(found.covariance))
     widest = np.argmax(deviations / [one.scale for one in problem.parameters])
     one = problem.parameters[widest]
-    far = value_in_words(one.group, one.angle, float(deviations[widest]))
+    far = value_in_words(float(deviations[widest]), unit_of(one))
     return [
         f'{one.name} is known to {far} only, and the products of so large an error with others '
         'count in the deviations; fix the tip to that of the robot file (--fix tool) if it has one'

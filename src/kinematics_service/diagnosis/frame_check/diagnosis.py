@@ -123,7 +123,8 @@ def diagnose_frames(
         fewer than three poses.
     """
     robot = as_robot(robot)
-    given = _given(robot, q, poses, stamps, qdot, motion)._replace(read=read)
+    given = _given(robot, q, poses)
+    given = given._replace(later=_later(robot, given.q, stamps, qdot, motion), read=read)
     A = evaluate(robot, given.q).pose
     as_given = errors_of(
         given.poses[:, :3, 3] - A[:, :3, 3],
@@ -152,14 +153,7 @@ def diagnose_frames(
     )
 
 
-def _given(
-    robot: Robot,
-    q: npt.ArrayLike,
-    poses: npt.ArrayLike,
-    stamps: npt.ArrayLike | None,
-    qdot: npt.ArrayLike | None,
-    motion: tuple[npt.ArrayLike, npt.ArrayLike] | None,
-) -> ComparedData:
+def _given(robot: Robot, q: npt.ArrayLike, poses: npt.ArrayLike) -> ComparedData:
     q, B = np.array(q, dtype=np.float64), np.array(poses, dtype=np.float64)
     if q.ndim != 2 or q.shape[1] != robot.dof or B.shape != (len(q), 4, 4):
         raise FramesError(
@@ -171,7 +165,7 @@ def _given(
     if len(q) < LEAST:
         raise FramesError(f'{len(q)} poses are too few: at least {LEAST} are needed')
     check_rotations(B[:, :3, :3])
-    return ComparedData(robot, q, B, _later(robot, q, stamps, qdot, motion))
+    return ComparedData(robot, q, B)
 
 
 def check_rotations(R: Floats) -> None:

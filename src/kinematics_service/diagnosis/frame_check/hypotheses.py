@@ -99,7 +99,7 @@ class ComparedData(NamedTuple):
     robot: Robot
     q: Floats
     poses: Floats
-    later: Later | None
+    later: Later | None = None
     read: str = ''
 
 

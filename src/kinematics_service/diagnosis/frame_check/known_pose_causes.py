@@ -93,7 +93,7 @@ def pose_causes(robot: Robot) -> PoseCauses:
         if max(error.share for error in errors) < DECISIVE:
             return PoseCauses((), 0)
     expected = np.array([pose.motion.matrix for pose in known])
-    given = ComparedData(robot, np.array([pose.q for pose in known]), expected, None)
+    given = ComparedData(robot, np.array([pose.q for pose in known]), expected)
     count = 0
     # A wrong sign is a wrong number, too: numbers are fitted where no such mistake explains all.
     for mistakes in (_whole(given), itertools.chain(_ends(given), _numbers(given))):

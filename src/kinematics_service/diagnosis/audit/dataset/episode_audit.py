@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from ....formats.datasets.episodes import Episode
 from ....formats.datasets.open_episode import open_episode
 from ....formats.datasets.vectors import Columns, columns_of_episode
 from ....formats.recordings.source import PoseTrack, RecordingSource, Selection
+from ....kernel import Integers
 from ....output_file import new_file
 from ....rigid_motion import rotation_vector
 from ....robot.measures import Level
@@ -33,6 +34,9 @@ from .labels import labels_of_arms
 SAME_BASE, SAME_BASE_ANGLE = 0.01, 0.02
 # A remainder of any size, of which no cause is looked for.
 ANY = PoseLimit(math.inf, math.inf)
+
+# The poses of an arm with the joints of the others, by their labels.
+Crossed = Sequence[tuple[str, RecordingSource]]
 
 
 @dataclass(frozen=True)
@@ -127,7 +131,9 @@ def _rows(work: EpisodeWork, episode: Episode) -> list[EpisodeRow]:
         arms = arms_of(columns.header, work.reading, episode.rate)
         rows = [_row(work, episode, columns, arm, arms) for arm in arms]
         if work.labels is not None:
-            _write_labels(work, work.labels, episode, columns, arms)
+            file = labels_file(work.labels, episode)
+            labels = labels_of_arms(episode.file, columns, arms, work.clearance)
+            _write_labels(file, np.arange(len(columns)) + episode.first, labels)
     except KinematicsError as error:
         return [EpisodeRow(episode.name, '', 0, 0.0, True, str(error), False, ())]
     return rows
@@ -190,12 +196,8 @@ def _breaks(finished: Audit) -> Iterator[Finding]:
 
 
 def _frames(
-    finished: Audit,
-    report: FrameReport,
-    source: RecordingSource,
-    crossed: Sequence[tuple[str, RecordingSource]],
+    finished: Audit, report: FrameReport, source: RecordingSource, crossed: Crossed
 ) -> Iterator[Finding]:
-    # `crossed` has the poses with the joints of the other arms, by their labels.
     track, diagnosis = source.poses(), report.diagnosis
     cause = diagnosis.cause
     if cause is not None:
@@ -225,10 +227,7 @@ def _base(report: FrameReport) -> Iterator[Finding]:
 
 
 def _others(
-    finished: Audit,
-    report: FrameReport,
-    track: PoseTrack,
-    crossed: Sequence[tuple[str, RecordingSource]],
+    finished: Audit, report: FrameReport, track: PoseTrack, crossed: Crossed
 ) -> Iterator[Finding]:
     # Poses that are those of another arm, of the dataset or of another model.
     if track.q is None:
@@ -251,22 +250,13 @@ def _others(
         yield Finding(Level.ERROR, text)
 
 
-def _write_labels(
-    work: EpisodeWork,
-    folder: Path,
-    episode: Episode,
-    columns: Columns,
-    arms: Sequence[DatasetArm],
-) -> None:
+def _write_labels(file: Path, rows: Integers, labels: dict[str, Any]) -> None:
     import pyarrow as pa
     import pyarrow.parquet as parquet
 
-    labels = labels_of_arms(episode.file, columns, arms, work.clearance)
-    rows = pa.array(np.arange(len(columns)) + episode.first)
-    file = labels_file(folder, episode)
     file.parent.mkdir(parents=True, exist_ok=True)
     with new_file(file) as made:
-        parquet.write_table(pa.table({'row': rows, **labels}), made)
+        parquet.write_table(pa.table({'row': pa.array(rows), **labels}), made)
 
 
 def labels_file(folder: Path, episode: Episode) -> Path:

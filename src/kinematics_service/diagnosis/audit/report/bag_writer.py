@@ -104,8 +104,7 @@ class BagWriter:
         """Write all messages of a batch, each at the time of the receipt of its joint state."""
         known, state = part.known, part.state
         count, n = len(known), self._robot.dof
-        moving = ~np.any(np.isnan(known.qdot), axis=1)
-        stamps = known.stamps
+        moving, stamps = known.moving, known.stamps
         poses = np.concatenate([state.position, part.quaternion_xyzw], axis=1)
         always = np.ones(count, dtype=bool)
         topics = [

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import islice
 
@@ -73,7 +74,7 @@ def measure_charts(audit: Audit) -> str:
     curve = _curve(audit, measure.words, 'c0', partial(watched_values, robot, timeline))
     title = measure.long or measure.words
     log = bool(np.any(curve.values > 0.0))
-    charts = [_chart(audit, title, measure.unit, [curve], log, levels, 210)]
+    charts = [Chart(title, measure.unit, [curve], levels=levels, log=log, height=210)]
     factors = robot.factors.names
     if len(factors) > 1:
         curves = [
@@ -81,14 +82,14 @@ def measure_charts(audit: Audit) -> str:
             for k, factor in enumerate(factors)
         ]
         zeros = 'joint motion to the zero of each factor, by first order'
-        charts.append(_chart(audit, zeros, 'rad', curves, True, levels))
+        charts.append(Chart(zeros, 'rad', curves, levels=levels, log=True))
     for name, column in timeline.measures.items():
         if name != measure.name:
             other = MEASURES[name]
             curve = _curve(audit, other.words, 'c0', column.__getitem__)
             if np.any(curve.values > 0.0):
-                charts.append(_chart(audit, other.words, other.unit, [curve], True))
-    text = ''.join(chart.html() for chart in charts)
+                charts.append(Chart(other.words, other.unit, [curve], log=True))
+    text = ''.join(_html(audit, chart) for chart in charts)
     if audit.intervals:
         text += (
             '<p class="soft">Shaded: <span class="swatch WARN">WARN</span> '
@@ -101,20 +102,12 @@ def measure_charts(audit: Audit) -> str:
 def slowing_chart(audit: Audit, values: Column) -> str:
     """Return the share of the velocities that would have been kept."""
     curve = _curve(audit, 'scale', 'c0', values.__getitem__)
-    return _chart(audit, 'scale', '', [curve], height=110).html()
+    return _html(audit, Chart('scale', '', [curve], height=110))
 
 
-def _chart(
-    audit: Audit,
-    title: str,
-    unit: str,
-    curves: list[Curve],
-    log: bool = False,
-    levels: list[LevelLine] | None = None,
-    height: int = 150,
-) -> Chart:
-    bands, end = _bands(audit), audit.timeline.end
-    return Chart(title, unit, curves, bands, levels or [], log, height, end)
+def _html(audit: Audit, chart: Chart) -> str:
+    # With what all charts have in common: the axis of time, and what is shaded.
+    return replace(chart, bands=_bands(audit), end=audit.timeline.end).html()
 
 
 def joint_charts(audit: Audit) -> str:
@@ -125,12 +118,13 @@ def joint_charts(audit: Audit) -> str:
         scale, unit = (1.0, 'm') if joint.sliding else (math.degrees(1.0), 'deg')
         limits = _limits(scale, joint.lower, joint.upper)
         curve = _curve(audit, 'position', 'c0', _scaled(timeline.q.columns[j], scale))
-        text.append(_chart(audit, joint.name, unit, [curve], False, limits, 110).html())
+        text.append(_html(audit, Chart(joint.name, unit, [curve], levels=limits, height=110)))
         curve = _curve(audit, 'velocity', 'c2 solid', _scaled(timeline.qdot.columns[j], scale))
         if len(curve.values):
             limits = _limits(scale, -joint.velocity_limit, joint.velocity_limit)
             title = f'{joint.name}, velocity'
-            text.append(_chart(audit, title, f'{unit}/s', [curve], False, limits, 110).html())
+            chart = Chart(title, f'{unit}/s', [curve], levels=limits, height=110)
+            text.append(_html(audit, chart))
     return f'<div class="joints">{"".join(text)}</div>\n'
 
 
@@ -150,14 +144,14 @@ def tool_charts(audit: Audit) -> str:
         for k, name in enumerate(('x', 'y', 'z'))
     ]
     frame = audit.robot.base_frame
-    text = _chart(audit, f'position in {frame}', 'm', curves).html()
+    text = _html(audit, Chart(f'position in {frame}', 'm', curves))
     for title, unit, values in (
         ('speed', 'm/s', timeline.speed.__getitem__),
         ('turning', 'deg/s', lambda rows: np.degrees(timeline.turning[rows])),
     ):
         curve = _curve(audit, title, 'c0', values)
         if len(curve.values):
-            text += _chart(audit, title, unit, [curve], height=110).html()
+            text += _html(audit, Chart(title, unit, [curve], height=110))
     return text
 
 
@@ -165,13 +159,15 @@ def frame_charts(audit: Audit, report: FrameReport) -> str:
     """Return what remains between the poses of both sources."""
     none, end = np.zeros(len(report.t), dtype=bool), audit.timeline.end
     return ''.join(
-        _chart(
+        _html(
             audit,
-            title,
-            unit,
-            [curve_of(title, 'c0', end, [(report.t, values, none)])],
-            height=110,
-        ).html()
+            Chart(
+                title,
+                unit,
+                [curve_of(title, 'c0', end, [(report.t, values, none)])],
+                height=110,
+            ),
+        )
         for title, unit, values in (
             ('position remaining', 'mm', 1e3 * report.position),
             ('orientation remaining', 'deg', np.degrees(report.rotation)),

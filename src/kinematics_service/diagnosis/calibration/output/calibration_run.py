@@ -175,10 +175,18 @@ class CalibratedPoses(NamedTuple):
 
 
 class CalibrationRun(NamedTuple):
-    """The calibrations of one arm from recordings, touches or poses that were heard."""
+    """
+    The calibrations of one arm from recordings, touches or poses that were heard.
+
+    Attributes
+    ----------
+    tell
+        Is called with words as the work goes on.
+    """
 
     arm: Robot
     fitting: Fitting
+    tell: Tell = lambda phase: None
 
     def check_names(self) -> None:
         """
@@ -202,7 +210,6 @@ class CalibrationRun(NamedTuple):
         reading: Selection,
         gap: float | None,
         columns: TermColumns,
-        tell: Tell,
     ) -> CalibratedPoses:
         """
         Return the calibration from poses of recordings, a set each.
@@ -224,7 +231,6 @@ class CalibrationRun(NamedTuple):
             raise CalibrationError('some files have poses and others positions alone')
         found = self._calibrated(
             np.concatenate([one.q for one in given]),
-            tell,
             poses=np.concatenate(
                 [seen(one).measured if on_tool else one.measured for one in given]
             ),
@@ -243,33 +249,30 @@ class CalibrationRun(NamedTuple):
         reading: Selection,
         column: str,
         apart: dict[tuple[str, str], float],
-        tell: Tell,
     ) -> CalibratedPoses:
         """Return the calibration from points, named in a column, with distances between them."""
         given = [read_touches(file, reading, column) for file in files]
         q = np.concatenate([one.q for one in given])
         marks = [mark for one in given for mark in one.points]
-        found = self._calibrated(q, tell, same_point=marks, apart=apart)
+        found = self._calibrated(q, same_point=marks, apart=apart)
         points = {one.name: one.position for one in found.points}
         poses = rigid_positions(np.array([points[mark] for mark in marks]))
         return CalibratedPoses(found, _files(given), _remarks(given), q, poses)
 
     def of_images(
-        self, file: Path, reading: Selection, folder: Path, finder: BoardFinder, tell: Tell
+        self, file: Path, reading: Selection, folder: Path, finder: BoardFinder
     ) -> CalibratedPoses:
         """Return the calibration from images of a folder, named in a column of a table."""
         camera = self.fitting.camera
         assert camera is not None
-        tell('images')
+        self.tell('images')
         given = read_images(file, reading, folder, finder)
         views = board_views(self.arm, given.q, given.seen, given.names, finder.camera, camera)
         q = given.q[views.rows]
         noise = self.fitting.noise or views.instrument
         run = self._replace(fitting=self.fitting._replace(noise=noise))
         try:
-            found = run._calibrated(
-                q, tell, poses=views.poses, camera=camera, whitening=views.whitening
-            )
+            found = run._calibrated(q, poses=views.poses, camera=camera, whitening=views.whitening)
         except CalibrationError as error:
             doubt = f'. And {views.doubt}' if views.doubt else ''
             raise CalibrationError(f'{error}{doubt}') from None
@@ -284,7 +287,6 @@ class CalibrationRun(NamedTuple):
         column: str,
         sheet: Sheet,
         play: float,
-        tell: Tell,
     ) -> CalibratedPoses:
         """Return the zeros of the joints from points of a sheet, named in a column."""
         given = [read_touches(file, reading, column) for file in files]
@@ -297,29 +299,27 @@ class CalibrationRun(NamedTuple):
             points,
             approach=np.concatenate(came) if len(came) == len(given) else None,
             play=play,
-            progress=tell,
+            progress=self.tell,
             **attributes(self.fitting, 'fix', 'noise', 'check'),
         )
         remarks = [*zero_sentences(found), *_remarks(given)]
         places = rigid_positions(points)
         return CalibratedPoses(found, _files(given), remarks, q, places, zeros_of(found))
 
-    def of_heard(self, poses: CollectedPoses, tell: Tell = lambda phase: None) -> Calibration:
+    def of_heard(self, poses: CollectedPoses) -> Calibration:
         """Return the calibration from poses of a running robot."""
         return self._calibrated(
-            poses.q, tell, poses=poses.poses, qdot=poses.rates, camera=self.fitting.camera
+            poses.q, poses=poses.poses, qdot=poses.rates, camera=self.fitting.camera
         )
 
-    def _calibrated(
-        self, q: Floats, tell: Tell, qdot: Floats | None = None, **rows: Any
-    ) -> Calibration:
+    def _calibrated(self, q: Floats, qdot: Floats | None = None, **rows: Any) -> Calibration:
         moves = qdot is not None and np.max(np.abs(qdot)) > MOVING
         return calibrate(
             self.arm,
             q,
             qdot=qdot if moves else None,
             tolerances=self._tolerances(),
-            progress=tell,
+            progress=self.tell,
             **attributes(self.fitting, 'fit', 'fix', 'own', 'noise', 'check'),
             **rows,
         )
