@@ -2,6 +2,7 @@
 
 import json
 
+import linkages
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as parquet
@@ -12,7 +13,7 @@ from datasets import RPY, fixed, pose_numbers, poses_of, swinging, write_lerobot
 
 import kinematics_service as ks
 from kinematics_service.diagnosis.audit.dataset.labels import labels_of
-from kinematics_service.errors import RecordingError
+from kinematics_service.errors import LoopError, RecordingError
 
 ROBOT = robot_of('so101')
 NAMES = {
@@ -192,6 +193,25 @@ def test_rows_that_are_no_pose_have_no_labels():
     judged = ks.judge_table(batch_of(q), ROBOT)
     for name in ('distance', 'decided', 'branch', 'lost_direction'):
         assert [one is None for one in judged[name].to_pylist()] == [k == 2 for k in range(5)]
+
+
+def test_rows_at_which_a_loop_does_not_close_have_no_labels(tmp_path):
+    (tmp_path / 'short.yaml').write_text(linkages.SHORT_FIVE_BAR)
+    robot = ks.load_robot(tmp_path / 'short.yaml')
+    q = np.random.default_rng(0).uniform(-3.0, 3.0, (60, robot.dof))
+    closes = []
+    for row in q:
+        try:
+            ks.forward_kinematics(robot, row)
+            closes.append(True)
+        except LoopError:
+            closes.append(False)
+    assert 5 < sum(closes) < 55
+    distance = labels_of(robot, q)['distance']
+    assert np.array_equal(np.ma.getmaskarray(distance), ~np.array(closes))
+    first = closes.index(True)
+    expected = ks.singularity(robot, q[[first]]).distance[0]
+    assert distance[first] == expected
 
 
 def test_branches_are_the_signs_of_the_factors():

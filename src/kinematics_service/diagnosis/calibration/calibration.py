@@ -409,8 +409,11 @@ def calibrate(
     progress('frame check')
     each = Free('base' in own, 'tool' in own)
     offsets, frames = checked_offsets(robot, given, free, each, check, read)
-    problem = replace(
-        names.problem(arm.chain, offsets, fitted, priors),
+    problem = names.problem(
+        names.chains(arm.chain, offsets),
+        given.poses,
+        fitted,
+        priors,
         from_tool=camera == ON_TOOL,
         whitening=whitening,
     )

@@ -137,29 +137,17 @@ class ChosenParameters:
         """Return the groups of parameters."""
         return {self.every[k].group for k in chosen}
 
-    def problem(
-        self,
-        chain: CorrectedChain,
-        offsets: Sequence[Offsets],
-        chosen: Sequence[int],
-        tolerances: Mapping[str, float],
-    ) -> FitProblem:
-        """Return the problem; base and tool begin at offsets."""
+    def chains(self, arm: CorrectedChain, offsets: Sequence[Offsets]) -> list[CorrectedChain]:
+        """Return the chain of each set; base and tool begin at offsets."""
         description = self.robot.description
         base, tool = description.base.motion.matrix, description.tool.motion.matrix
-        chains = [
-            placement(
-                chain,
-                one.base @ base,
-                tool @ one.tool,
-                (self.first('base', k), self.first('tool', k)),
-            )
-            for k, one in enumerate(offsets)
+        firsts = [(self.first('base', k), self.first('tool', k)) for k in range(len(offsets))]
+        return [
+            placement(arm, one.base @ base, tool @ one.tool, first)
+            for one, first in zip(offsets, firsts)
         ]
-        rates = None if self.given.rates is None else self.given.rates[:, :, None]
-        return self.problem_of(chains, self.given.poses, chosen, tolerances, rates=rates)
 
-    def problem_of(
+    def problem(
         self,
         chains: Sequence[CorrectedChain],
         poses: Floats,
@@ -180,6 +168,7 @@ class ChosenParameters:
             self.given.q,
             poses,
             self.given.positions,
+            None if self.given.rates is None else self.given.rates[:, :, None],
             **more,
         )
 

@@ -98,26 +98,21 @@ def _combination(
     part = part[np.any(part != 0.0, axis=1)]
     chosen = [parameters[k] for k in own]
     names = tuple(one.name for one in chosen)
-    determined = len(own) - len(part)
+    determined, shown = len(own) - len(part), listed(names, MOST_NAMED)
     if determined == 0:
-        return ParameterCombination(names, 0, (), f'not identifiable: {listed(names, MOST_NAMED)}')
+        return ParameterCombination(names, 0, (), f'not identifiable: {shown}')
     if determined > 1:
-        sentence = (
-            f'only {determined} combinations of {listed(names, MOST_NAMED)} are identifiable'
-        )
+        sentence = f'only {determined} combinations of {shown} are identifiable'
         return ParameterCombination(names, determined, (), sentence)
     # What the poses see is at right angles to what they do not see.
     seen = np.linalg.svd(part)[2][-1] / np.array([one.scale for one in chosen])
     seen = seen / seen[0]
-    terms = ' '.join(_term(float(c), name, k == 0) for k, (c, name) in enumerate(zip(seen, names)))
-    sentence = f'only {terms} is identifiable, not each of them'
+    others = ' '.join(map(_term, seen[1:].tolist(), names[1:]))
+    sentence = f'only {names[0]} {others} is identifiable, not each of them'
     return ParameterCombination(names, 1, tuple(seen.tolist()), sentence)
 
 
-def _term(coefficient: float, name: str, first: bool) -> str:
-    sign = '-' if coefficient < 0.0 else '+'
+def _term(coefficient: float, name: str) -> str:
     size = abs(coefficient)
     factor = '' if abs(size - 1.0) < 1e-3 else f'{size:.3g} '
-    if first:
-        return f'{"-" if coefficient < 0.0 else ""}{factor}{name}'
-    return f'{sign} {factor}{name}'
+    return f'{"-" if coefficient < 0.0 else "+"} {factor}{name}'

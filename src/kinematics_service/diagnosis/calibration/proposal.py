@@ -267,7 +267,9 @@ def _equations(
     J[:, :3] /= noise[0]
     J[:, 3:] /= noise[1]
     if after is None:
-        kept = [k for k, one in enumerate(every) if not (positions and _turns_tool(one.name))]
+        kept = [
+            k for k, one in enumerate(every) if not (positions and one.name.startswith('tool.r'))
+        ]
         of_file = robot.description.tolerances
         scales = np.array([prior_of(every[k], {}, of_file) for k in kept])
     else:
@@ -276,10 +278,6 @@ def _equations(
         scales = np.array([fitted[every[k].name].prior for k in kept])
     J = J[:, : 3 if positions else 6, kept] * scales
     return tuple(every[k].name for k in kept), J, scales
-
-
-def _turns_tool(name: str) -> bool:
-    return name.startswith('tool.r')
 
 
 def _covariance(after: Calibration, names: tuple[str, ...], scales: Floats) -> Floats:

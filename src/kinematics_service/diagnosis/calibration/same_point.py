@@ -197,7 +197,7 @@ class SamePointParameters(ChosenParameters):
         )
         chains = [self._chain(k, start.tip) for k in range(len(names))]
         poses = rigid_positions(points[point])
-        return self.problem_of(chains, poses, chosen, tolerances, known_distances=distances)
+        return self.problem(chains, poses, chosen, tolerances, known_distances=distances)
 
     def _chain(self, k: int, tip: Floats) -> CorrectedChain:
         # From the base frame to the tip; the correction of point k moves it the other way.

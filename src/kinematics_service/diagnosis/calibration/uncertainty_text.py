@@ -1,7 +1,5 @@
 """The section `uncertainty` of a calibrated robot file: what the calibration left open."""
 
-import math
-
 import numpy as np
 
 from ...kernel import Floats
@@ -98,11 +96,8 @@ def named_factor(
 
 def _scaled(value: float, angle: bool, description: RobotDescription) -> str:
     # In the file's units, with few digits.
-    if angle and description.angle_unit == 'deg':
-        value = math.degrees(value)
-    if not angle and description.length_unit == 'mm':
-        value *= 1e3
-    return number_text(float(f'{value:.{DIGITS}g}'))
+    unit = description.radians if angle else description.metres
+    return number_text(float(f'{value / unit:.{DIGITS}g}'))
 
 
 def _of_joints(joints: Uncertainty, robot: Robot) -> list[str]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ....errors import JointVectorError, RecordingError
+from ....errors import RecordingError
 from ....formats.datasets.arms import DatasetArm, arms_of
 from ....formats.datasets.episodes import INSTALL
 from ....formats.datasets.vectors import Columns, taken_apart, vectors_of_table
@@ -16,6 +16,7 @@ from ....formats.recordings.source import Selection
 from ....formats.recordings.stamp_format import StampFormat
 from ....kernel import Floats
 from ....kinematics.singularity import Singularity, singularity
+from ....robot.closed_poses import closes_at
 from ....robot.robot import AnyRobot, Robot, as_robot
 
 # Of those that take long; the others are always there.
@@ -55,8 +56,7 @@ def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> dict[str, Any
         Whether the clearance is one of them, which takes several times as long.
     """
     good = np.all(np.isfinite(q), axis=1)
-    if robot.chain.loops:
-        good &= _closing(robot, np.where(good[:, None], q, 0.0))
+    good[good] = closes_at(robot.chain, q[good])
     known = singularity(robot, q[good])
     labels = {}
     for name, label in LABELS.items():
@@ -68,16 +68,6 @@ def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> dict[str, Any
         labels[name] = np.ma.array(whole, mask=False)
         labels[name][~good] = np.ma.masked
     return labels
-
-
-def _closing(robot: Robot, q: Floats) -> Any:
-    closes = np.ones(len(q), dtype=bool)
-    for k in range(len(q)):
-        try:
-            singularity(robot, q[k])
-        except JointVectorError:
-            closes[k] = False
-    return closes
 
 
 def labels_of_arms(

@@ -31,12 +31,15 @@ def arm_picture(found: Calibration) -> str:
     arm = _arm(found, int(rows[len(rows) // 2]))
     every = np.concatenate([tips, arm, np.zeros((1, 3))])
     low, high = every.min(axis=0), every.max(axis=0)
+    # The square of the base's plane that the arm stands over.
+    (x1, y1, _), (x2, y2, _) = low, high
+    floor = np.array([[x1, y1, 0.0], [x2, y1, 0.0], [x2, y2, 0.0], [x1, y2, 0.0]])
     middle = 0.5 * (low + high)
     size = float(np.linalg.norm(high - low)) or 1.0
     scale = HEIGHT / size
     factor = _round(LONGEST * size / max(float(np.max(_lengths(before))), 1e-12))
     lines = [
-        *_floor(low, high),
+        *_lines('floor', floor, np.roll(floor, -1, axis=0)),
         *_lines('arm', arm[:-1], arm[1:]),
         *_lines('before', tips, tips + factor * before),
         *_lines('after', tips, tips + factor * after),
@@ -96,14 +99,6 @@ Line = tuple[str, Floats, Floats]
 def _lines(style: str, begin: Floats, end: Floats) -> Iterator[Line]:
     for p, q in zip(begin, end):
         yield style, p, q
-
-
-def _floor(low: Floats, high: Floats) -> Iterator[Line]:
-    # The square of the base's plane that the arm stands over.
-    (x1, y1), (x2, y2) = low[:2], high[:2]
-    corners = [(x1, y1), (x2, y1), (x2, y2), (x1, y2)]
-    for (x, y), (u, v) in zip(corners, [*corners[1:], corners[0]]):
-        yield 'floor', np.array([x, y, 0.0]), np.array([u, v, 0.0])
 
 
 def _line(style: str, p: Floats, q: Floats, middle: Floats, scale: float) -> str:
