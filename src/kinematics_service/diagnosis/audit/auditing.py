@@ -17,14 +17,14 @@ from ...estimation.estimator import (
     Estimator,
     EstimatorSettings,
 )
-from ...formats.recordings.block import Block, UnreadableMessage
+from ...formats.recordings.block import Block
 from ...formats.recordings.columns import Column, spans
 from ...formats.recordings.source import RecordingSource, Remark
 from ...kernel import Floats
 from ...kinematics.plans.verdicts import PlanCheck
 from ...robot.measures import MEASURES, Level
 from ...robot.robot import Robot
-from .computer import Computer, NoStateError
+from .computer import Computer
 from .frames import FrameReport, FrameSettings, NotCompared, frames_of
 from .ingest import Ingest, RefusedExample
 from .intervals import Interval, badness, intervals_of, watched_at
@@ -159,23 +159,19 @@ def audit(
         raise RecordingError(f'{file}: speeds are asked of plans, and this is a recording')
     estimator = Estimator(robot, settings.estimator)
     ingest, watch = Ingest(robot, estimator), StreamWatch(estimator.names)
-    heard: dict[str, None] = {}
-
-    def each(block: Block | UnreadableMessage, part: TimelineBatch | None) -> None:
+    computer, heard = Computer(robot, ingest), dict[str, None]()
+    for block in source.blocks:
+        part = computer.take(block)
         watch.take(block)
         if isinstance(block, Block) and len(heard) < MOST_NAMES:
             heard.update(dict.fromkeys(block.names))
         if part is not None:
             listener.part(part)
         listener.progress(len(block))
-
-    try:
-        timeline = Computer(robot, ingest).run(source.blocks, each)
-    except NoStateError:
-        raise RecordingError(_why_nothing(source, estimator, ingest, tuple(heard))) from None
-    stream = watch.stream()
+    timeline = computer.timeline
+    if not len(timeline):
+        raise RecordingError(_why_nothing(source, estimator, ingest, tuple(heard)))
     jump_count, jumps = jumps_of(robot, timeline)
-    intervals = intervals_of(robot, timeline)
     joints = joint_reports(robot, timeline)
     track, frames = source.poses(), None
     if track is not None:
@@ -190,9 +186,9 @@ def audit(
         remarks=tuple(source.remarks),
         counts=dict(ingest.counts),
         examples=ingest.examples,
-        stream=stream,
+        stream=watch.stream(),
         timeline=timeline,
-        intervals=intervals,
+        intervals=intervals_of(robot, timeline),
         joints=joints,
         jump_count=jump_count,
         jumps=jumps,

@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections import Counter
-from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 
@@ -11,8 +11,13 @@ from ...estimation.estimator import ACCEPTED, NOT_CLOSED, TOO_LARGE
 from ...estimation.status_text import singularity_status, stale_status
 from ...formats.recordings.block import Block, Flags, UnreadableMessage
 from ...kernel import Floats, NearestSearch
-from ...kinematics.singularity import Singularity, measured_in_order, singularity_of
-from ...kinematics.tool_state import ToolState, evaluate
+from ...kinematics.singularity import (
+    FactorMeasures,
+    Singularity,
+    measured_in_order,
+    singularity_of,
+)
+from ...kinematics.tool_state import evaluate
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from .ingest import Ingest, KnownJoints
@@ -24,6 +29,23 @@ from .timeline import PublishedWarning, Timeline, TimelineBatch
 MOST_WARNINGS = 10_000
 
 
+def _of_pose(batch: Singularity, k: int, moving: bool) -> Singularity:
+    # The measures of one pose of a batch, as far as they are told; `moving`: with its velocities.
+    values: dict[str, Any] = {}
+    for field in dataclasses.fields(Singularity):
+        # The clearance takes long.
+        value = None if field.name == 'clearance' else getattr(batch, field.name)
+        if isinstance(value, FactorMeasures):
+            rows = value.estimates[k], value.results[k], value.column_scales[k]
+            value = FactorMeasures(value.names, *rows)
+        values[field.name] = value[k] if isinstance(value, np.ndarray) else value
+    if np.isnan(values['nearest_singular'][0]):
+        values['nearest_singular'] = None
+    if not moving:
+        values['rate'] = values['time_to_warning'] = None
+    return Singularity(**values)
+
+
 class Computer:
     """
     Turns blocks of messages into a timeline, batch by batch.
@@ -32,6 +54,11 @@ class Computer:
     ----------
     robot, ingest
         The arm, and the estimator that takes its messages.
+
+    Attributes
+    ----------
+    timeline
+        Of all blocks so far.
     """
 
     def __init__(self, robot: Robot, ingest: Ingest) -> None:
@@ -39,23 +66,15 @@ class Computer:
         self._judge = Judge(robot.thresholds)
         self._search = NearestSearch(robot.arm)
         self._quaternion: Floats | None = None
-        self._timeline = Timeline(robot)
+        self.timeline = Timeline(robot)
 
-    def run(
-        self,
-        blocks: Iterable[Block | UnreadableMessage],
-        each: Callable[[Block | UnreadableMessage, TimelineBatch | None], None],
-    ) -> Timeline:
-        """Return the timeline of all blocks; `each` is called with every block and its batch."""
-        for block in blocks:
-            known = self._ingest.take(block)
-            each(block, self._part(known) if len(known) else None)
-        if not len(self._timeline):
-            raise NoStateError
-        return self._timeline
+    def take(self, block: Block | UnreadableMessage) -> TimelineBatch | None:
+        """Add the states of the next block to the timeline, and return them if there are any."""
+        known = self._ingest.take(block)
+        return self._part(known) if len(known) else None
 
     def _part(self, known: KnownJoints) -> TimelineBatch | None:
-        robot, first = self._robot, len(self._timeline)
+        robot, first = self._robot, len(self.timeline)
         try:
             state = evaluate(robot, known.q, np.nan_to_num(known.qdot, nan=0.0))
         except JointVectorError:
@@ -65,13 +84,12 @@ class Computer:
             state = evaluate(robot, known.q, np.nan_to_num(known.qdot, nan=0.0))
         state = measured_in_order(state, self._search)
         singularity = singularity_of(state)
-        judged = self._judge.judge(known, singularity)
-        warnings = []
+        judged, moving, warnings = self._judge.judge(known, singularity), known.moving, []
         for k, timeout in judged.timeouts:
             stale = stale_status(robot, f'no joint state of {", ".join(timeout.missing)}')
             warnings.append(PublishedWarning(first + k, timeout.moment, stale))
         for k in judged.warnings:
-            one = self._singularity_at(known, k, state)
+            one = _of_pose(singularity, k, bool(moving[k]))
             level = Level(int(judged.levels[k]))
             text = singularity_status(robot, one, level, robot.base_frame, self._ingest.prefix)
             warnings.append(PublishedWarning(first + k, int(known.arrivals[k]), text))
@@ -80,17 +98,10 @@ class Computer:
         quaternion = state.quaternion_xyzw * signs[:, None]
         self._quaternion = np.array(quaternion[-1])
         batch = TimelineBatch(first, known, state, quaternion, singularity, warnings)
-        timeline = self._timeline
+        timeline = self.timeline
         timeline.append(batch, judged.levels, signs < 0.0)
         timeline.warnings += warnings[: max(0, MOST_WARNINGS - len(timeline.warnings))]
         return batch
-
-    def _singularity_at(self, known: KnownJoints, k: int, batch: ToolState) -> Singularity:
-        # That of one pose, with what the search has found along the motion.
-        assert batch.measures is not None
-        qdot = None if np.any(np.isnan(known.qdot[k])) else known.qdot[k]
-        one = evaluate(self._robot, known.q[k], qdot)
-        return singularity_of(one._replace(measures=batch.measures[k]))
 
     def _computable(self, known: KnownJoints) -> KnownJoints:
         # Lengths of the robot file can overflow with positions the estimator lets pass, and loops
@@ -126,7 +137,3 @@ class Computer:
         for k in np.flatnonzero(fresh | (dots == 0.0)):
             signs[k:] *= signs[k]  # here it starts again, with w >= 0
         return np.asarray(signs, dtype=np.float64)
-
-
-class NoStateError(Exception):
-    """No message made a state; the caller says why."""

@@ -3,17 +3,16 @@ The motion of each joint: range, limits, jumps, and its reported velocity agains
 """
 
 import math
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from ...estimation.joint_memory import LIMIT_SLACK
-from ...formats.recordings.block import Times
 from ...formats.recordings.columns import median, spans
 from ...kernel import Floats
 from ...robot.robot import Robot
 from .reported_velocities import Unwrapped, VelocityCheck, longest_interval, velocity_check
+from .stream import steps_of
 from .timeline import Timeline
 
 # A step is a jump if it exceeds, by this much (rad, m), the way at three times the larger reported
@@ -131,7 +130,8 @@ def look_like_degrees(reports: tuple[JointReport, ...]) -> bool:
 
 def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
     """Return the number of jumps, and the first of them."""
-    longest = longest_interval(median(_forwards(timeline)))
+    forwards = median(steps[steps > 0] for _, steps in steps_of(timeline.stamps))
+    longest = longest_interval(forwards)
     joints = [Unwrapped(bool(wraps)) for wraps in robot.continuous]
     before: list[Floats] = [np.zeros(0)] * robot.dof
     count = 0
@@ -167,9 +167,3 @@ def _explained(robot: Robot, j: int, speeds: Floats, intervals: Floats) -> Float
     otherwise = limit if math.isfinite(limit) else FREE_SPEED[sliding]
     explained: Floats = np.where(np.isnan(reported), otherwise, reported) * intervals
     return explained + JUMP[sliding]
-
-
-def _forwards(timeline: Timeline) -> Iterator[Times]:
-    for rows in spans(len(timeline)):
-        steps = np.diff(timeline.stamps[max(rows.start - 1, 0) : rows.stop])
-        yield steps[steps > 0]

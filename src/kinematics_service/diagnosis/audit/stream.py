@@ -93,6 +93,15 @@ class Stream:
         return 1.0 / self.median_interval if self.median_interval > 0.0 else 0.0
 
 
+def steps_of(stamps: Column) -> Iterator[tuple[int, Times]]:
+    """Yield the steps between stamps in pieces, with the number of the first stamp of each."""
+    for rows in spans(len(stamps)):
+        begin = max(rows.start - 1, 0)
+        steps = np.diff(stamps[begin : rows.stop])
+        if len(steps):
+            yield begin, steps
+
+
 class StreamWatch:
     """Collects the data of a `Stream`, block by block."""
 
@@ -134,12 +143,12 @@ class StreamWatch:
     def stream(self) -> Stream:
         """Return the findings."""
         stamps, delays = self._stamps, self._delays
-        forwards = median(steps[steps > 0] for _, steps in self._steps())
+        forwards = median(steps[steps > 0] for _, steps in steps_of(stamps))
         longest = max(GAP * forwards, SHORTEST_GAP)
         gaps: list[tuple[int, int]] = []
         gap_count = repeated = backwards = duration = 0
         largest = least = 0
-        for begin, steps in self._steps():
+        for begin, steps in steps_of(stamps):
             late = np.flatnonzero(steps > longest)
             gap_count += len(late)
             late = late[np.argsort(-steps[late], kind='stable')][:MOST_LISTED]
@@ -175,11 +184,3 @@ class StreamWatch:
             delay_median=median(delays[rows] for rows in spans(len(delays))) * 1e-9,
             delay_longest=max(delay_longest, 0) * 1e-9,
         )
-
-    def _steps(self) -> Iterator[tuple[int, Times]]:
-        # Steps between stamps, with the number of the first of them.
-        for rows in spans(len(self._stamps)):
-            begin = max(rows.start - 1, 0)
-            steps = np.diff(self._stamps[begin : rows.stop])
-            if len(steps):
-                yield begin, steps
