@@ -283,13 +283,10 @@ class SamePointParameters(ChosenParameters):
 
     def ends_of(self, problem: FitProblem, values: Floats) -> tuple[Floats, Floats]:
         """Return X and Y (1, 4, 4) of tip = X calibrated Y; X is the identity."""
-        Y = np.eye(4)
         T = self.robot.description.tool.motion.matrix
-        at = self.first('tool', 0)
-        moved = np.eye(4)
-        moved[:3, 3] = problem.every(values)[at : at + 3]
-        Y[:3, 3] = self.start.tip
-        return np.eye(4)[None], (np.linalg.inv(T) @ moved @ T @ Y)[None]
+        correction = problem.every(values)[self.first('tool', 0) :][:3]
+        moved, tip = rigid_positions(np.array([correction, self.start.tip]))
+        return np.eye(4)[None], (np.linalg.inv(T) @ moved @ T @ tip)[None]
 
     def starts_of(self, problem: FitProblem) -> tuple[Floats, Floats]:
         """Return base and tool (1, 4, 4) that the corrections begin at; the base has none."""
@@ -305,15 +302,12 @@ class SamePointParameters(ChosenParameters):
 
     def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
         """Return where the points are."""
-        deviations = np.sqrt(np.diag(found.covariance))
+        moved = problem.every(found.values)
+        deviations = problem.every(np.sqrt(np.diag(found.covariance)))
         result = []
         for k, name in enumerate(self.touches.names):
-            at = [
-                i
-                for i, one in enumerate(problem.parameters)
-                if one.group == POINTS and one.name.rpartition('.')[0] == name
-            ]
-            x, y, z = (self.start.points[k] + found.values[at]).tolist()
+            at = slice(self.first(POINTS, k), self.first(POINTS, k) + 3)
+            x, y, z = (self.start.points[k] + moved[at]).tolist()
             dx, dy, dz = deviations[at].tolist()
             count = int(np.sum(self.touches.point == k))
             result.append(TouchedPoint(name, (x, y, z), (dx, dy, dz), count))

@@ -79,7 +79,7 @@ class DatasetReport(NamedTuple):
 
 def report_of(name: str, robot: str, rows: Sequence[EpisodeRow]) -> DatasetReport:
     """Return the report of a dataset's rows."""
-    kinds: dict[tuple[int, str], list[str]] = {}
+    kinds: dict[tuple[Level, str], list[str]] = {}
     for row in rows:
         told = {NUMBER.sub('#', text): (level, text) for level, text in row.findings}
         if row.error:
@@ -92,7 +92,7 @@ def report_of(name: str, robot: str, rows: Sequence[EpisodeRow]) -> DatasetRepor
         name,
         robot,
         tuple(sorted(rows, key=_badness)),
-        tuple(Kind(Level(level), len(texts), texts[0]) for (level, _), texts in ordered),
+        tuple(Kind(level, len(texts), texts[0]) for (level, _), texts in ordered),
     )
 
 
@@ -191,9 +191,7 @@ def document_of_dataset(report: DatasetReport) -> dict[str, Any]:
                 'level': row.level.name,
                 'failed': row.failed,
                 'error': row.error,
-                'findings': [
-                    {'level': Level(level).name, 'text': text} for level, text in row.findings
-                ],
+                'findings': [{'level': one.level.name, 'text': one.text} for one in row.findings],
             }
             for row in report.rows
         ],

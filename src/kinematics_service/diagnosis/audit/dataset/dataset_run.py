@@ -8,6 +8,8 @@ from typing import Any
 
 from ....errors import RecordingError
 from ....formats.datasets.episodes import Episode, episodes_of
+from ....robot.measures import Level
+from ..findings import Finding
 from ..report.audit_runs import shown_bar, spread
 from .episode_audit import EpisodeBatch, EpisodeRow, EpisodeWork, rows_of_batch
 
@@ -88,7 +90,7 @@ class Journal:
 
 
 def _row(fields: dict[str, Any]) -> EpisodeRow:
-    findings = tuple((int(level), str(text)) for level, text in fields['findings'])
+    findings = tuple(Finding(Level(level), str(text)) for level, text in fields['findings'])
     return EpisodeRow(**{**fields, 'findings': findings})
 
 

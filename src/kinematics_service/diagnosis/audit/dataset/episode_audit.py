@@ -80,7 +80,7 @@ class EpisodeRow(NamedTuple):
     disagrees
         Whether poses are farther from the arm's than they may be.
     findings
-        Level and sentence of each, worst first.
+        The worst first.
     """
 
     name: str
@@ -90,12 +90,12 @@ class EpisodeRow(NamedTuple):
     failed: bool
     error: str
     disagrees: bool
-    findings: tuple[tuple[int, str], ...]
+    findings: tuple[Finding, ...]
 
     @property
     def level(self) -> Level:
         """Return the worst level."""
-        return Level.ERROR if self.error else Level(self.findings[0][0])
+        return Level.ERROR if self.error else self.findings[0].level
 
 
 class EpisodeBatch(NamedTuple):
@@ -164,10 +164,9 @@ def _row(
             found += _frames(finished, finished.frames, source, crossed)
     # What is a cause comes before what it does to the motion.
     found = sorted([*found, *verdict_of(finished).sentences], key=lambda one: -one.level)
-    failed = failed_by(finished, work.failures)
-    told = tuple((int(one.level), one.text) for one in found)
+    failed, end = failed_by(finished, work.failures), finished.timeline.end
     return EpisodeRow(
-        episode.name, arm.label, len(columns), finished.timeline.end, failed, '', disagrees, told
+        episode.name, arm.label, len(columns), end, failed, '', disagrees, tuple(found)
     )
 
 
