@@ -1,5 +1,6 @@
 """The corrections of a table, and what they leave open of it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -86,6 +87,12 @@ class IdentifiedTable(FrozenArrays):
     parameters: tuple[CalibratedParameter, ...]
     covariance: Floats
 
+    def fitted_of(self, names: Sequence[str]) -> tuple[list[int], list[int]]:
+        """Return which of some names were fitted, and where these stand among the parameters."""
+        at = {one.name: k for k, one in enumerate(self.parameters)}
+        own = [k for k, name in enumerate(names) if name in at]
+        return own, [at[names[k]] for k in own]
+
     def table_errors(self, robot: Robot, q: Floats) -> TableErrors:
         """
         Return what is open of the table; `robot` is the calibrated one.
@@ -130,8 +137,7 @@ def table_corrections(
     names = [one.name for one in arm.table]
     if ends:
         names += [one.name for end in ENDS for one in end_parameters(end, 0)]
-    fitted = [k for k, one in enumerate(found.parameters) if one.name in names]
-    columns = [names.index(found.parameters[k].name) for k in fitted]
+    columns, fitted = found.fitted_of(names)
     values = np.zeros(count + 2 * len(SIX))
     values[columns] = [found.parameters[k].correction for k in fitted]
     description = robot.description

@@ -65,10 +65,7 @@ def placed_camera(found: Calibration) -> tuple[PlacedThing, ...]:
 
 def _deviation(found: Calibration, end: str, behind: Floats, R: Floats) -> Floats:
     # The corrections move what is behind them: p = t + w x p. What is not fitted is known.
-    names = [one.name for one in found.parameters]
-    six = [one.name for one in end_parameters(end, 0)]
-    own = [k for k, name in enumerate(six) if name in names]
-    columns = [names.index(six[k]) for k in own]
+    own, columns = found.fitted_of([one.name for one in end_parameters(end, 0)])
     moved = np.eye(6)
     moved[:3, 3:] = -np.cross(np.eye(3), behind[:3, 3])
     turned = np.kron(np.eye(2), R) @ moved[:, own]

@@ -273,16 +273,14 @@ def _equations(
         of_file = robot.description.tolerances
         scales = np.array([prior_of(every[k], {}, of_file) for k in kept])
     else:
-        fitted = {one.name: one for one in after.parameters}
-        kept = [k for k, one in enumerate(every) if one.name in fitted]
-        scales = np.array([fitted[every[k].name].prior for k in kept])
+        kept, fitted = after.fitted_of([one.name for one in every])
+        scales = np.array([after.parameters[k].prior for k in fitted])
     J = J[:, : 3 if positions else 6, kept] * scales
     return tuple(every[k].name for k in kept), J, scales
 
 
 def _covariance(after: Calibration, names: tuple[str, ...], scales: Floats) -> Floats:
-    at = [one.name for one in after.parameters]
-    rows = [at.index(name) for name in names]
+    _, rows = after.fitted_of(names)
     return after.covariance[np.ix_(rows, rows)] / np.outer(scales, scales)
 
 

@@ -169,9 +169,7 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
             for one, screw in zip(offsets, arm.chain.screws)
         ]
     )
-    fitted = {one.name: k for k, one in enumerate(found.parameters)}
-    rows = [k for k, one in enumerate(offsets) if one.name in fitted]
-    columns = [fitted[offsets[k].name] for k in rows]
+    rows, columns = found.fitted_of([one.name for one in offsets])
     # What is not fitted stays: its row adds nothing, and no joint that moves it is known.
     by_rows = np.linalg.pinv(moved)
     stays = np.abs(np.delete(by_rows, rows, axis=1)).max(axis=1, initial=0.0) > ROUND_OFF
