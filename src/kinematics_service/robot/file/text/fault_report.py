@@ -46,6 +46,50 @@ def number(value: float) -> str:
     return f'{value:.6g}' if math.isfinite(value) else str(value)
 
 
+class Place:
+    """
+    A place in a file while it is read, for what is wrong or remarkable there.
+
+    Parameters
+    ----------
+    report
+        Of the file.
+    path
+        Of the place; empty: the file itself.
+    """
+
+    def __init__(self, report: 'FaultReport', path: Path = ()) -> None:
+        self.report, self.path = report, path
+        self._before = report.fault_count
+
+    def __getitem__(self, steps: str | int | Path) -> 'Place':
+        """Return a place inside this one: a key, an index, or several of them."""
+        inside = steps if isinstance(steps, tuple) else (steps,)
+        return Place(self.report, (*self.path, *inside))
+
+    @property
+    def intact(self) -> bool:
+        """Return whether no fault was found in the file since reading came here."""
+        return self.report.fault_count == self._before
+
+    @property
+    def line(self) -> int:
+        """Return the line on which it begins."""
+        return self.report.line(self.path)
+
+    def fault(self, message: str) -> None:
+        """Report what is wrong here."""
+        self.report.fault(self.path, message)
+
+    def warn(self, message: str) -> None:
+        """Report what is allowed here but is most likely a mistake."""
+        self.report.warn(self.path, message)
+
+    def remark(self, sentence: str) -> None:
+        """Report what is worth knowing of what stands here."""
+        self.report.remark(self.path, sentence)
+
+
 class FaultReport:
     """The faults, warnings and remarks of one document; it only ever grows."""
 
