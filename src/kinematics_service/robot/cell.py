@@ -178,8 +178,7 @@ def read_cell(path: Path) -> Cell:
     file = str(path)
     text = text_of(file)
     document = read_document(text, file)
-    report = FaultReport(document)
-    top = Place(report)
+    top = Place(FaultReport(document))
     entry = checked(CellEntry, document.data, top)
     check_name(entry.cell, top['cell'])
     frame = entry.frame or FLOOR
@@ -193,7 +192,7 @@ def read_cell(path: Path) -> Cell:
     arms = {name: arm for name, arm in placed.items() if arm is not None}
     common = tuple(name for name in entry.common or () if name)
     _check_names(arms, common, top)
-    report.raise_faults()
+    top.report.raise_faults()
     return Cell(
         entry.cell or '',
         frame,

@@ -163,14 +163,13 @@ def parse_robot(text: str, file: str) -> RobotDescription:
         With all faults of the text, one a line.
     """
     document = read_document(text, file)
-    report = FaultReport(document)
-    top = Place(report)
-    data = _mapping(document.data, report)
+    top = Place(FaultReport(document))
+    data = _mapping(document.data, top)
     entry = checked(RobotEntry, data, top)
     check_name(entry.robot, top['robot'])
     units = read_units(entry.units, top['units'])
     names = _names(entry, data, units, top)
-    quantities, joint_types = names.quantities, names.joint_types
+    quantities = names.quantities
 
     joints = [
         joint
@@ -182,20 +181,18 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     rows = None if links is None else len(links)
     base, tool = _ends(entry, quantities)
     points = read_points(entry.points, rows, (base, tool), quantities)
-    loops = read_loops(
-        entry.loops, names.passive, links, points, convention, joint_types, quantities
-    )
+    loops = read_loops(entry.loops, names.passive, links, points, convention, quantities)
     singularity = read_singularity(entry.singularity, names.driven)
     uncertainty = read_uncertainty(
-        entry.uncertainty, joint_types, joints, links, entry.convention or '', quantities
+        entry.uncertainty, joints, links, entry.convention or '', quantities
     )
     if uncertainty and loops:
         top['uncertainty'].fault('is not carried through closed loops: leave it out')
     speed_limits = read_speed_limits(entry.speed_limits, points, quantities)
-    known_poses = read_known_poses(entry.known_poses, joint_types, joints, quantities)
-    tolerances = read_tolerances(entry.tolerance, convention, rows, len(joint_types), quantities)
+    known_poses = read_known_poses(entry.known_poses, joints, quantities)
+    tolerances = read_tolerances(entry.tolerance, convention, rows, quantities)
 
-    report.raise_faults()
+    top.report.raise_faults()
     if not (entry.robot and convention and links and base and tool and singularity):
         # Every part that is missing has a fault; were one forgotten, this is the safe end.
         refuse(file, 'is incomplete')
@@ -216,8 +213,8 @@ def parse_robot(text: str, file: str) -> RobotDescription:
         singularity=singularity,
         uncertainty=uncertainty,
         known_poses=known_poses,
-        warnings=report.warnings(),
-        remarks=report.remarks(),
+        warnings=top.report.warnings(),
+        remarks=top.report.remarks(),
         file=file,
         tolerances=tolerances,
         loops=loops,
@@ -245,11 +242,11 @@ def read_units(data: Any, at: Place) -> Units:
     return Units('deg' if entry.angle == 'deg' else 'rad', 'mm' if entry.length == 'mm' else 'm')
 
 
-def _mapping(data: Any, report: FaultReport) -> dict[str, Any]:
+def _mapping(data: Any, top: Place) -> dict[str, Any]:
     if not isinstance(data, dict):
         keys = ', '.join(RobotEntry.required)
-        report.fault((), f'expected a mapping with the keys {keys}, not {shown(data)}')
-        report.raise_faults()
+        top.fault(f'expected a mapping with the keys {keys}, not {shown(data)}')
+        top.report.raise_faults()
     return dict(data)
 
 
@@ -265,8 +262,8 @@ class _FileNames(NamedTuple):
 
     Attributes
     ----------
-    joints, joint_types, variables
-        For each joint its entry, and its type and variable, None where they are not understood.
+    joints, variables
+        For each joint its entry, and its variable, None where it is not understood.
     passive
         The joints that loops move.
     driven, quantities
@@ -274,7 +271,6 @@ class _FileNames(NamedTuple):
     """
 
     joints: Sequence[JointEntry]
-    joint_types: Sequence[JointType | None]
     variables: Sequence[str | None]
     passive: Sequence[PassiveJoint]
     constants: Constants
@@ -295,7 +291,7 @@ def _names(entry: RobotEntry, data: dict[str, Any], units: Units, top: Place) ->
     driven = _quantities(top, units, constants, items, types, variables)
     with_passive = {**driven.joint_types, **{joint.name: joint.type for joint in passive}}
     quantities = replace(driven, joint_types=with_passive) if passive else driven
-    return _FileNames(joints, types, variables, passive, constants, driven, quantities)
+    return _FileNames(joints, variables, passive, constants, driven, quantities)
 
 
 def _quantities(
@@ -320,7 +316,7 @@ def _quantities(
             hidden |= names_given(item)
     hidden -= known.keys() | values.keys()
     return Quantities(
-        top, units, values, known, frozenset(hidden), all_names_known, set(constants.used)
+        top, units, values, known, types, frozenset(hidden), all_names_known, set(constants.used)
     )
 
 

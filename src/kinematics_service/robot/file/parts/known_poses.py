@@ -7,7 +7,7 @@ from typing import Any
 
 from ..text.entries import checked, checked_list
 from ..text.fault_report import Place, number
-from .description import JointDescription, JointType, KnownPose, Rounding
+from .description import JointDescription, KnownPose, Rounding
 from .motions import pose_motion
 from .quantities import KIND_OF, LONG, TURN, Kind, Quantities, Units
 from .schema import KnownPoseEntry, ToleranceEntry
@@ -22,10 +22,7 @@ USUAL: Mapping[Kind, float] = {'length': LONG, 'angle': TURN}
 
 
 def read_known_poses(
-    data: Any,
-    types: Sequence[JointType | None],
-    joints: Sequence[JointDescription],
-    quantities: Quantities,
+    data: Any, joints: Sequence[JointDescription], quantities: Quantities
 ) -> tuple[KnownPose, ...]:
     """
     Return the poses in SI units, without those that have faults.
@@ -34,8 +31,6 @@ def read_known_poses(
     ----------
     data
         The list as the file has it; None where there is none.
-    types
-        Of the entries in the list of joints; None where it has been refused.
     joints
         Their descriptions; fewer where some have faults, and then no q is compared with limits.
     quantities
@@ -45,22 +40,16 @@ def read_known_poses(
         return ()
     at = quantities.top['known_poses']
     items = checked_list(data, at, 'a list of {q, xyz, rpy}')
-    poses = [
-        _known_pose(item, at[index], types, joints, quantities) for index, item in enumerate(items)
-    ]
+    poses = [_known_pose(item, at[k], joints, quantities) for k, item in enumerate(items)]
     return tuple(pose for pose in poses if pose is not None)
 
 
 def _known_pose(
-    data: Any,
-    at: Place,
-    types: Sequence[JointType | None],
-    joints: Sequence[JointDescription],
-    quantities: Quantities,
+    data: Any, at: Place, joints: Sequence[JointDescription], quantities: Quantities
 ) -> KnownPose | None:
-    units, beside = quantities.units, at['tolerance']
+    units, types, beside = quantities.units, quantities.types, at['tolerance']
     entry = checked(KnownPoseEntry, data, at)
-    q = quantities.positions(entry.q, types, at['q'])
+    q = quantities.positions(entry.q, at['q'])
     if len(q) == len(joints):
         _remark_of_limits(q, joints, at['q'])
     motion = pose_motion(entry, at, quantities)

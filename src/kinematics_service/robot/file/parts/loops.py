@@ -12,7 +12,6 @@ from ..text.yaml_document import ScalarNode, texts_in
 from .convention_table import Convention
 from .description import (
     IDENTITY,
-    JointType,
     Link,
     LoopDescription,
     PassiveJoint,
@@ -106,7 +105,6 @@ def read_loops(
     table: Sequence[Link] | None,
     points: Sequence[PointDescription],
     convention: Convention | None,
-    joint_types: Sequence[JointType | None],
     quantities: Quantities,
 ) -> tuple[LoopDescription, ...]:
     """
@@ -120,8 +118,6 @@ def read_loops(
         As `read_passive` returns them.
     table, points, convention
         What is known of the arm; None where it has faults.
-    joint_types
-        Of the entries in the list of joints.
     quantities
         What the names in expressions mean.
     """
@@ -129,7 +125,7 @@ def read_loops(
         return ()
     at = quantities.top['loops']
     names = {joint.name: joint for joint in passive}
-    reader = _LoopReader(names, table, points, convention, joint_types, quantities)
+    reader = _LoopReader(names, table, points, convention, quantities)
     loops = [reader.read(item, at[k]) for k, item in enumerate(data[:MAX_LOOPS])]
     found = tuple(loop for loop in loops if loop is not None)
     if table is None or len(found) < len(data) or not at.intact:
@@ -234,7 +230,6 @@ class _LoopReader:
     table: Sequence[Link] | None
     points: Sequence[PointDescription]
     convention: Convention | None
-    joint_types: Sequence[JointType | None]
     quantities: Quantities
 
     def read(self, data: Any, at: Place) -> LoopDescription | None:
@@ -312,7 +307,7 @@ class _LoopReader:
         if data is None:
             return (), ()
         entry: Any = checked(assembled_entry(tuple(names)), data, at)
-        q = self.quantities.positions(entry.q, self.joint_types, at['q'])
+        q = self.quantities.positions(entry.q, at['q'])
         values = [
             self.quantities.fixed(
                 getattr(entry, name), KIND_OF[self.passive[name].type], at[name], usual=False

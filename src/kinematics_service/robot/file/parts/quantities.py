@@ -81,6 +81,8 @@ class Quantities:
         Values in the file's units.
     joint_types
         By joint variable, in the order of the joints.
+    types
+        Of the entries in the list of joints; None where it has been refused.
     unreadable
         Names whose own definition has a fault: what uses them is not judged.
     all_names_known
@@ -95,6 +97,7 @@ class Quantities:
     units: Units
     constants: Mapping[str, float]
     joint_types: Mapping[str, JointType]
+    types: Sequence[JointType | None] = ()
     unreadable: frozenset[str] = frozenset()
     all_names_known: bool = True
     used: set[str] = field(default_factory=set)
@@ -121,20 +124,18 @@ class Quantities:
             return None
         return value
 
-    def positions(
-        self, texts: Sequence[str | None] | None, types: Sequence[JointType | None], at: Place
-    ) -> tuple[float, ...]:
+    def positions(self, texts: Sequence[str | None] | None, at: Place) -> tuple[float, ...]:
         """
         Return joint positions, rad or m, of the joints whose types are known.
 
         None of them, with the fault reported, where there are not as many as joints.
         """
-        if texts is not None and types and len(texts) != len(types):
-            at.fault(f'{len(texts)} values for {len(types)} joints')
+        if texts is not None and self.types and len(texts) != len(self.types):
+            at.fault(f'{len(texts)} values for {len(self.types)} joints')
             return ()
         found = [
             self.fixed(text, KIND_OF[joint_type], at[index], usual=False)
-            for index, (text, joint_type) in enumerate(zip(texts or (), types))
+            for index, (text, joint_type) in enumerate(zip(texts or (), self.types))
             if joint_type
         ]
         return tuple(value for value in found if value is not None)

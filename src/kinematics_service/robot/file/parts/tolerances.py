@@ -18,7 +18,7 @@ AXES = tuple(f'{kind}{axis}' for kind in 'RT' for axis in 'xyz')
 
 
 def read_tolerances(
-    data: Any, convention: Convention | None, rows: int | None, joints: int, quantities: Quantities
+    data: Any, convention: Convention | None, rows: int | None, quantities: Quantities
 ) -> Tolerances:
     """
     Return the standard deviations in SI units, without those that have faults.
@@ -29,14 +29,12 @@ def read_tolerances(
         The mapping as the file has it; None where there is none.
     convention, rows
         Of the table; None where that is not known.
-    joints
-        Number of joints.
     quantities
         What the names in expressions mean.
     """
     if data is None:
         return Tolerances()
-    at = quantities.top['tolerance']
+    at, joints = quantities.top['tolerance'], len(quantities.types)
     entry = checked(TableToleranceEntry, data, at)
     length = quantities.above_zero(entry.length, 'length', at['length'])
     angle = quantities.above_zero(entry.angle, 'angle', at['angle'])

@@ -13,7 +13,7 @@ from ..text.entries import (
     meant_by,
 )
 from ..text.fault_report import Place, quoted
-from .description import JointDescription, JointType, Link, Uncertainty
+from .description import JointDescription, Link, Uncertainty
 from .parameters import (
     ENDS,
     GEARS,
@@ -33,7 +33,6 @@ MOST_NAMED = 60
 
 def read_uncertainty(
     data: Any,
-    types: Sequence[JointType | None],
     joints: Sequence[JointDescription],
     links: Sequence[Link] | None,
     convention: str,
@@ -46,8 +45,6 @@ def read_uncertainty(
     ----------
     data
         The mapping as the file has it; None where there is none.
-    types
-        Of the entries in the list of joints; None where it has been refused.
     joints
         Their descriptions; fewer where some have faults.
     links
@@ -61,12 +58,10 @@ def read_uncertainty(
         return None
     at = quantities.top['uncertainty']
     entry = checked(UncertaintyEntry, data, at)
-    of_joints = {
-        key: _of_joints(getattr(entry, key), types, at[key], quantities) for key in OF_POSITIONS
-    }
+    of_joints = {key: _of_joints(getattr(entry, key), at[key], quantities) for key in OF_POSITIONS}
     velocities, place = None, at['velocity_noise']
     if entry.velocity_noise is not None:
-        velocities = _of_joints(entry.velocity_noise, types, place, quantities)
+        velocities = _of_joints(entry.velocity_noise, place, quantities)
         if velocities and not any(velocities):
             place.fault('is 0 for every joint: leave it out')
     known = _known(links, convention, joints) if links is not None and convention else None
@@ -75,7 +70,7 @@ def read_uncertainty(
     if entry.parameters is not None and entry.covariance is not None:
         at['parameters'].fault('stands beside covariance, which is of the same: give one')
     xyz, rpy = _floor(entry.floor, at['floor'], quantities)
-    if not at.intact or None in types:
+    if not at.intact or None in quantities.types:
         return None
     found = Uncertainty(
         of_joints['encoder_noise'],
@@ -116,10 +111,9 @@ def _deviation(text: str | None, kind: Kind, at: Place, quantities: Quantities) 
     return value or 0.0
 
 
-def _of_joints(
-    data: Any, types: Sequence[JointType | None], at: Place, quantities: Quantities
-) -> tuple[float, ...]:
+def _of_joints(data: Any, at: Place, quantities: Quantities) -> tuple[float, ...]:
     # One number for all joints, or a list with one for each.
+    types = quantities.types
     if data is None:
         return (0.0,) * len(types)
     kinds = [KIND_OF[kind] if kind else None for kind in types]

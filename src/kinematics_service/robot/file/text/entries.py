@@ -7,7 +7,7 @@ way: `true` never becomes 1.0. What is missing or has been refused is None in an
 
 import difflib
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from keyword import iskeyword
 from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar, get_origin, get_type_hints
 
@@ -205,24 +205,19 @@ class _Refusal(NamedTuple):
     meant: str | None
 
 
-def _refusals(checks: tuple[Check, ...], value: Any, place: Path) -> Iterator[_Refusal]:
-    for whole, *each in (checks,) if checks else ():
-        try:
-            whole(value)
-        except WrongValue as wrong:
-            yield _Refusal(place, str(wrong), wrong.meant)
-            return
-        for index, item in enumerate(value if each else ()):
-            yield from _refusals(tuple(each), item, (*place, index))
-
-
-def _read(checks: tuple[Check, ...], value: Any) -> Any:
-    # A value without refusals.
+def _taken(checks: tuple[Check, ...], value: Any, place: Path) -> tuple[Any, list[_Refusal]]:
+    # A value as it is read, and why it or some of its items are refused.
     if not checks:
-        return value
+        return value, []
     whole, *each = checks
-    result = whole(value)
-    return [_read(tuple(each), item) for item in result] if each else result
+    try:
+        result = whole(value)
+    except WrongValue as wrong:
+        return None, [_Refusal(place, str(wrong), wrong.meant)]
+    if not each:
+        return result, []
+    items = [_taken(tuple(each), item, (*place, k)) for k, item in enumerate(result)]
+    return [item for item, _ in items], [one for _, refused in items for one in refused]
 
 
 def _before_colon(key: str, keys: tuple[str, ...]) -> str | None:
@@ -266,9 +261,10 @@ def checked(kind: type[EntryType], data: Any, at: Place) -> EntryType:
             at[key].fault('a decimal is written with a point: 0.4')
             continue
         at[key].fault(f'unknown key{did_you_mean(word)}{choice(keys)}')
-        if word and word not in data and not any(_refusals(checks[word], data[key], ())):
-            meant[word] = data[key]
-    values = {key: _read(checks[key], value) for key, value in {**intact, **meant}.items()}
+        if word and word not in data:
+            value, refusals = _taken(checks[word], data[key], ())
+            meant |= {} if refusals else {word: value}
+    values = {**intact, **meant}
     return kind({f'{key}_' if iskeyword(key) else key: value for key, value in values.items()})
 
 
@@ -284,15 +280,17 @@ def _judged(
     data: dict[str, Any], checks: dict[str, tuple[Check, ...]], at: Place
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     # What has no fault, and what was meant by words that have one.
-    intact, meant = {}, {}
+    intact: dict[str, Any] = {}
+    meant: dict[str, Any] = {}
     for key, value in data.items():
-        refusals = list(_refusals(checks[key], value, (key,)))
+        taken, refusals = _taken(checks[key], value, (key,))
         if not refusals:
-            intact[key] = value
+            intact[key] = taken
         for refusal in refusals:
             at[refusal.place].fault(refusal.message)
             if refusal.meant and len(refusal.place) == 1:
-                meant[key] = ScalarNode(refusal.meant, 0, quoted=False)
+                node = ScalarNode(refusal.meant, 0, quoted=False)
+                meant[key], _ = _taken(checks[key], node, ())
     return intact, meant
 
 
