@@ -11,13 +11,14 @@ from ....errors import FormulaError
 from ....kinematics.tool_state import evaluate
 from ....robot.closed_poses import closes_at
 from ....robot.file.parts.convention_table import QUANTITIES
+from ....robot.file.text.expression_syntax import postorder
 from ....robot.robot import Robot
 from ..arm.numbers import DEGREE, Evaluation, Floats
 from ..arm.quantities import quantity_of, value_of, why_out_of_range
 from ..arm.world import World
 from ..text.build import build, is_matrix, number
 from ..text.file import Raw, Settings
-from ..text.syntax import Node, postorder
+from ..text.syntax import PARTS, Node
 from .names import FormulaNames, coordinates, reading_of, rotation_entries
 
 SEED = 20240523
@@ -200,4 +201,4 @@ def _number(value: Any) -> float:
 
 
 def _has_unit(node: Node) -> bool:
-    return any(part.kind == 'deg' for part in postorder(node))
+    return any(part.kind == 'deg' for part in postorder(node, PARTS))

@@ -10,7 +10,8 @@ from typing import Any, TypeAlias
 import sympy as sp  # type: ignore[import-untyped]
 
 from ....errors import FormulaError
-from .syntax import MOST_ENTRIES, Node, postorder
+from ....robot.file.text.expression_syntax import folded
+from .syntax import MOST_ENTRIES, PARTS, Node
 from .tokens import FormulaToken
 
 Value: TypeAlias = Any  # a sympy expression or an immutable matrix
@@ -45,12 +46,11 @@ def build(node: Node, lookup: Lookup, read: ReadNumber) -> Value:
     FormulaError
         Shapes that do not fit, an unknown name, a number out of bounds.
     """
-    values: list[Value] = []
-    for part in postorder(node):
-        first = len(values) - len(part.parts)
-        operands, values = values[first:], values[:first]
-        values.append(_combined(part, operands, lookup, read))
-    return _whole(values[0])
+
+    def combined(part: Node, operands: list[Value | _Terms]) -> Value | _Terms:
+        return _combined(part, operands, lookup, read)
+
+    return _whole(folded(node, PARTS, combined))
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,9 @@ matrices as `[a b; c d]`, `[[a, b], [c, d]]`, `Matrix(...)` or `\begin{bmatrix}`
 inverses and cross products.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 from ....errors import FormulaError
 from .tokens import FormulaToken
@@ -51,15 +52,7 @@ class Node:
     rows: tuple[int, ...] = ()
 
 
-def postorder(root: Node) -> Iterator[Node]:
-    """Yield the parts of a tree, each after its own: sums of thousands of terms are deep."""
-    stack = [(root, 0)]
-    while stack:
-        node, done = stack.pop()
-        if done < len(node.parts):
-            stack += [(node, done + 1), (node.parts[done], 0)]
-        else:
-            yield node
+PARTS: Callable[[Node], tuple[Node, ...]] = attrgetter('parts')
 
 
 def parse(tokens: Sequence[FormulaToken], last: FormulaToken) -> Node:
