@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, get_args
 
 from ..text.entries import checked, checked_formula, checked_list
@@ -63,6 +63,11 @@ def variables_of(row: Link) -> frozenset[str]:
         for _, _, expression in moving_parts(row)
         for variable, _ in expression.affine.coefficients
     )
+
+
+def names_in_rows(rows: Iterable[Link]) -> frozenset[str]:
+    """Return the joints and passive joints that move rows."""
+    return frozenset().union(*map(variables_of, rows))
 
 
 def warn_of_size(rows: Sequence[Link], quantities: Quantities) -> None:

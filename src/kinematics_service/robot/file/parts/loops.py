@@ -17,7 +17,7 @@ from .description import (
     PassiveJoint,
     PointDescription,
 )
-from .links import likely_convention, read_links, variables_of
+from .links import likely_convention, names_in_rows, read_links
 from .loop_groups import loop_groups, names_in_loop, passive_of
 from .motions import pose_motion
 from .points import check_row
@@ -155,13 +155,15 @@ def _check_effect(loops: Sequence[LoopDescription], table: Sequence[Link], at: P
     # Every passive joint stands in its loop; no loop needs a later one, but those of one group
     # each other; and every group moves something.
     places = {id(loop): k for k, loop in enumerate(loops)}
-    used = frozenset().union(*(variables_of(row) for row in table))
-    group_of: dict[str, int] = {}
-    groups = loop_groups(loops)
-    for g, group in enumerate(groups):
-        group_of.update((joint.name, g) for joint in passive_of(group))
-    for g in range(len(groups) - 1, -1, -1):
-        members = [(places[id(loop)], loop) for loop in groups[g]]
+    used, groups = names_in_rows(table), loop_groups(loops)
+    owner = {
+        joint.name: (places[id(loop)], g)
+        for g, group in enumerate(groups)
+        for loop in group
+        for joint in loop.passive
+    }
+    for g, group in reversed([*enumerate(groups)]):
+        members = [(places[id(loop)], loop) for loop in group]
         for k, loop in members:
             names = names_in_loop(loop)
             for joint in loop.passive:
@@ -171,27 +173,16 @@ def _check_effect(loops: Sequence[LoopDescription], table: Sequence[Link], at: P
                         f'nor one of the table between row {loop.start.row} and row '
                         f'{loop.meets.row}'
                     )
-            _check_order(k, names, group_of, g, loops, at[k, 'links'])
+            for name in sorted(names & owner.keys()):
+                its_loop, its_group = owner[name]
+                if its_loop > k and its_group != g:
+                    at[k, 'links'].fault(
+                        f'{quoted(name)} is moved by loops[{its_loop}], which comes later: a loop '
+                        'may use the passive joints of those before it, and of later ones that '
+                        'need its own'
+                    )
         _check_group(members, used, at)
-        used = used.union(*(names_in_loop(loop) for loop in groups[g]))
-
-
-def _check_order(
-    k: int,
-    names: frozenset[str],
-    group_of: Mapping[str, int],
-    own: int,
-    loops: Sequence[LoopDescription],
-    at: Place,
-) -> None:
-    # A loop needs those of its own group and of earlier ones only.
-    owner = {joint.name: i for i, loop in enumerate(loops) for joint in loop.passive}
-    for name in sorted(names):
-        if owner.get(name, -1) > k and group_of[name] != own:
-            at.fault(
-                f'{quoted(name)} is moved by loops[{owner[name]}], which comes later: a loop may '
-                'use the passive joints of those before it, and of later ones that need its own'
-            )
+        used = used.union(*map(names_in_loop, group))
 
 
 def _check_group(
