@@ -88,7 +88,7 @@ def another_quantity(check: QuantityCheck) -> Iterator[Variant]:
 
 def _quantities(check: QuantityCheck) -> Iterator[tuple[Quantity, str]]:
     rows, joints = len(check.world.table.rows), len(check.world.table.variables)
-    first = check.reading.first
+    first = check.reading.first_frame
     same = {check.quantity.kind}
     for i in range(1, joints + 1):
         for part, name in (('v', 'J_v'), ('w', 'J_w'), ('all', 'J_')):

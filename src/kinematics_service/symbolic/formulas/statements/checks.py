@@ -17,10 +17,11 @@ import numpy.typing as npt
 from ....robot.robot import Robot
 from ...sampled_poses import row_indices, task_rows
 from ..arm.numbers import DEGREE, Evaluation, Floats
-from ..arm.quantities import ROWS, Quantity, Reading, value_of
+from ..arm.quantities import ROWS, Quantity, value_of
 from ..arm.table import Table, general_row
 from ..arm.world import World
-from .names import FormulaNames, reading_of
+from ..text.file import Settings
+from .names import FormulaNames
 from .poses import Poses
 from .statements import Statement
 
@@ -44,10 +45,10 @@ class Check(ABC):
         """Return the person's matrix."""
         return self.statement.value
 
-    @cached_property
-    def reading(self) -> Reading:
+    @property
+    def reading(self) -> Settings:
         """Return how the person counts frames and orders rows."""
-        return reading_of(self.statement.settings)
+        return self.statement.settings
 
     @cached_property
     def world(self) -> World:
@@ -165,13 +166,13 @@ class QuantityCheck(Check):
         return self.right_of(self.world)
 
     def right_of(
-        self, world: World, quantity: Quantity | None = None, reading: Reading | None = None
+        self, world: World, quantity: Quantity | None = None, reading: Settings | None = None
     ) -> Floats:
         """Return the quantity in another world, cut to the person's shape."""
         quantity = quantity or self.quantity
         return self.cut(self.whole_of(world, quantity, reading or self.reading), quantity)
 
-    def whole_of(self, world: World, quantity: Quantity, reading: Reading) -> Floats:
+    def whole_of(self, world: World, quantity: Quantity, reading: Settings) -> Floats:
         """Return the quantity with all its rows."""
         if quantity.kind == 'det':
             return task_determinant(self.robot, world)[:, None, None]

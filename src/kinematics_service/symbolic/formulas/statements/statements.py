@@ -14,7 +14,7 @@ from ..text.build import build, is_matrix, number
 from ..text.file import FormulaFile, Raw, Settings
 from ..text.syntax import PARTS, Node
 from ..text.tokens import FormulaToken
-from .names import COORDINATES, FormulaNames, reading_of
+from .names import COORDINATES, FormulaNames
 
 LONGEST = 200_000  # nodes of an expression, shared parts counted each time
 DEEPEST_DEFINITION = 40
@@ -198,7 +198,7 @@ class _Reader:
                 quantity,
                 len(self.names.table.rows),
                 self.names.table.joints,
-                reading_of(raw.settings),
+                raw.settings,
             )
             if reason:
                 raise raw.left.at.fault(reason)
