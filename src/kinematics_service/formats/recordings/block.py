@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import groupby, islice
 from typing import TypeAlias
 
 import numpy as np
@@ -70,17 +71,13 @@ class UnreadableMessage:
 
 def blocks_of(samples: Iterable[JointSample]) -> Iterator[Block]:
     """Yield samples in blocks, in their order."""
-    alike: list[JointSample] = []
-    key: tuple[tuple[str, ...], int, int] | None = None
-    for sample in samples:
-        own = (tuple(sample.names), len(sample.positions), len(sample.velocities))
-        if alike and (own != key or len(alike) >= LARGEST_BLOCK):
-            yield _block(alike)
-            alike = []
-        key = own
-        alike.append(sample)
-    if alike:
-        yield _block(alike)
+
+    def kind(sample: JointSample) -> tuple[tuple[str, ...], int, int]:
+        return tuple(sample.names), len(sample.positions), len(sample.velocities)
+
+    for _, alike in groupby(samples, kind):
+        while some := list(islice(alike, LARGEST_BLOCK)):
+            yield _block(some)
 
 
 def _block(samples: list[JointSample]) -> Block:
