@@ -8,6 +8,7 @@ way: `true` never becomes 1.0. What is missing or has been refused is None in an
 import difflib
 import re
 from collections.abc import Callable, Mapping
+from functools import partial
 from keyword import iskeyword
 from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar, get_origin, get_type_hints
 
@@ -56,17 +57,13 @@ def _text(value: Any, longest: int) -> str:
     return text
 
 
-def _word(value: Any) -> str:
-    return _text(value, LONGEST_NAME)
+_word = partial(_text, longest=LONGEST_NAME)
+_citation = partial(_text, longest=LONGEST_CITATION)
 
 
 def _formula(value: Any) -> str:
     node = _scalar(value, 'a text')
     return _word(node._replace(text=plain_names(node.text)))
-
-
-def _citation(value: Any) -> str:
-    return _text(value, LONGEST_CITATION)
 
 
 def _number(value: Any) -> str:
@@ -86,8 +83,8 @@ def _truth(value: Any) -> bool:
     raise WrongValue(f'expected true or false, not {shown(value)}')
 
 
-def _listed(length: int | None, wanted: str) -> Check:
-    def check(value: Any) -> Any:
+def _listed(length: int | None, wanted: str) -> Callable[[Any], list[Any]]:
+    def check(value: Any) -> list[Any]:
         if not isinstance(value, list):
             raise WrongValue(f'expected {wanted}, not {shown(value)}')
         if length is not None and len(value) != length:
@@ -227,6 +224,7 @@ def _before_colon(key: str, keys: tuple[str, ...]) -> str | None:
 
 
 EntryType = TypeVar('EntryType', bound=Entry)
+Taken = TypeVar('Taken')
 
 
 def checked(kind: type[EntryType], data: Any, at: Place) -> EntryType:
@@ -296,26 +294,22 @@ def _judged(
 
 def checked_number(data: Any, at: Place) -> str | None:
     """Return the text of a number or an expression, or None with its fault reported."""
-    text: str | None = _reported(_number, data, at)
-    return text
+    return _reported(_number, data, at)
 
 
 def checked_word(data: Any, at: Place) -> str | None:
     """Return a printable text, or None with its fault reported."""
-    text: str | None = _reported(_word, data, at)
-    return text
+    return _reported(_word, data, at)
 
 
 def checked_formula(data: Any, at: Place) -> str | None:
     """Return a printable text in plain signs, or None with its fault reported."""
-    text: str | None = _reported(_formula, data, at)
-    return text
+    return _reported(_formula, data, at)
 
 
 def checked_list(data: Any, at: Place, noun: str, length: int | None = None) -> list[Any]:
     """Return the items of a list, or none with the fault reported."""
-    result = _reported(_listed(length, noun), data, at)
-    return result if isinstance(result, list) else []
+    return _reported(_listed(length, noun), data, at) or []
 
 
 def checked_mapping(data: Any, at: Place, noun: str) -> dict[str, Any]:
@@ -327,7 +321,7 @@ def checked_mapping(data: Any, at: Place, noun: str) -> dict[str, Any]:
     return data if isinstance(data, dict) else {}
 
 
-def _reported(check: Check, data: Any, at: Place) -> Any:
+def _reported(check: Callable[[Any], Taken], data: Any, at: Place) -> Taken | None:
     try:
         return check(data)
     except WrongValue as wrong:
