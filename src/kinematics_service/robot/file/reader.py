@@ -12,7 +12,6 @@ from ...errors import Fault, RobotFileError
 from .parts.constants import Constants, read_constants
 from .parts.convention_table import CONVENTIONS, Convention
 from .parts.description import (
-    Constant,
     ElementaryMotion,
     JointType,
     Link,
@@ -196,15 +195,14 @@ def parse_robot(text: str, file: str) -> RobotDescription:
     if not (entry.robot and convention and links and base and tool and singularity):
         # Every part that is missing has a fault; were one forgotten, this is the safe end.
         refuse(file, 'is incomplete')
-    constants = names.constants.constants
-    _remark(entry, constants, links, quantities)
+    _remark(entry, names, links)
     return RobotDescription(
         name=entry.robot,
         source=entry.source or '',
         convention=convention.name,
         angle_unit=units.angle,
         length_unit=units.length,
-        constants=constants,
+        constants=names.constants.constants,
         joints=tuple(joints),
         links=links,
         base=base,
@@ -330,7 +328,7 @@ def _links(
     at, judged = quantities.top['links'], convention or likely_convention(entry.links)
     links = read_links(entry.links, judged, at, quantities)
     check_helical(links or (), quantities)
-    _check_movement(names.joints, names.variables, data, links, quantities)
+    _check_movement(names, data, links)
     warn_of_size(links or (), quantities)
     return links
 
@@ -343,29 +341,24 @@ def _ends(entry: RobotEntry, quantities: Quantities) -> tuple[Placement | None, 
     return base, tool
 
 
-def _check_movement(
-    entries: Sequence[JointEntry],
-    variables: Sequence[str | None],
-    data: dict[str, Any],
-    links: Sequence[Link] | None,
-    quantities: Quantities,
-) -> None:
+def _check_movement(names: _FileNames, data: dict[str, Any], links: Sequence[Link] | None) -> None:
     # Every joint moves a row, or says that it moves none.
+    quantities = names.quantities
     joints, rows = quantities.top['joints'], _names_in_rows(data['links'], links, quantities)
     if not rows:
         return
     moving = frozenset().union(*rows)
     in_loops = moving_loops(data.get('loops'), quantities.joint_types.keys())
-    for index, (entry, variable) in enumerate(zip(entries, variables, strict=True)):
+    for index, (entry, variable) in enumerate(zip(names.joints, names.variables, strict=True)):
         if variable is None or joint_type_of(entry) is None:
             continue
-        names = {variable} if links is not None else names_given(data['joints'][index])
-        if not names & (moving | in_loops) and not entry.unused:
+        called = {variable} if links is not None else names_given(data['joints'][index])
+        if not called & (moving | in_loops) and not entry.unused:
             joints[index].fault(
                 f"{quoted(variable)} moves no row of links: add its row, or say 'unused: true'"
             )
         if variable in moving and entry.unused and links is not None:
-            row = next(i for i, names in enumerate(rows) if variable in names)
+            row = next(i for i, inside in enumerate(rows) if variable in inside)
             joints[index, 'unused'].fault(f'{quoted(variable)} moves links[{row}]: it is used')
 
 
@@ -382,17 +375,12 @@ def _names_in_rows(
     return [known_names_in(text, known) for text in texts_in(data)]
 
 
-def _remark(
-    entry: RobotEntry,
-    constants: Sequence[Constant],
-    links: Sequence[Link],
-    quantities: Quantities,
-) -> None:
-    top = quantities.top
+def _remark(entry: RobotEntry, names: _FileNames, links: Sequence[Link]) -> None:
+    top = names.quantities.top
     if not entry.source:
         top['source'].remark('is not given: say where the numbers come from')
-    for constant in constants:
-        if constant.name not in quantities.used:
+    for constant in names.constants.constants:
+        if constant.name not in names.quantities.used:
             top['constants', constant.name].warn('is never used')
     for index, row in enumerate(links):
         if not variables_of(row) and not isinstance(row, ElementaryMotion):
