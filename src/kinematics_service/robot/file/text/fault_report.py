@@ -5,7 +5,7 @@ from typing import Any
 
 from ....errors import Fault, RobotFileError
 from .expression_syntax import IDENTIFIER
-from .yaml_document import Document, ListNode, Path, ScalarNode
+from .yaml_document import Document, Path, ScalarNode
 
 MAX_FAULTS = 100  # more are noise, and a hostile file could have thousands
 
@@ -34,7 +34,7 @@ def shown(value: Any) -> str:
     """Return what stands at some place of the file, for messages."""
     if isinstance(value, dict):
         return 'a mapping'
-    if isinstance(value, (list, ListNode)):
+    if isinstance(value, list):
         return 'a list'
     if isinstance(value, ScalarNode):
         return quoted(value.text) if value.text or value.quoted else 'nothing'
