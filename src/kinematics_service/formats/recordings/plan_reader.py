@@ -200,12 +200,8 @@ def _seconds(time: Any, k: int, where: str) -> float:
 def _checked(planned: PlannedTrajectory, where: str) -> PlannedTrajectory:
     if not len(planned.times):
         raise RecordingError(f'{where}: the trajectory has no points')
-    for name, table in (
-        ('time_from_start', planned.times),
-        ('positions', planned.positions),
-        ('velocities', planned.velocities),
-        ('accelerations', planned.accelerations),
-    ):
+    _, *tables = planned
+    for name, table in zip(('time_from_start', *SINGULAR), tables):
         if table is not None and not np.all(np.isfinite(table)):
             raise RecordingError(f'{where}: {name} holds a number that is not finite')
     if planned.positions.shape[1:] != (len(planned.names),):
