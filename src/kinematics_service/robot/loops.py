@@ -14,7 +14,7 @@ import numpy.typing as npt
 from .. import kernel
 from ..errors import KinematicsError
 from ..kernel import Chain, Closure, Floats, Loop, LoopGroup
-from ..rigid_motion import inverse
+from ..rigid_motion import inverse, skew_part
 from .chain import fold, poses_and_jacobians
 from .conventions import row_of, table_rows
 from .file.parts.description import (
@@ -223,9 +223,8 @@ def _gap(pair: tuple[Chain, Chain], x: Floats) -> Floats:
 def _apart(there: Floats, back: Floats) -> Floats:
     # Of two poses (..., 4, 4): the way, and the rotation as axis times sine.
     turn = back[..., :3, :3] @ np.swapaxes(there[..., :3, :3], -1, -2)
-    sines = turn[..., [2, 0, 1], [1, 2, 0]] - turn[..., [1, 2, 0], [2, 0, 1]]
     way = back[..., :3, 3] - there[..., :3, 3]
-    return np.concatenate([way, 0.5 * sines], axis=-1)
+    return np.concatenate([way, 0.5 * skew_part(turn)], axis=-1)
 
 
 def _refuse(

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ....rigid_motion import rotation_of_roll_pitch_yaw
+from ....rigid_motion import pose_of
 from ..text.entries import checked, checked_list, checked_number
 from ..text.fault_report import Place, number, quoted
 from .description import IDENTITY, Placement, RigidMotion
@@ -44,10 +44,8 @@ def pose_motion(entry: PoseEntry, at: Place, quantities: Quantities) -> RigidMot
     texts = tuple(text for text in (*lengths, *angles) if text is not None)
     if len(numbers) < 6:
         return None
-    matrix = np.eye(4)
-    matrix[:3, :3] = rotation_of_roll_pitch_yaw(numbers[3:])
-    matrix[:3, 3] = numbers[:3]
-    return RigidMotion(matrix, texts)
+    x, y, z, roll, pitch, yaw = numbers
+    return RigidMotion(pose_of((x, y, z), (roll, pitch, yaw)), texts)
 
 
 def read_motion(data: Any, at: Place, quantities: Quantities) -> RigidMotion | None:

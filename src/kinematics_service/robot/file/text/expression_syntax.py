@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple, TypeVar
 
 from ....errors import ExpressionError
-from ....typography import DEGREE, plain_names
+from ....typography import DEGREE, counted, plain_names
 
 ARGUMENTS_OF = {'sqrt': 1, 'sin': 1, 'cos': 1, 'atan2': 2}
 MAX_CHARACTERS = 400  # the longest formula of a datasheet is far below
@@ -97,10 +97,8 @@ def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
             wanted = ARGUMENTS_OF[node.func.id]
             if len(node.args) != wanted:
-                plural = 's' if wanted > 1 else ''
-                raise ExpressionError(
-                    f'{node.func.id}() takes {wanted} argument{plural}, not {len(node.args)}'
-                )
+                takes = f'{node.func.id}() takes {counted(wanted, "argument")}'
+                raise ExpressionError(f'{takes}, not {len(node.args)}')
     return tree
 
 

@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ....robot.robot import Robot
-from ...sampled_poses import row_indices, task_rows
 from ..arm.numbers import DEGREE, Evaluation, Floats
 from ..arm.quantities import ROWS, Quantity, value_of
 from ..arm.table import Table, general_row
@@ -208,7 +207,7 @@ class QuantityCheck(Check):
             order = [3, 4, 5, 0, 1, 2]
         if rows == 6:
             return list(range(6))
-        task = row_indices(self.robot)
+        task = self.robot.task.axes.tolist()
         kept = task if rows == len(task) else [0, 1, 2]
         return [order.index(k) for k in kept]
 
@@ -230,7 +229,9 @@ class QuantityCheck(Check):
 
 def task_determinant(robot: Robot, world: World) -> Floats:
     """Return det(J_t) of the task's rows in the axes of frame 0, shape (N,); NaN if not square."""
-    J_t = task_rows(robot, world.jacobian, world.base[:, :3, :3])
+    R_t = np.swapaxes(world.base[:, :3, :3], 1, 2)
+    v, w = R_t @ world.jacobian[:, :3], R_t @ world.jacobian[:, 3:]
+    J_t = np.concatenate([v, w], axis=1)[:, robot.task.axes]
     if J_t.shape[1] != J_t.shape[2]:
         return np.full(len(J_t), np.nan)
     return np.asarray(np.linalg.det(J_t))

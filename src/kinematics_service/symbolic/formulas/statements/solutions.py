@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ....kernel import Integers
-from ....rigid_motion import rotation_vector
+from ....rigid_motion import rotation_vector, skew_part
 from ..arm.numbers import DEGREE, Floats
 from ..arm.table import Table
 from ..arm.world import World
@@ -165,11 +165,7 @@ class PoseSearch:
         # What brings the pose there, to first order: (v, w), 0 for the same pose; of complex ones
         # also for half a turn.
         R = target[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2)
-        if self.out_of_reach:
-            odd = 0.5 * (R - np.swapaxes(R, 1, 2))
-            w = np.stack([odd[:, 2, 1], odd[:, 0, 2], odd[:, 1, 0]], axis=1)
-        else:
-            w = rotation_vector(R)
+        w = 0.5 * skew_part(R) if self.out_of_reach else rotation_vector(R)
         return np.concatenate([target[:, :3, 3] - pose[:, :3, 3], w], axis=1)
 
 

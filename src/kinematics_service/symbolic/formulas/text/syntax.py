@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 
 from ....errors import FormulaError
+from ....typography import counted
 from .tokens import FormulaToken
 
 FUNCTIONS = {
@@ -293,8 +294,8 @@ class _Parser:
         arguments = self._arguments() if self.is_next('(') else (self._bare_argument(token),)
         wanted = FUNCTIONS[name]
         if len(arguments) != wanted:
-            plural = 's' if wanted > 1 else ''
-            raise token.fault(f'{name} takes {wanted} argument{plural}, not {len(arguments)}')
+            takes = f'{name} takes {counted(wanted, "argument")}'
+            raise token.fault(f'{takes}, not {len(arguments)}')
         node = Node('call', name, arguments, token)
         return node if exponent is None else Node('^', '', (node, exponent), power)
 
