@@ -154,8 +154,7 @@ class PoseSampler:
 
 def sampler_of(robot: Robot, arithmetic: Arithmetic) -> PoseSampler:
     """Return the sampler of a derivation."""
-    names = arithmetic.names
-    unit = 0.001 if robot.description.length_unit == 'mm' else 1.0
+    names, description = arithmetic.names, robot.description
     symbols = {symbol.name for symbol in names.variables}
     still = np.zeros(robot.dof)
     moving, to_si = [], []
@@ -163,9 +162,8 @@ def sampler_of(robot: Robot, arithmetic: Arithmetic) -> PoseSampler:
         slides = robot.joint_types[j] == 'prismatic'
         if name in symbols:
             moving.append(j)
-            to_si.append(unit if slides else 1.0)
+            to_si.append(description.metres if slides else 1.0)
             continue
         value = substituted(names.meanings[name], names.values)
-        degrees = robot.description.angle_unit == 'deg' and not slides
-        still[j] = value * (unit if slides else np.pi / 180 if degrees else 1.0)
+        still[j] = value * (description.metres if slides else description.radians)
     return PoseSampler(robot, tuple(moving), still, np.array(to_si))

@@ -16,7 +16,7 @@ from ...typography import listed
 from .bag_checks import checked, missing
 from .bag_poses import POSES, track_of_messages
 from .between_points import PlannedTrajectory
-from .block import LARGEST_BLOCK, LARGEST_BYTES, Block, UnreadableMessage, blocks_of
+from .block import LARGEST_BLOCK, LARGEST_BYTES, SECOND, Block, UnreadableMessage, blocks_of
 from .joint_state_cdr import columns_of
 from .plan_reader import blocks_of_trajectories, trajectory_of_message
 from .ros1_index import LongBag
@@ -31,7 +31,6 @@ from .unpacking import (
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
-SECOND = 1_000_000_000
 MOST_LISTED = 20
 MAGIC = {
     '.mcap': (b'\x89MCAP0\r\n', 'an MCAP file'),

@@ -14,6 +14,8 @@ from ...kernel import Floats
 Times: TypeAlias = npt.NDArray[np.int64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
+# In ns.
+SECOND = 1_000_000_000
 # Most messages of a block, and most bytes of serialized ones: the memory of one stays within some
 # tens of MB, unless a single message has more.
 LARGEST_BLOCK, LARGEST_BYTES = 16_384, 2**26

@@ -14,11 +14,10 @@ from ...robot.file.text.entries import choice, did_you_mean, meant_by
 from ...robot.file.text.yaml_reader import YamlError
 from ...robot.measures import Level
 from .between_points import FINEST, PlannedTrajectory, sampled
-from .block import LARGEST_BLOCK, Block, Times
+from .block import LARGEST_BLOCK, SECOND, Block, Times
 from .plan_yaml import read_documents
 from .source import RecordingSource, Remark, Selection
 
-SECOND = 1_000_000_000
 # Trajectories of one topic follow each other with a pause longer than any timeout (ns).
 PAUSE = 3_600 * SECOND
 # A stamp of zero would mean that there is none.
