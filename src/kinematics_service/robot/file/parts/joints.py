@@ -65,14 +65,17 @@ def read_joint(
     if joint_type is None:
         return None
     lower, upper = _limits(entry, joint_type, at['limits'], quantities)
-    velocity = _velocity(entry, joint_type, at['velocity'], quantities)
-    kind = KIND_OF[joint_type]
-    acceleration = quantities.above_zero(entry.acceleration, kind, at['acceleration'])
+    velocity, acceleration = (
+        quantities.above_zero(getattr(entry, key), KIND_OF[joint_type], at[key]) or math.inf
+        for key in ('velocity', 'acceleration')
+    )
+    if 100.0 < velocity < math.inf:
+        at['velocity'].warn(f'{number(velocity)} per second is very fast: which unit?')
     if entry.name is None or variable is None or not at.intact:
         return None
     return JointDescription(
         *(entry.name, variable, joint_type, lower, upper, velocity, bool(entry.unused)),
-        math.inf if acceleration is None else acceleration,
+        acceleration,
     )
 
 
@@ -157,14 +160,3 @@ def _warn_of_limits(
             at.warn(f'limits of {number(turns)} turns: {DEGREES}')
         if units.angle == 'deg' and largest <= math.radians(2.0 * math.pi + 0.01):
             at.warn(f'limits within {math.degrees(largest):.3g} deg: {RADIANS}')
-
-
-def _velocity(
-    entry: JointEntry, joint_type: JointType, at: Place, quantities: Quantities
-) -> float:
-    velocity = quantities.above_zero(entry.velocity, KIND_OF[joint_type], at)
-    if velocity is None:
-        return math.inf
-    if velocity > 100.0:
-        at.warn(f'{number(velocity)} per second is very fast: which unit?')
-    return velocity

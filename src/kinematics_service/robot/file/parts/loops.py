@@ -132,7 +132,11 @@ def read_loops(
         return ()
     if sum(len(loop.passive) for loop in found) > len(passive):
         return ()  # one of them belongs to two loops, which has been said
-    _check_names(found, at)
+    called = [loop.name for loop in found]
+    for k, name in enumerate(called):
+        if name in called[:k]:
+            first = called.index(name)
+            at[k, 'name'].fault(f'{quoted(name)} is already the name of loops[{first}]')
     _check_effect(found, table, at)
     for k, loop in enumerate(found):
         if loop.q != found[0].q:
@@ -140,15 +144,6 @@ def read_loops(
                 f'is not that of {quoted(found[0].name)}: all loops are assembled at one position'
             )
     return found
-
-
-def _check_names(loops: Sequence[LoopDescription], at: Place) -> None:
-    names = [loop.name for loop in loops]
-    for k, name in enumerate(names):
-        if name in names[:k]:
-            at[k, 'name'].fault(
-                f'{quoted(name)} is already the name of loops[{names.index(name)}]'
-            )
 
 
 def _check_effect(loops: Sequence[LoopDescription], table: Sequence[Link], at: Place) -> None:

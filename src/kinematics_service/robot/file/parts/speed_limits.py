@@ -7,9 +7,10 @@ from typing import Any
 from ..text.entries import checked, checked_mapping, choice
 from ..text.fault_report import Place, number, quoted
 from .description import PointDescription, SpeedLimit
-from .quantities import DEGREES, METRES, MILLIMETRES, Quantities, Units
+from .quantities import DEGREES, METRES, MILLIMETRES, Kind, Quantities, Units
 from .schema import SpeedLimitEntry
 
+KINDS: dict[str, Kind] = {'linear': 'length', 'angular': 'angle', 'reduced': 'length'}
 # No tool of an arm is as fast, and none is meant to be as slow: m/s, rad/s.
 FAST, SLOW, SPINNING = 20.0, 0.002, 25.0
 
@@ -43,17 +44,16 @@ def _limit(
     if name not in known:
         at.fault(f'there is no point {quoted(name)}{choice(known)}')
     entry = checked(SpeedLimitEntry, data, at)
-    given = (
-        quantities.above_zero(entry.linear, 'length', at['linear']),
-        quantities.above_zero(entry.angular, 'angle', at['angular']),
-        quantities.above_zero(entry.reduced, 'length', at['reduced']),
-    )
+    given = [
+        quantities.above_zero(getattr(entry, key), kind, at[key]) or math.inf
+        for key, kind in KINDS.items()
+    ]
     if not at.intact:
         return None
-    if not any(given):
+    if min(given) == math.inf:
         at.fault('says no limit: give linear, angular or reduced, a second')
         return None
-    limit = SpeedLimit(name, *(math.inf if one is None else one for one in given))
+    limit = SpeedLimit(name, *given)
     if math.isfinite(limit.reduced) and limit.reduced > limit.linear:
         at['reduced'].fault(
             f'must be at most linear, {entry.linear}, not {entry.reduced}: it is the slower of '
