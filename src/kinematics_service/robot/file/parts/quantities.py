@@ -29,7 +29,10 @@ ROUNDED = 0.005  # 1.57, 3.14, 4.71, 6.28 are so near to them
 
 INFINITE = re.compile(r'[-+]?\.?(inf|Inf|INF)')
 NOT_A_NUMBER = re.compile(r'[-+]?\.?(nan|NaN|NAN)')
-WORDS_OF_YAML_1_1 = ('yes', 'no', 'on', 'off', 'Yes', 'No', 'On', 'Off', 'YES', 'NO', 'ON', 'OFF')
+WORDS_OF_YAML_1_1 = {
+    word: f'{word!r} is a word in YAML 1.2, neither a number nor a truth value'
+    for word in ['yes', 'no', 'on', 'off', 'Yes', 'No', 'On', 'Off', 'YES', 'NO', 'ON', 'OFF']
+}
 KIND_OF: Mapping[JointType, Kind] = {
     'revolute': 'angle',
     'prismatic': 'length',
@@ -196,12 +199,9 @@ class Quantities:
     def _scope(
         self, variables: tuple[str, ...], refused: Mapping[str, str], kind: Kind | None = None
     ) -> Scope:
-        words = {
-            word: f'{word!r} is a word in YAML 1.2, neither a number nor a truth value'
-            for word in WORDS_OF_YAML_1_1
-        }
         wanted = None if kind is None else int(kind == 'angle')
-        return Scope(self.units.angle, self.constants, variables, {**words, **refused}, wanted)
+        refused = {**WORDS_OF_YAML_1_1, **refused}
+        return Scope(self.units.angle, self.constants, variables, refused, wanted)
 
     def _plain(self, text: str, scope: Scope) -> str:
         known = {*self.constants, *self.joint_types, *self.unreadable}
