@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import groupby, islice
 from pathlib import Path
+from traceback import walk_tb
 from typing import Any
 
 import numpy as np
@@ -82,11 +83,8 @@ def _one_sentence(path: Path) -> Iterator[None]:
 
 def _from_the_reader(error: BaseException) -> bool:
     # Returns whether an error comes from rosbags or its dependencies, and not from this package.
-    step, files = error.__traceback__, []
-    while step is not None:
-        files.append(step.tb_frame.f_globals.get('__name__', ''))
-        step = step.tb_next
-    return not files[-1].startswith(__package__.partition('.')[0])
+    *_, (frame, _) = walk_tb(error.__traceback__)
+    return not frame.f_globals.get('__name__', '').startswith(__package__.partition('.')[0])
 
 
 def _advice(path: Path) -> str:

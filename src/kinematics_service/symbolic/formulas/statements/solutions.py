@@ -5,6 +5,7 @@ Whether an equation holds, and whether a formula of the inverse kinematics gives
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from graphlib import CycleError, TopologicalSorter
 from itertools import product
 from typing import Any, TypeAlias
 
@@ -285,23 +286,18 @@ class SolutionCheck(Check):
     def _in_turn(self, chosen: Mapping[int, Statement]) -> dict[int, Floats] | None:
         # Values of the joints, each by those it is written with; None where they go in a circle.
         variables, found = self.names.table.variables, dict[int, Floats]()
-        while len(found) < len(chosen):
-            ready = [
-                k
-                for k, statement in chosen.items()
-                if k not in found
-                and not any(
-                    variables[j] in statement.value.free_symbols
-                    for j in chosen
-                    if j not in found and j != k
-                )
-            ]
-            if not ready:
-                return None
-            for k in ready:
-                values = {**self.poses.values, **{variables[j]: v for j, v in found.items()}}
-                check = replace(self.of(chosen[k]), poses=replace(self.poses, values=values))
-                found[k] = check.in_radians(check.person[:, 0, 0])
+        needed = {
+            k: [j for j in chosen if j != k and variables[j] in one.value.free_symbols]
+            for k, one in chosen.items()
+        }
+        try:
+            order = [*TopologicalSorter(needed).static_order()]
+        except CycleError:
+            return None
+        for k in order:
+            values = {**self.poses.values, **{variables[j]: v for j, v in found.items()}}
+            check = replace(self.of(chosen[k]), poses=replace(self.poses, values=values))
+            found[k] = check.in_radians(check.person[:, 0, 0])
         return found
 
     @cached_property

@@ -169,15 +169,13 @@ def _chunks(lines: Sequence[str]) -> Iterator[_Chunk]:
         by_lines = False
         while at < len(lines):
             text = _bare(lines[at])
-            before = _bare(lines[first]) if at == first + 1 else _bare(lines[at - 1])
+            before = _bare(lines[at - 1])
             if depth <= 0 and text.lstrip().startswith(('=', '&=', '&:=')):
                 pass
             elif depth <= 0 and before.endswith('=') and at == first + 1:
                 at = _skip_blank(lines, at)
                 if at < len(lines) and not BEGINS_A_MATRIX.match(lines[at]):
-                    by_lines = True
-                    end = _end_of_rows(lines, at)
-                    at = end
+                    by_lines, at = True, _end_of_rows(lines, at)
                     break
                 if at >= len(lines):
                     break
