@@ -15,7 +15,7 @@ from kinematics_service.symbolic.algebra.zeros import Box, common_zero
 from kinematics_service.symbolic.determinant import minors_of, simplest_view
 from kinematics_service.symbolic.minors import product_of
 from kinematics_service.symbolic.output.report import Sentence, report_of
-from kinematics_service.symbolic.sampled_poses import row_indices, sampler_of
+from kinematics_service.symbolic.sampled_poses import sampler_of
 from kinematics_service.symbolic.singular_set import FamilySearch
 
 ARMS = ['anthropomorphic_3r', 'scara_hsr065', 'rrp_elementary', 'ur3e', 'offset_stanford_dh']
@@ -51,7 +51,7 @@ def sigma(robot, q):
     """Return the singular values of the task rows in the axes of frame 0."""
     R = ks.link_frames(robot, q)[0, :3, :3]
     J = ks.jacobian(robot, q)
-    rows = np.concatenate([R.T @ J[:3], R.T @ J[3:]])[list(row_indices(robot))]
+    rows = np.concatenate([R.T @ J[:3], R.T @ J[3:]])[robot.task.axes]
     return np.linalg.svd(rows, compute_uv=False)
 
 

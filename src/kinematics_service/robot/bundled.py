@@ -13,41 +13,17 @@ from .file.translation import translator_of
 # What a person looks for, machines that can be bought first; a robot that is in no group is listed
 # after them.
 GROUPS: Mapping[str, tuple[str, ...]] = {
-    'Industrial and research arms': (
-        'crx10ia_l',
-        'fr3',
-        'gen3_lite',
-        'kinova_gen3',
-        'kuka_iiwa14',
-        'panda',
-        'puma560',
-        'scara_hsr065',
-        'so101',
-        'ur3e',
-        'ur5e',
-        'ur10e',
-        'xarm6',
-        'xarm7',
-    ),
-    'Machines with closed loops': ('excavator', 'flexpicker'),
-    'Textbook and course arms': (
-        'planar_2r',
-        'planar_3r',
-        'anthropomorphic_3r',
-        'craig_3r',
-        'spherical_rrp',
-        'rrp_elementary',
-        'six_joint_dh',
-        'six_joint_dh_unit',
-    ),
-    'The same arm in several tables': (
-        'offset_stanford_shape',
-        'offset_stanford_dh',
-        'offset_stanford_printed',
-        'parallelogram_left',
-        'parallelogram_right',
-    ),
-    'Course arms with closed loops': ('four_bar_arm', 'five_bar', 'crank_slider'),
+    title: tuple(names.split())
+    for title, names in {
+        'Industrial and research arms': 'crx10ia_l fr3 gen3_lite kinova_gen3 kuka_iiwa14 panda '
+        'puma560 scara_hsr065 so101 ur3e ur5e ur10e xarm6 xarm7',
+        'Machines with closed loops': 'excavator flexpicker',
+        'Textbook and course arms': 'planar_2r planar_3r anthropomorphic_3r craig_3r '
+        'spherical_rrp rrp_elementary six_joint_dh six_joint_dh_unit',
+        'The same arm in several tables': 'offset_stanford_shape offset_stanford_dh '
+        'offset_stanford_printed parallelogram_left parallelogram_right',
+        'Course arms with closed loops': 'four_bar_arm five_bar crank_slider',
+    }.items()
 }
 OTHERS = 'Others'
 # Before the name of a topic that a URDF is published on: a node takes its robot from there, too.

@@ -21,13 +21,12 @@ from .file.parts.quantities import Quantities
 from .file.parts.schema import CellArmEntry, CellEntry
 from .file.reader import CELL, check_name, read_robot_file, read_units, refuse, text_of
 from .file.text.entries import checked, checked_mapping
-from .file.text.fault_report import FaultReport, quoted
+from .file.text.fault_report import FaultReport, Place, quoted
 from .file.text.robot_document import read_document
 from .file.translation import translator_of
 from .points import ending_at, moved_base
 from .relative_motion import relative_motion
 
-ARMS = ('arms',)
 FLOOR = 'cell'
 
 
@@ -179,21 +178,21 @@ def read_cell(path: Path) -> Cell:
     file = str(path)
     text = text_of(file)
     document = read_document(text, file)
-    report = FaultReport(document)
-    entry = checked(CellEntry, document.data, (), report)
-    check_name(entry.cell, 'cell', report)
+    top = Place(FaultReport(document))
+    entry = checked(CellEntry, document.data, top)
+    check_name(entry.cell, top['cell'])
     frame = entry.frame or FLOOR
-    quantities = Quantities(report, read_units(entry.units, report), {}, {})
-    given = checked_mapping(entry.arms, ARMS, report, 'names to {robot, joint_prefix, xyz, rpy}')
+    quantities = Quantities(top, read_units(entry.units, top['units']), {}, {})
+    given = checked_mapping(entry.arms, top['arms'], 'names to {robot, joint_prefix, xyz, rpy}')
     placed = {
         name: _read_arm(name, data, frame, path.parent, quantities) for name, data in given.items()
     }
     if 'arms' in document.data and not given:
-        report.fault(ARMS, 'a cell has at least one arm')
+        top['arms'].fault('a cell has at least one arm')
     arms = {name: arm for name, arm in placed.items() if arm is not None}
     common = tuple(name for name in entry.common or () if name)
-    _check_names(arms, common, report)
-    report.raise_faults()
+    _check_names(arms, common, top)
+    top.report.raise_faults()
     return Cell(
         entry.cell or '',
         frame,
@@ -212,27 +211,25 @@ class _PlacedArm(NamedTuple):
 def _read_arm(
     name: str, data: object, frame: str, folder: Path, quantities: Quantities
 ) -> _PlacedArm | None:
-    report, path = quantities.report, (*ARMS, name)
-    before = report.fault_count
+    at = quantities.top['arms', name]
     if name == frame or not POINT_NAME.fullmatch(name):
-        report.fault(
-            path,
+        at.fault(
             f'{quoted(name)} is no name of an arm: letters, digits and single underscores between '
-            f'them, a letter first, and not {frame}, which is the frame of the cell',
+            f'them, a letter first, and not {frame}, which is the frame of the cell'
         )
-    entry = checked(CellArmEntry, data, path, report)
-    motion = pose_motion(entry.xyz, entry.rpy, path, quantities)
-    if entry.robot is None or motion is None or report.fault_count > before:
+    entry = checked(CellArmEntry, data, at)
+    motion = pose_motion(entry, at, quantities)
+    if entry.robot is None or motion is None or not at.intact:
         return None
     try:
         source = find_robot(entry.robot)
         source = source._replace(file=folder / source.file)  # which may be absolute
         if is_cell(source):
-            report.fault((*path, 'robot'), f'{source.file} is a cell itself: give one arm')
+            at['robot'].fault(f'{source.file} is a cell itself: give one arm')
             return None
         arm = read_robot(source)
     except RobotNotFoundError as error:
-        report.fault((*path, 'robot'), str(error))
+        at['robot'].fault(str(error))
         return None
     prefix = entry.joint_prefix or ''
     arm = moved_base(arm, motion.matrix, frame)
@@ -245,17 +242,14 @@ def _read_arm(
     return _PlacedArm(str(source.file), arm)
 
 
-def _check_names(
-    arms: Mapping[str, _PlacedArm], common: Sequence[str], report: FaultReport
-) -> None:
+def _check_names(arms: Mapping[str, _PlacedArm], common: Sequence[str], top: Place) -> None:
     names = {name: {joint.name for joint in arm.description.joints} for name, arm in arms.items()}
     for first, second in combinations(names, 2):
         twice = sorted((names[first] & names[second]).difference(common))
         if twice:
-            report.fault(
-                (*ARMS, second, 'joint_prefix'),
+            top['arms', second, 'joint_prefix'].fault(
                 f'{first} and {second} both have a joint {quoted(twice[0])}: give each arm a '
-                "joint_prefix of its own, or name the joint in 'common' if it moves both",
+                "joint_prefix of its own, or name the joint in 'common' if it moves both"
             )
     for index, name in enumerate(common):
         theirs = [
@@ -265,12 +259,9 @@ def _check_names(
             if joint.name == name
         ]
         if any(one != theirs[0] for one in theirs):
-            report.fault(
-                ('common', index),
-                f'{quoted(name)} is not the same joint in all arms: type, limits or speeds differ',
+            top['common', index].fault(
+                f'{quoted(name)} is not the same joint in all arms: type, limits or speeds differ'
             )
         if sum(name in joints for joints in names.values()) < 2:
             known = ', '.join(sorted(set().union(*names.values())))
-            report.fault(
-                ('common', index), f'{quoted(name)} is no joint of two arms (joints: {known})'
-            )
+            top['common', index].fault(f'{quoted(name)} is no joint of two arms (joints: {known})')

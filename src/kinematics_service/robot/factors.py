@@ -5,9 +5,7 @@ A factor's expression becomes a tape, a list of elementary operations that the k
 for value and gradient at once. No symbols are needed for that.
 """
 
-import ast
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,7 +17,7 @@ from ..kernel import Chain, Floats, Integers
 from .chain import FrozenArrays
 from .file.parts.description import RobotDescription
 from .file.parts.loop_groups import group_name, loop_groups, passive_of
-from .file.text.expression_syntax import folded, syntax_tree
+from .file.text.expression_syntax import ARGUMENTS_OF, evaluated, syntax_tree
 from .measure_places import measure_places
 from .task import Task
 
@@ -132,7 +130,7 @@ class _TapeBuilder:
         self.numbers: list[float] = []
         angle, length = description.radians, description.metres
         self._angle = angle
-        self._constants = {constant.name: constant.value for constant in description.constants}
+        self._constants = {'pi': math.pi, **{one.name: one.value for one in description.constants}}
         # A variable counts in the file's unit: its number on the tape is file units per SI unit.
         self._variables = {
             joint.variable: (j, 1.0 / (length if joint.type == 'prismatic' else angle))
@@ -141,30 +139,18 @@ class _TapeBuilder:
 
     def add(self, text: str) -> int:
         """Add an expression that the reader has accepted; return the step of its value."""
-        return folded(syntax_tree(text, lambda _: None), self._step)
+        return evaluated(syntax_tree(text, lambda _: None), self._step)
 
-    def _step(self, node: ast.expr, operands: Sequence[int]) -> int:
-        first = operands[0] if operands else 0
-        second = operands[1] if len(operands) > 1 else first
-        match node:
-            case ast.Constant():
-                return self._append(kernel.CONSTANT, 0, 0, float(str(node.value)))
-            case ast.Name(id='pi'):
-                return self._append(kernel.CONSTANT, 0, 0, math.pi)
-            case ast.Name() if node.id in self._variables:
-                j, scale = self._variables[node.id]
-                return self._append(kernel.JOINT, j, 0, scale)
-            case ast.Name():
-                return self._append(kernel.CONSTANT, 0, 0, self._constants[node.id])
-            case ast.UnaryOp(op=ast.USub()):
-                return self._append(kernel.NEGATIVE, first, first, 1.0)
-            case ast.UnaryOp():
-                return first
-            case ast.BinOp():
-                return self._append(_BINARY[type(node.op)], first, second, 1.0)
-            case ast.Call(func=ast.Name(id=function)):
-                return self._append(_FUNCTIONS[function], first, second, self._angle)
-        raise AssertionError(ast.dump(node))
+    def _step(self, said: float | str, operands: list[int]) -> int:
+        if isinstance(said, float):
+            return self._append(kernel.CONSTANT, 0, 0, said)
+        if operands:
+            number = self._angle if said in ARGUMENTS_OF else 1.0
+            return self._append(_OPERATIONS[said], operands[0], operands[-1], number)
+        if said in self._variables:
+            j, scale = self._variables[said]
+            return self._append(kernel.JOINT, j, 0, scale)
+        return self._append(kernel.CONSTANT, 0, 0, self._constants[said])
 
     def _append(self, operation: int, first: int, second: int, number: float) -> int:
         self.steps.append((operation, first, second))
@@ -172,13 +158,12 @@ class _TapeBuilder:
         return len(self.steps) - 1
 
 
-_BINARY: Mapping[type[ast.operator], int] = {
-    ast.Add: kernel.SUM,
-    ast.Sub: kernel.DIFFERENCE,
-    ast.Mult: kernel.PRODUCT,
-    ast.Div: kernel.QUOTIENT,
-}
-_FUNCTIONS = {
+_OPERATIONS = {
+    '+': kernel.SUM,
+    '-': kernel.DIFFERENCE,
+    '*': kernel.PRODUCT,
+    '/': kernel.QUOTIENT,
+    'neg': kernel.NEGATIVE,
     'sin': kernel.SINE,
     'cos': kernel.COSINE,
     'sqrt': kernel.SQUARE_ROOT,

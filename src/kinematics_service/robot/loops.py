@@ -14,20 +14,22 @@ import numpy.typing as npt
 from .. import kernel
 from ..errors import KinematicsError
 from ..kernel import Chain, Closure, Floats, Loop, LoopGroup
-from ..rigid_motion import inverse
+from ..rigid_motion import inverse, skew_part
 from .chain import fold, poses_and_jacobians
 from .conventions import row_of, table_rows
 from .file.parts.description import (
     JointDescription,
     Link,
     LoopDescription,
+    PointDescription,
     RobotDescription,
     SingularityDescription,
 )
-from .file.parts.loop_groups import loop_groups, passive_of
+from .file.parts.links import names_in_rows
+from .file.parts.loop_groups import loop_groups, names_in_loop, passive_of
+from .file.parts.singularity import ROWS
 from .file.reader import refuse
 
-ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 # Components that are not among the rows of a rotation vanish to this, rad.
 PARALLEL = 1e-9
 # Whether a passive joint moves a row is looked at with such steps, rad or m.
@@ -66,15 +68,14 @@ def refuse_loops(description: RobotDescription, what: str) -> None:
 
 def passive_names(description: RobotDescription) -> frozenset[str]:
     """Return the names of the passive joints."""
-    return frozenset(joint.name for loop in description.loops for joint in loop.passive)
+    return frozenset(joint.name for joint in passive_of(description.loops))
 
 
 def opened(description: RobotDescription) -> RobotDescription:
     """Return the arm with its loops open: passive joints are joints, nothing else is known."""
     passive = tuple(
         JointDescription(joint.name, joint.name, joint.type, -np.inf, np.inf, np.inf)
-        for loop in description.loops
-        for joint in loop.passive
+        for joint in passive_of(description.loops)
     )
     return replace(
         description,
@@ -87,39 +88,28 @@ def opened(description: RobotDescription) -> RobotDescription:
 
 def variables_of(description: RobotDescription) -> tuple[str, ...]:
     """Return the joint variables, and behind them the passive joints of all loops."""
-    passive = (joint.name for loop in description.loops for joint in loop.passive)
+    passive = (joint.name for joint in passive_of(description.loops))
     return (*(joint.variable for joint in description.joints), *passive)
 
 
 def moving_variables(description: RobotDescription, links: Sequence[Link]) -> frozenset[str]:
     """Return what moves rows of the table: joints and passive joints, these with their loops."""
-    moving = _variables(links, description.convention)
+    moving = names_in_rows(links)
     for group in reversed(loop_groups(description.loops)):
         if moving & {joint.name for joint in passive_of(group)}:
-            links = [link for loop in group for link in (*loop.there, *loop.links)]
-            moving |= _variables(links, description.convention)
-    return frozenset(moving)
+            moving = moving.union(*map(names_in_loop, group))
+    return moving
 
 
-def _variables(links: Sequence[Link], convention: str) -> set[str]:
-    rows = [row_of(link, convention) for link in links]
-    return {
-        variable
-        for row in rows
-        for affine in (row.theta, row.d)
-        for variable, _ in affine.coefficients
-    }
-
-
-def chain_of(description: RobotDescription, closure: Closure | None) -> Chain:
-    """Return the chain of the tool."""
-    return fold(
-        table_rows(description),
-        variables_of(description),
-        description.base.motion.matrix,
-        description.tool.motion.matrix,
-        closure,
-    )
+def chain_of(
+    description: RobotDescription, closure: Closure | None, point: PointDescription | None = None
+) -> Chain:
+    """Return the chain of the tool, or up to a point of the arm."""
+    rows, end = table_rows(description), description.tool.motion
+    if point is not None:
+        rows, end = rows[: point.row], point.motion
+    base = description.base.motion.matrix
+    return fold(rows, variables_of(description), base, end.matrix, closure)
 
 
 def closure_of(description: RobotDescription) -> Closure | None:
@@ -200,7 +190,7 @@ def _units(
 ) -> Floats:
     # What counts as a rad of each variable; endless for a joint that moves no loop.
     kinds = [joint.type for joint in description.joints]
-    kinds += [joint.type for loop in description.loops for joint in loop.passive]
+    kinds += [joint.type for joint in passive_of(description.loops)]
     inside = {int(j) for pair in chains for chain in pair for j in chain.table.joint}
     return np.array(
         [
@@ -233,9 +223,8 @@ def _gap(pair: tuple[Chain, Chain], x: Floats) -> Floats:
 def _apart(there: Floats, back: Floats) -> Floats:
     # Of two poses (..., 4, 4): the way, and the rotation as axis times sine.
     turn = back[..., :3, :3] @ np.swapaxes(there[..., :3, :3], -1, -2)
-    sines = turn[..., [2, 0, 1], [1, 2, 0]] - turn[..., [1, 2, 0], [2, 0, 1]]
     way = back[..., :3, 3] - there[..., :3, 3]
-    return np.concatenate([way, 0.5 * sines], axis=-1)
+    return np.concatenate([way, 0.5 * skew_part(turn)], axis=-1)
 
 
 def _refuse(

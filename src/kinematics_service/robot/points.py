@@ -15,10 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import PointError
-from ..kernel import Arm, Chain, Closure, Floats, Integers
+from ..kernel import Arm, Chain, Floats, Integers
 from ..rigid_motion import exact_rpy, rotation_of_roll_pitch_yaw
-from .chain import first_entries, fold
-from .conventions import table_rows
+from .chain import first_entries
 from .file.parts.description import (
     IDENTITY,
     Link,
@@ -37,7 +36,7 @@ from .file.parts.parameters import (
     gear_parameters,
     placed_rows,
 )
-from .loops import moving_variables, passive_names, variables_of
+from .loops import moving_variables, passive_names
 
 TOOL = 'tool'
 
@@ -99,27 +98,6 @@ def described_point(description: RobotDescription, of: str | int) -> PointDescri
         known,
         of,
     )
-
-
-def chain_to(
-    description: RobotDescription, closure: Closure | None, point: PointDescription
-) -> Chain:
-    """
-    Return the chain of an arm up to a point.
-
-    Parameters
-    ----------
-    description
-        The robot file.
-    closure
-        The loops of the arm.
-    point
-        As `described_point` returns it.
-    """
-    rows = table_rows(description)[: point.row]
-    variables = variables_of(description)
-    base = description.base.motion.matrix
-    return fold(rows, variables, base, point.motion.matrix, closure)
 
 
 def place_in_frame(at: npt.ArrayLike) -> Floats:

@@ -24,7 +24,7 @@ from .joint_spans import joint_spans
 from .loops import chain_of, closure_of, variables_of
 from .measure_places import MeasurePlaces, measure_places
 from .measures import MEASURES, Thresholds, thresholds_for
-from .points import TOOL, Point, chain_to, described_point, ending_at, known_points
+from .points import TOOL, Point, described_point, ending_at, known_points
 from .points import with_tool as described_with_tool
 from .task import Task, find_task, seeded_poses
 
@@ -170,7 +170,7 @@ class Robot(FrozenArrays):
         if of == TOOL:
             chain, arm = self.chain, self.arm
         else:
-            chain = chain_to(self.description, self.chain.closure, described)
+            chain = chain_of(self.description, self.chain.closure, described)
             arm = self._arm_of(chain)
         return self._found_points.setdefault(
             of if isinstance(of, str) else int(of), Point(described.name, chain, arm)

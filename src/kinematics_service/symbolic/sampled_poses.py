@@ -8,8 +8,9 @@ import numpy.typing as npt
 
 from ..kernel import Floats
 from ..kinematics.forward import forward_kinematics, jacobian, link_frames
+from ..kinematics.task_jacobian import task_jacobian
 from ..robot.robot import Robot
-from ..robot.task import ROW_NAMES, seeded_poses
+from ..robot.task import seeded_poses
 from .algebra.arithmetic import Arithmetic
 from .algebra.numeric import substituted
 from .algebra.zeros import Box
@@ -46,7 +47,7 @@ class PoseSampler:
     @property
     def rows(self) -> tuple[int, ...]:
         """Return the indices of the task rows."""
-        return row_indices(self.robot)
+        return tuple(self.robot.task.axes.tolist())
 
     def whole(self, q: Floats) -> Floats:
         """
@@ -105,9 +106,7 @@ class PoseSampler:
         origins = tool[:, None] + np.cross(axes, velocity)
         return ArmAtPoses(
             J,
-            task_rows(robot, J, frames[:, 0, :3, :3])
-            * self.row_scales[:, None]
-            * self.column_scales,
+            task_jacobian(robot.task, J) * robot.task.row_scales[:, None] * self.column_scales,
             frames,
             axes,
             origins,
@@ -150,18 +149,12 @@ class PoseSampler:
     @property
     def column_scales(self) -> Floats:
         """Return the factor of each column: the characteristic length of prismatic joints."""
-        return np.where(self.slides, self.robot.task.length, 1.0)
-
-    @property
-    def row_scales(self) -> Floats:
-        """Return the factor of each task row: the characteristic length of angular ones."""
-        return np.array([self.robot.task.length if i >= 3 else 1.0 for i in self.rows])
+        return self.robot.task.column_scales[list(self.moving)]
 
 
 def sampler_of(robot: Robot, arithmetic: Arithmetic) -> PoseSampler:
     """Return the sampler of a derivation."""
-    names = arithmetic.names
-    unit = 0.001 if robot.description.length_unit == 'mm' else 1.0
+    names, description = arithmetic.names, robot.description
     symbols = {symbol.name for symbol in names.variables}
     still = np.zeros(robot.dof)
     moving, to_si = [], []
@@ -169,32 +162,8 @@ def sampler_of(robot: Robot, arithmetic: Arithmetic) -> PoseSampler:
         slides = robot.joint_types[j] == 'prismatic'
         if name in symbols:
             moving.append(j)
-            to_si.append(unit if slides else 1.0)
+            to_si.append(description.metres if slides else 1.0)
             continue
         value = substituted(names.meanings[name], names.values)
-        degrees = robot.description.angle_unit == 'deg' and not slides
-        still[j] = value * (unit if slides else np.pi / 180 if degrees else 1.0)
+        still[j] = value * (description.metres if slides else description.radians)
     return PoseSampler(robot, tuple(moving), still, np.array(to_si))
-
-
-def row_indices(robot: Robot) -> tuple[int, ...]:
-    """Return the task rows as indices among x y z rx ry rz."""
-    return tuple(ROW_NAMES.index(name) for name in robot.task.rows)
-
-
-def task_rows(robot: Robot, J: Floats, R: Floats) -> Floats:
-    """
-    Return the task rows of Jacobians, axes of frame 0, shape (..., m, n).
-
-    Parameters
-    ----------
-    robot
-        The arm.
-    J : shape (..., 6, n)
-        Base axes.
-    R : shape (..., 3, 3)
-        The rotation of frame 0 in the base frame.
-    """
-    R_t = np.swapaxes(R, -1, -2)
-    turned = np.concatenate([R_t @ J[..., :3, :], R_t @ J[..., 3:, :]], axis=-2)
-    return np.asarray(turned[..., list(row_indices(robot)), :])

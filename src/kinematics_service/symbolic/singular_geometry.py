@@ -5,7 +5,7 @@ Found at poses on the family, with the numbers of the file: a name needs every o
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -78,14 +78,7 @@ class Lost:
     others: bool = False
 
 
-@dataclass(frozen=True)
-class _Direction:
-    text: str
-    axis: int | None = None
-    frame: int = 0
-
-
-SOMEWHERE = _Direction('a line that depends on the pose')
+SOMEWHERE = Lost('a line that depends on the pose')
 
 
 def parallel(one: Floats, other: Floats) -> bool:
@@ -247,7 +240,7 @@ def lost_motion(
             if where is None:
                 return None
             text = f'every translation of the tool but that along {where.text}'
-            return Lost(text, where.axis, where.frame, others=True)
+            return replace(where, text=text, others=True)
         return Lost(f'{missing} of {len(task_rows)} directions')
     left = U[good][:, :, -1] * scales
     wrench = np.zeros((len(left), 6))
@@ -256,10 +249,10 @@ def lost_motion(
     moment = (R0 @ wrench[:, 3:, None])[..., 0]
     if np.all(np.linalg.norm(moment, axis=1) < ZERO):
         where = _direction(force, frames) or SOMEWHERE
-        return Lost(f'translation of the tool along {where.text}', where.axis, where.frame)
+        return replace(where, text=f'translation of the tool along {where.text}')
     if np.all(np.linalg.norm(force, axis=1) < ZERO):
         where = _direction(moment, frames) or SOMEWHERE
-        return Lost(f'rotation about {where.text}', where.axis, where.frame, angular=True)
+        return replace(where, text=f'rotation about {where.text}', angular=True)
     return _lost_screw(force, moment, frames, tool)
 
 
@@ -271,15 +264,15 @@ def _lost_screw(force: Floats, moment: Floats, frames: Floats, tool: Floats) -> 
         if np.all(np.linalg.norm(about, axis=1) < ZERO * size):
             where = _direction(force, frames) or SOMEWHERE
             text = f'translation of the origin of frame {k} along {where.text}'
-            return Lost(text, where.axis, where.frame, point=k)
+            return replace(where, text=text, point=k)
         line = _direction(about, frames)
         if line and turning is None:
             text = f'rotation about {line.text} with the origin of frame {k} held still'
-            turning = Lost(text, line.axis, line.frame, angular=True, point=k, held=True)
+            turning = replace(line, text=text, angular=True, point=k, held=True)
     return turning
 
 
-def _direction(vectors: Floats, frames: Floats) -> _Direction | None:
+def _direction(vectors: Floats, frames: Floats) -> Lost | None:
     # The first frame in whose axes the direction is the same at every pose, axes before others.
     length = np.linalg.norm(vectors, axis=1)
     if np.any(length < ZERO):
@@ -293,10 +286,10 @@ def _direction(vectors: Floats, frames: Floats) -> _Direction | None:
             continue
         main = int(np.argmax(np.abs(upright[0])))
         if abs(upright[0, main] - 1.0) < 1e-6:
-            return _Direction(f'{AXES[main]} of frame {k}', main, k)
+            return Lost(f'{AXES[main]} of frame {k}', main, k)
         if constant is None:
             numbers = ', '.join(f'{x:.3g}' for x in upright[0])
-            constant = _Direction(f'({numbers}) in the axes of frame {k}')
+            constant = Lost(f'({numbers}) in the axes of frame {k}')
     return constant
 
 

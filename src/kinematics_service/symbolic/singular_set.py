@@ -219,7 +219,8 @@ class FamilySearch:
         variables = arithmetic.names.variables
         joints = [k for k, v in enumerate(variables) if arithmetic.derivative(value, v)]
         rank, angular = rank_at(arm.J_t), any(i >= 3 for i in sampler.rows)
-        lost = lost_motion(arm, sampler.rows, rank, sampler.generic_rank, sampler.row_scales)
+        scales = sampler.robot.task.row_scales
+        lost = lost_motion(arm, sampler.rows, rank, sampler.generic_rank, scales)
         name = name_of(arm, sampler.elsewhere, joints, angular)
         return _Meaning(poses, within, name, rank, lost, idle_motion(arm, rank))
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .block import SECOND
 from .pose_format import PoseFormat
 from .source import PoseTrack
 from .tool_poses import PoseRows
@@ -15,7 +16,6 @@ POSES = {
     'geometry_msgs/msg/PoseStamped': lambda message: message.pose,
     'geometry_msgs/msg/PoseWithCovarianceStamped': lambda message: message.pose.pose,
 }
-SECOND = 1_000_000_000
 # Number of poses kept (13 MB): if there are more, every second one is dropped, again and again.
 # The frame check uses some hundred of those within the recording.
 HELD = 2**16

@@ -2,7 +2,9 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import groupby, islice
 from pathlib import Path
+from traceback import walk_tb
 from typing import Any
 
 import numpy as np
@@ -15,7 +17,7 @@ from ...typography import listed
 from .bag_checks import checked, missing
 from .bag_poses import POSES, track_of_messages
 from .between_points import PlannedTrajectory
-from .block import LARGEST_BLOCK, LARGEST_BYTES, Block, UnreadableMessage, blocks_of
+from .block import LARGEST_BLOCK, LARGEST_BYTES, SECOND, Block, UnreadableMessage, blocks_of
 from .joint_state_cdr import columns_of
 from .plan_reader import blocks_of_trajectories, trajectory_of_message
 from .ros1_index import LongBag
@@ -30,7 +32,6 @@ from .unpacking import (
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
-SECOND = 1_000_000_000
 MOST_LISTED = 20
 MAGIC = {
     '.mcap': (b'\x89MCAP0\r\n', 'an MCAP file'),
@@ -82,11 +83,8 @@ def _one_sentence(path: Path) -> Iterator[None]:
 
 def _from_the_reader(error: BaseException) -> bool:
     # Returns whether an error comes from rosbags or its dependencies, and not from this package.
-    step, files = error.__traceback__, []
-    while step is not None:
-        files.append(step.tb_frame.f_globals.get('__name__', ''))
-        step = step.tb_next
-    return not files[-1].startswith(__package__.partition('.')[0])
+    *_, (frame, _) = walk_tb(error.__traceback__)
+    return not frame.f_globals.get('__name__', '').startswith(__package__.partition('.')[0])
 
 
 def _advice(path: Path) -> str:
@@ -238,49 +236,34 @@ class _Bag:
             yield time, unpacked_message(raw, self.path) if self.packed else raw
 
     def _blocks(self, connections: list[Any]) -> Iterator[Block | UnreadableMessage]:
-        messages = self._raw(connections)
-        raws: list[bytes] = []
-        times: list[int] = []
-        for time, raw in messages:
-            most = min(LARGEST_BLOCK, LARGEST_BYTES // max(len(raw), 1))
-            if raws and (len(raw) != len(raws[0]) or len(raws) >= most):
-                yield from self._alike(raws, times)
-                raws, times = [], []
-            raws.append(bytes(raw))
-            times.append(time)
-        if raws:
-            yield from self._alike(raws, times)
+        for length, alike in groupby(self._raw(connections), lambda message: len(message[1])):
+            most = max(1, min(LARGEST_BLOCK, LARGEST_BYTES // max(length, 1)))
+            while some := list(islice(alike, most)):
+                yield from self._alike(some)
+                some.clear()  # before the next are read
 
     def _one_by_one(
         self, messages: Iterable[tuple[int, bytes]]
     ) -> Iterator[Block | UnreadableMessage]:
-        samples: list[JointSample] = []
-        for time, raw in messages:
-            sample = self._sample(raw, time)
-            if isinstance(sample, JointSample):
-                samples.append(sample)
-            if samples and (
-                len(samples) >= LARGEST_BLOCK or isinstance(sample, UnreadableMessage)
-            ):
-                yield from blocks_of(samples)
-                samples = []
-            if isinstance(sample, UnreadableMessage):
-                yield sample
-        yield from blocks_of(samples)
+        for readable, alike in groupby(
+            (self._sample(raw, time) for time, raw in messages),
+            lambda sample: isinstance(sample, JointSample),
+        ):
+            samples: Any = alike
+            yield from blocks_of(samples) if readable else samples
 
-    def _alike(
-        self, raws: Sequence[bytes], times: Sequence[int]
-    ) -> Iterator[Block | UnreadableMessage]:
+    def _alike(self, messages: Sequence[tuple[int, bytes]]) -> Iterator[Block | UnreadableMessage]:
+        times, raws = zip(*messages)
         columns = columns_of(raws, not self.reader.is2) if len(raws) > 1 else None
         if columns is None:
-            yield from self._one_by_one(zip(times, raws))
+            yield from self._one_by_one(messages)
             return
         received = np.array(times, dtype=np.int64)
         edges = np.flatnonzero(np.diff(columns.alike)) + 1
         for begin, end in zip([0, *edges.tolist()], [*edges.tolist(), len(raws)]):
             span = slice(begin, end)
             if not columns.alike[begin]:
-                yield from self._one_by_one(zip(times[span], raws[span]))
+                yield from self._one_by_one(messages[span])
                 continue
             yield Block(
                 columns.names,

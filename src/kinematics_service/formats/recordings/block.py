@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import groupby, islice
 from typing import TypeAlias
 
 import numpy as np
@@ -13,6 +14,8 @@ from ...kernel import Floats
 Times: TypeAlias = npt.NDArray[np.int64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
+# In ns.
+SECOND = 1_000_000_000
 # Most messages of a block, and most bytes of serialized ones: the memory of one stays within some
 # tens of MB, unless a single message has more.
 LARGEST_BLOCK, LARGEST_BYTES = 16_384, 2**26
@@ -70,17 +73,13 @@ class UnreadableMessage:
 
 def blocks_of(samples: Iterable[JointSample]) -> Iterator[Block]:
     """Yield samples in blocks, in their order."""
-    alike: list[JointSample] = []
-    key: tuple[tuple[str, ...], int, int] | None = None
-    for sample in samples:
-        own = (tuple(sample.names), len(sample.positions), len(sample.velocities))
-        if alike and (own != key or len(alike) >= LARGEST_BLOCK):
-            yield _block(alike)
-            alike = []
-        key = own
-        alike.append(sample)
-    if alike:
-        yield _block(alike)
+
+    def kind(sample: JointSample) -> tuple[tuple[str, ...], int, int]:
+        return tuple(sample.names), len(sample.positions), len(sample.velocities)
+
+    for _, alike in groupby(samples, kind):
+        while some := list(islice(alike, LARGEST_BLOCK)):
+            yield _block(some)
 
 
 def _block(samples: list[JointSample]) -> Block:

@@ -12,9 +12,7 @@ import numpy as np
 from ...estimation.cdr import STAMP_AT
 from ...estimation.joint_state_form import form_of, ros1_form_of
 from ...kernel import Floats
-from .block import Flags, Times
-
-SECOND = 1_000_000_000
+from .block import SECOND, Flags, Times
 
 
 class MessageColumns(NamedTuple):

@@ -14,11 +14,10 @@ from ...robot.file.text.entries import choice, did_you_mean, meant_by
 from ...robot.file.text.yaml_reader import YamlError
 from ...robot.measures import Level
 from .between_points import FINEST, PlannedTrajectory, sampled
-from .block import LARGEST_BLOCK, Block, Times
+from .block import LARGEST_BLOCK, SECOND, Block, Times
 from .plan_yaml import read_documents
 from .source import RecordingSource, Remark, Selection
 
-SECOND = 1_000_000_000
 # Trajectories of one topic follow each other with a pause longer than any timeout (ns).
 PAUSE = 3_600 * SECOND
 # A stamp of zero would mean that there is none.
@@ -200,12 +199,8 @@ def _seconds(time: Any, k: int, where: str) -> float:
 def _checked(planned: PlannedTrajectory, where: str) -> PlannedTrajectory:
     if not len(planned.times):
         raise RecordingError(f'{where}: the trajectory has no points')
-    for name, table in (
-        ('time_from_start', planned.times),
-        ('positions', planned.positions),
-        ('velocities', planned.velocities),
-        ('accelerations', planned.accelerations),
-    ):
+    _, *tables = planned
+    for name, table in zip(('time_from_start', *SINGULAR), tables):
         if table is not None and not np.all(np.isfinite(table)):
             raise RecordingError(f'{where}: {name} holds a number that is not finite')
     if planned.positions.shape[1:] != (len(planned.names),):

@@ -52,14 +52,6 @@ TURNS = (
     (XYZ, 'rotvec'),
     (XYZ, 'rpy'),
 )
-# Kinds of so many numbers that have no names, the usual one first.
-COUNTED = {
-    3: ('position',),
-    6: ('rotvec', 'rpy'),
-    7: ('xyzw', 'wxyz'),
-    12: ('matrix',),
-    16: ('matrix',),
-}
 ACCEPTED_POSES = (
     'accepted are x y z with qx qy qz qw, with rx ry rz (rotation vector) or with roll pitch yaw; '
     'or numbers from 0 on: 7 (x y z and a quaternion x y z w), 6 (x y z and a rotation vector), '
@@ -169,8 +161,9 @@ def pose_columns(
 
 def pose_of_columns(columns: list[str], wanted: PoseFormat) -> tuple[list[str], PoseFormat] | None:
     """Return columns in the order of a pose's numbers, and their format; None if they are none."""
-    for kind in COUNTED.get(len(columns), ()):
-        if wanted.kind == '' or _family(wanted.kind) == kind:
+    for ends, kind in ENDS:
+        fits = ends == _numbers(len(columns))
+        if fits and (wanted.kind == '' or _family(wanted.kind) == kind):
             return columns, wanted._replace(kind=wanted.kind or kind)
     return None
 

@@ -1,7 +1,9 @@
 """The links and joints of a URDF, and the way from one link to another."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
 from typing import NamedTuple
 
 from ...errors import UrdfError
@@ -127,26 +129,24 @@ def read_tree(root: XmlElement) -> UrdfTree:
 
 def _refuse_circle(tree: UrdfTree) -> None:
     # Links are taken off from above; those of a circle, and what is below it, are left.
-    below: dict[str, list[str]] = {}
-    waiting = {link: len(tree.above.get(link, ())) for link in tree.links}
-    for child, joints in tree.above.items():
-        for joint in joints:
-            below.setdefault(end_of(joint, 'parent'), []).append(child)
-    free = [link for link, count in waiting.items() if not count]
-    while free:
-        link = free.pop()
-        del waiting[link]
-        for child in below.get(link, ()):
-            waiting[child] -= 1
-            if not waiting[child]:
-                free.append(child)
-    if not waiting:
+    above = {
+        link: [end_of(joint, 'parent') for joint in tree.above.get(link, ())]
+        for link in tree.links
+    }
+    sorter = TopologicalSorter(above)
+    with suppress(CycleError):
+        sorter.prepare()
+    while free := sorter.get_ready():
+        sorter.done(*free)
+        for link in free:
+            del above[link]
+    if not above:
         return
-    way = [next(iter(waiting))]
+    way = [next(iter(above))]
     while way[-1] not in way[:-1]:
         # The last joint of the file closes it.
         joint = next(
-            one for one in reversed(tree.above[way[-1]]) if end_of(one, 'parent') in waiting
+            one for one in reversed(tree.above[way[-1]]) if end_of(one, 'parent') in above
         )
         way.append(end_of(joint, 'parent'))
     circle = way[way.index(way[-1]) :]

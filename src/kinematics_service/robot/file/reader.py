@@ -12,7 +12,6 @@ from ...errors import Fault, RobotFileError
 from .parts.constants import Constants, read_constants
 from .parts.convention_table import CONVENTIONS, Convention
 from .parts.description import (
-    Constant,
     ElementaryMotion,
     JointType,
     Link,
@@ -39,7 +38,7 @@ from .parts.speed_limits import read_speed_limits
 from .parts.tolerances import read_tolerances
 from .parts.uncertainty import read_uncertainty
 from .text.entries import checked
-from .text.fault_report import FaultReport, quoted, shown
+from .text.fault_report import FaultReport, Place, quoted, shown
 from .text.plain_expression import known_names_in
 from .text.robot_document import MAX_BYTES, read_document
 from .text.yaml_document import texts_in
@@ -163,50 +162,47 @@ def parse_robot(text: str, file: str) -> RobotDescription:
         With all faults of the text, one a line.
     """
     document = read_document(text, file)
-    report = FaultReport(document)
-    data = _mapping(document.data, report)
-    entry = checked(RobotEntry, data, (), report)
-    check_name(entry.robot, 'robot', report)
-    units = read_units(entry.units, report)
-    names = _names(entry, data, units, report)
-    quantities, joint_types = names.quantities, names.joint_types
+    top = Place(FaultReport(document))
+    data = _mapping(document.data, top)
+    entry = checked(RobotEntry, data, top)
+    check_name(entry.robot, top['robot'])
+    units = read_units(entry.units, top['units'])
+    names = _names(entry, data, units, top)
+    quantities = names.quantities
 
     joints = [
         joint
         for index, (item, variable) in enumerate(zip(names.joints, names.variables, strict=True))
-        if (joint := read_joint(item, variable, index, quantities))
+        if (joint := read_joint(item, variable, top['joints', index], quantities))
     ]
     convention = CONVENTIONS.get(entry.convention or '')
     links = _links(entry, data, convention, names)
     rows = None if links is None else len(links)
     base, tool = _ends(entry, quantities)
     points = read_points(entry.points, rows, (base, tool), quantities)
-    loops = read_loops(
-        entry.loops, names.passive, links, points, convention, joint_types, quantities
-    )
+    loops = read_loops(entry.loops, names.passive, links, points, convention, quantities)
     singularity = read_singularity(entry.singularity, names.driven)
     uncertainty = read_uncertainty(
-        entry.uncertainty, joint_types, joints, links, entry.convention or '', quantities
+        entry.uncertainty, joints, links, entry.convention or '', quantities
     )
     if uncertainty and loops:
-        report.fault(('uncertainty',), 'is not carried through closed loops: leave it out')
+        top['uncertainty'].fault('is not carried through closed loops: leave it out')
     speed_limits = read_speed_limits(entry.speed_limits, points, quantities)
-    known_poses = read_known_poses(entry.known_poses, joint_types, joints, quantities)
-    tolerances = read_tolerances(entry.tolerance, convention, rows, len(joint_types), quantities)
+    known_poses = read_known_poses(entry.known_poses, joints, quantities)
+    tolerances = read_tolerances(entry.tolerance, convention, rows, quantities)
 
-    report.raise_faults()
+    top.report.raise_faults()
     if not (entry.robot and convention and links and base and tool and singularity):
         # Every part that is missing has a fault; were one forgotten, this is the safe end.
         refuse(file, 'is incomplete')
-    constants = names.constants.constants
-    _remark(entry, constants, links, quantities)
+    _remark(entry, names, links)
     return RobotDescription(
         name=entry.robot,
         source=entry.source or '',
         convention=convention.name,
         angle_unit=units.angle,
         length_unit=units.length,
-        constants=constants,
+        constants=names.constants.constants,
         joints=tuple(joints),
         links=links,
         base=base,
@@ -215,8 +211,8 @@ def parse_robot(text: str, file: str) -> RobotDescription:
         singularity=singularity,
         uncertainty=uncertainty,
         known_poses=known_poses,
-        warnings=report.warnings(),
-        remarks=report.remarks(),
+        warnings=top.report.warnings(),
+        remarks=top.report.remarks(),
         file=file,
         tolerances=tolerances,
         loops=loops,
@@ -236,26 +232,26 @@ def refuse(file: str, message: str, line: int = 0, where: str = '') -> NoReturn:
     raise RobotFileError((Fault(file, line, where, message),))
 
 
-def read_units(data: Any, report: FaultReport) -> Units:
+def read_units(data: Any, at: Place) -> Units:
     """Return the units of the numbers of a file; rad and m where it does not say."""
     if data is None:
         return Units()
-    entry = checked(UnitsEntry, data, ('units',), report)
+    entry = checked(UnitsEntry, data, at)
     return Units('deg' if entry.angle == 'deg' else 'rad', 'mm' if entry.length == 'mm' else 'm')
 
 
-def _mapping(data: Any, report: FaultReport) -> dict[str, Any]:
+def _mapping(data: Any, top: Place) -> dict[str, Any]:
     if not isinstance(data, dict):
         keys = ', '.join(RobotEntry.required)
-        report.fault((), f'expected a mapping with the keys {keys}, not {shown(data)}')
-        report.raise_faults()
+        top.fault(f'expected a mapping with the keys {keys}, not {shown(data)}')
+        top.report.raise_faults()
     return dict(data)
 
 
-def check_name(name: str | None, key: str, report: FaultReport) -> None:
+def check_name(name: str | None, at: Place) -> None:
     """Report a name that no robot, or cell, may have."""
     if name is not None and not ROBOT_NAME.fullmatch(name):
-        report.fault((key,), f'{quoted(name)} is not a name of letters, digits and underscores')
+        at.fault(f'{quoted(name)} is not a name of letters, digits and underscores')
 
 
 class _FileNames(NamedTuple):
@@ -264,8 +260,8 @@ class _FileNames(NamedTuple):
 
     Attributes
     ----------
-    joints, joint_types, variables
-        For each joint its entry, and its type and variable, None where they are not understood.
+    joints, variables
+        For each joint its entry, and its variable, None where it is not understood.
     passive
         The joints that loops move.
     driven, quantities
@@ -273,7 +269,6 @@ class _FileNames(NamedTuple):
     """
 
     joints: Sequence[JointEntry]
-    joint_types: Sequence[JointType | None]
     variables: Sequence[str | None]
     passive: Sequence[PassiveJoint]
     constants: Constants
@@ -281,26 +276,24 @@ class _FileNames(NamedTuple):
     quantities: Quantities
 
 
-def _names(
-    entry: RobotEntry, data: dict[str, Any], units: Units, report: FaultReport
-) -> _FileNames:
-    joints = read_joint_entries(entry.joints, report) if 'joints' in data else []
+def _names(entry: RobotEntry, data: dict[str, Any], units: Units, top: Place) -> _FileNames:
+    joints = read_joint_entries(entry.joints, top['joints']) if 'joints' in data else []
     types = [joint_type_of(joint) for joint in joints]
     constant_names = tuple(entry.constants) if isinstance(entry.constants, dict) else ()
-    variables = read_variables(joints, constant_names, report)
+    variables = read_variables(joints, constant_names, top['joints'])
     moving = [variable for variable in variables if variable]
-    passive = read_passive(entry.loops, [*constant_names, *moving], report)
+    passive = read_passive(entry.loops, [*constant_names, *moving], top['loops'])
     moving += [joint.name for joint in passive]
-    constants = read_constants(entry.constants, units, moving, report)
+    constants = read_constants(entry.constants, units, moving, top['constants'])
     items = entry.joints if joints else []
-    driven = _quantities(report, units, constants, items, types, variables)
+    driven = _quantities(top, units, constants, items, types, variables)
     with_passive = {**driven.joint_types, **{joint.name: joint.type for joint in passive}}
     quantities = replace(driven, joint_types=with_passive) if passive else driven
-    return _FileNames(joints, types, variables, passive, constants, driven, quantities)
+    return _FileNames(joints, variables, passive, constants, driven, quantities)
 
 
 def _quantities(
-    report: FaultReport,
+    top: Place,
     units: Units,
     constants: Constants,
     items: Sequence[Any],
@@ -321,7 +314,7 @@ def _quantities(
             hidden |= names_given(item)
     hidden -= known.keys() | values.keys()
     return Quantities(
-        report, units, values, known, frozenset(hidden), all_names_known, set(constants.used)
+        top, units, values, known, types, frozenset(hidden), all_names_known, set(constants.used)
     )
 
 
@@ -332,48 +325,41 @@ def _links(
         return None
     quantities = names.quantities
     # Rows are judged also where the convention is not known: by what they look like.
-    links = read_links(entry.links, convention or likely_convention(entry.links), quantities)
+    at, judged = quantities.top['links'], convention or likely_convention(entry.links)
+    links = read_links(entry.links, judged, at, quantities)
     check_helical(links or (), quantities)
-    _check_movement(names.joints, names.variables, data, links, quantities)
+    _check_movement(names, data, links)
     warn_of_size(links or (), quantities)
     return links
 
 
 def _ends(entry: RobotEntry, quantities: Quantities) -> tuple[Placement | None, Placement | None]:
-    base = read_placement(entry.base, ('base',), 'base_link', quantities)
-    tool = read_placement(entry.tool, ('tool',), 'tool0', quantities)
+    base = read_placement(entry.base, quantities.top['base'], 'base_link', quantities)
+    tool = read_placement(entry.tool, quantities.top['tool'], 'tool0', quantities)
     if base and tool and base.frame == tool.frame:
-        quantities.report.fault(('tool', 'frame'), f'{quoted(tool.frame)} is also the base frame')
+        quantities.top['tool', 'frame'].fault(f'{quoted(tool.frame)} is also the base frame')
     return base, tool
 
 
-def _check_movement(
-    entries: Sequence[JointEntry],
-    variables: Sequence[str | None],
-    data: dict[str, Any],
-    links: Sequence[Link] | None,
-    quantities: Quantities,
-) -> None:
+def _check_movement(names: _FileNames, data: dict[str, Any], links: Sequence[Link] | None) -> None:
     # Every joint moves a row, or says that it moves none.
-    report, rows = quantities.report, _names_in_rows(data['links'], links, quantities)
+    quantities = names.quantities
+    joints, rows = quantities.top['joints'], _names_in_rows(data['links'], links, quantities)
     if not rows:
         return
     moving = frozenset().union(*rows)
     in_loops = moving_loops(data.get('loops'), quantities.joint_types.keys())
-    for index, (entry, variable) in enumerate(zip(entries, variables, strict=True)):
+    for index, (entry, variable) in enumerate(zip(names.joints, names.variables, strict=True)):
         if variable is None or joint_type_of(entry) is None:
             continue
-        names = {variable} if links is not None else names_given(data['joints'][index])
-        if not names & (moving | in_loops) and not entry.unused:
-            report.fault(
-                ('joints', index),
-                f"{quoted(variable)} moves no row of links: add its row, or say 'unused: true'",
+        called = {variable} if links is not None else names_given(data['joints'][index])
+        if not called & (moving | in_loops) and not entry.unused:
+            joints[index].fault(
+                f"{quoted(variable)} moves no row of links: add its row, or say 'unused: true'"
             )
         if variable in moving and entry.unused and links is not None:
-            row = next(i for i, names in enumerate(rows) if variable in names)
-            report.fault(
-                ('joints', index, 'unused'), f'{quoted(variable)} moves links[{row}]: it is used'
-            )
+            row = next(i for i, inside in enumerate(rows) if variable in inside)
+            joints[index, 'unused'].fault(f'{quoted(variable)} moves links[{row}]: it is used')
 
 
 def _names_in_rows(
@@ -389,18 +375,13 @@ def _names_in_rows(
     return [known_names_in(text, known) for text in texts_in(data)]
 
 
-def _remark(
-    entry: RobotEntry,
-    constants: Sequence[Constant],
-    links: Sequence[Link],
-    quantities: Quantities,
-) -> None:
-    report = quantities.report
+def _remark(entry: RobotEntry, names: _FileNames, links: Sequence[Link]) -> None:
+    top = names.quantities.top
     if not entry.source:
-        report.remark(('source',), 'is not given: say where the numbers come from')
-    for constant in constants:
-        if constant.name not in quantities.used:
-            report.warn(('constants', constant.name), 'is never used')
+        top['source'].remark('is not given: say where the numbers come from')
+    for constant in names.constants.constants:
+        if constant.name not in names.quantities.used:
+            top['constants', constant.name].warn('is never used')
     for index, row in enumerate(links):
         if not variables_of(row) and not isinstance(row, ElementaryMotion):
-            report.remark(('links', index), 'no joint moves this row: it is fixed')
+            top['links', index].remark('no joint moves this row: it is fixed')

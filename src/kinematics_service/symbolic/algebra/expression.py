@@ -1,14 +1,12 @@
 """An expression of a robot file as a sympy expression, exactly: decimals become fractions."""
 
-import ast
+import operator
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import sympy
 
-from ...robot.file.text.expression_syntax import folded, syntax_tree
-
-HALF_TURN = sympy.Integer(180)
+from ...robot.file.text.expression_syntax import evaluated, syntax_tree
 
 
 def exact(text: str, meanings: Mapping[str, Any], angle_unit: str = 'rad') -> Any:
@@ -24,45 +22,34 @@ def exact(text: str, meanings: Mapping[str, Any], angle_unit: str = 'rad') -> An
     angle_unit
         'rad' or 'deg': of the trigonometric functions, as in the file.
     """
-    tree = syntax_tree(text, lambda _: None)
-    return folded(tree, lambda node, operands: _combined(node, operands, meanings, angle_unit))
+    known, operations = {'pi': sympy.pi, **meanings}, _OPERATIONS[angle_unit]
 
-
-def _combined(
-    node: ast.expr, operands: list[Any], meanings: Mapping[str, Any], angle_unit: str
-) -> Any:
-    match node:
-        case ast.Constant(value=float(number)):
+    def worth(said: float | str, operands: list[Any]) -> Any:
+        if isinstance(said, float):
             # repr is the shortest decimal of this double: 0.0254 is 127/5000, not a binary 0.0254.
-            return sympy.Rational(repr(number))
-        case ast.Name(id='pi'):
-            return meanings.get('pi', sympy.pi)
-        case ast.Name(id=name):
-            return meanings[name]
-        case ast.UnaryOp(op=ast.USub()):
-            return -operands[0]
-        case ast.UnaryOp():
-            return operands[0]
-        case ast.BinOp(op=operator):
-            return _OPERATIONS[type(operator)](*operands)
-        case ast.Call(func=ast.Name(id=name)):
-            return _called(name, operands, angle_unit)
-    raise TypeError(type(node).__name__)  # the reader lets nothing else through
+            return sympy.Rational(repr(said))
+        return operations[said](*operands) if operands else known[said]
+
+    return evaluated(syntax_tree(text, lambda _: None), worth)
 
 
-_OPERATIONS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: lambda one, other: one + other,
-    ast.Sub: lambda one, other: one - other,
-    ast.Mult: lambda one, other: one * other,
-    ast.Div: lambda one, other: one / other,
+_IN_RAD: dict[str, Callable[..., Any]] = {
+    '+': operator.add,
+    '-': operator.sub,
+    '*': operator.mul,
+    '/': operator.truediv,
+    'neg': operator.neg,
+    'sqrt': sympy.sqrt,
+    'sin': sympy.sin,
+    'cos': sympy.cos,
+    'atan2': sympy.atan2,
 }
-
-
-def _called(name: str, operands: list[Any], angle_unit: str) -> Any:
-    if name == 'sqrt':
-        return sympy.sqrt(operands[0])
-    if name == 'atan2':
-        angle = sympy.atan2(*operands)
-        return angle * HALF_TURN / sympy.pi if angle_unit == 'deg' else angle
-    angle = operands[0] * sympy.pi / HALF_TURN if angle_unit == 'deg' else operands[0]
-    return {'sin': sympy.sin, 'cos': sympy.cos}[name](angle)
+_OPERATIONS: dict[str, dict[str, Callable[..., Any]]] = {
+    'rad': _IN_RAD,
+    'deg': {
+        **_IN_RAD,
+        'sin': lambda angle: sympy.sin(angle * sympy.pi / 180),
+        'cos': lambda angle: sympy.cos(angle * sympy.pi / 180),
+        'atan2': lambda y, x: sympy.atan2(y, x) * 180 / sympy.pi,
+    },
+}

@@ -15,7 +15,7 @@ from .arm.table import table_of
 from .causes.explanation import Explained, Explanation, explain, right_entry
 from .causes.slips import another_quantity
 from .statements.checks import ROUND_OFF, Check, QuantityCheck
-from .statements.claims import Claim, judge_claims
+from .statements.claims import judge_claims
 from .statements.names import FormulaNames
 from .statements.poses import Poses, poses_for
 from .statements.solutions import (
@@ -156,7 +156,10 @@ def compare(robot: Robot, text: str) -> Comparison:
         message = 'families of singular poses are not compared where loops bend the arm'
         faults.append(FormulaError(message, claims[0].line, 1))
     if claims and not faults:
-        verdicts += [_claimed(claim) for claim in judge_claims(robot, names, claims)]
+        verdicts += [
+            Verdict(one.name, one.line, (DIFFERS, AGREES)[one.holds], (1, 1), remarks=one.remarks)
+            for one in judge_claims(robot, names, claims)
+        ]
     if not understood.statements and not faults:
         faults.append(FormulaError("no formula in the file: write 'J = [...]', 'T = [...]'", 1, 1))
     verdicts.sort(key=lambda verdict: verdict.line)
@@ -391,13 +394,3 @@ def _with_the_others(
         else verdict
         for verdict in verdicts
     ]
-
-
-def _claimed(claim: Claim) -> Verdict:
-    return Verdict(
-        claim.name,
-        claim.line,
-        AGREES if claim.holds else DIFFERS,
-        (1, 1),
-        remarks=claim.remarks,
-    )

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from ...printing import attributes
+from ...typography import counted
 from .causes.explanation import Explanation
 from .comparison import AGREES, Comparison, Verdict
 
@@ -36,9 +37,7 @@ def report(comparison: Comparison, file: str, verbose: bool = False) -> Iterator
 def _count(formulas: int, wrong: int) -> str:
     if not wrong:
         return 'the formula agrees' if formulas == 1 else f'all {formulas} formulas agree'
-    return f'{wrong} of {formulas} {"formula" if formulas == 1 else "formulas"} differ' + (
-        's' if wrong == 1 else ''
-    )
+    return f'{wrong} of {counted(formulas, "formula")} differ{"s" if wrong == 1 else ""}'
 
 
 def _how(comparison: Comparison) -> str:

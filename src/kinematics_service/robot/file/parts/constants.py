@@ -7,14 +7,12 @@ from ....errors import ExpressionError
 from ..text.entries import checked_number
 from ..text.expression_syntax import names_in, why_no_name
 from ..text.expressions import Scope, parse_affine
-from ..text.fault_report import FaultReport, quoted, shown
+from ..text.fault_report import Place, quoted, shown
 from ..text.plain_expression import plain_expression
-from ..text.yaml_document import Path
 from .description import Constant
-from .quantities import Units, why_not_finite
+from .quantities import Units, check_finite
 
 MAX_CONSTANTS = 256  # the table of a datasheet has a dozen
-PATH: Path = ('constants',)
 
 
 class Constants(NamedTuple):
@@ -29,17 +27,15 @@ class Constants(NamedTuple):
 NO_CONSTANTS = Constants((), frozenset(), frozenset())
 
 
-def read_constants(
-    data: Any, units: Units, variables: Iterable[str], report: FaultReport
-) -> Constants:
+def read_constants(data: Any, units: Units, variables: Iterable[str], at: Place) -> Constants:
     """Return the constants of a file in its order."""
     if data is None:
         return NO_CONSTANTS
     if not isinstance(data, dict):
-        report.fault(PATH, f'expected a mapping of names to numbers, not {shown(data)}')
+        at.fault(f'expected a mapping of names to numbers, not {shown(data)}')
         return NO_CONSTANTS._replace(all_names_known=False)
     if len(data) > MAX_CONSTANTS:
-        report.fault(PATH, f'{len(data)} constants (at most {MAX_CONSTANTS})')
+        at.fault(f'{len(data)} constants (at most {MAX_CONSTANTS})')
         return NO_CONSTANTS._replace(all_names_known=False)
     values: dict[str, float] = {}
     constants: list[Constant] = []
@@ -50,11 +46,10 @@ def read_constants(
         for name in variables
     }
     for name, value in data.items():
-        path = (*PATH, name)
         if reason := why_no_name(name):
-            report.fault(path, f'the name {quoted(name)} {reason}')
+            at[name].fault(f'the name {quoted(name)} {reason}')
             continue
-        text = checked_number(value, path, report)
+        text = checked_number(value, at[name])
         text = text and plain_expression(text, {*data, *moving}, units.angle, None)
         names = names_in(text or '')
         used |= names
@@ -67,13 +62,11 @@ def read_constants(
         unreadable.add(name)
         if text is None or names & (unreadable - {name}):
             continue
-        if reason := why_not_finite(text):
-            report.fault(path, reason)
-            continue
         try:
+            check_finite(text)
             affine = parse_affine(text, Scope(units.angle, dict(values), (), {**moving, **later}))
         except ExpressionError as error:
-            report.fault(path, str(error))
+            at[name].fault(str(error))
             continue
         unreadable.remove(name)
         values[name] = affine.constant

@@ -6,30 +6,28 @@ from typing import Any, get_args
 
 from ..text.entries import checked, checked_list
 from ..text.expression_syntax import IDENTIFIER, why_no_name
-from ..text.fault_report import FaultReport, number, quoted
-from ..text.yaml_document import Path, ScalarNode
+from ..text.fault_report import Place, number, quoted
+from ..text.yaml_document import ScalarNode
 from .description import JointDescription, JointType
-from .quantities import DEGREES, INFINITE, KIND_OF, METRES, MILLIMETRES, RADIANS, Quantities
+from .quantities import DEGREES, INFINITE, KIND_OF, METRES, MILLIMETRES, RADIANS, Quantities, Units
 from .schema import JointEntry
 
 MAX_JOINTS = 128
-PATH: Path = ('joints',)
 NOUN = 'a list of joints, {name, type, limits}'
 
 
-def read_joint_entries(data: Any, report: FaultReport) -> list[JointEntry]:
+def read_joint_entries(data: Any, at: Place) -> list[JointEntry]:
     """Return the entries of the list, each with its own faults reported."""
-    items = checked_list(data, PATH, report, NOUN)
+    items = checked_list(data, at, NOUN)
     if data == []:
-        report.fault(PATH, 'at least one joint is needed')
+        at.fault('at least one joint is needed')
     if len(items) > MAX_JOINTS:
-        report.fault(
-            PATH,
+        at.fault(
             f'{len(items)} joints (at most {MAX_JOINTS}: every message carries a Jacobian with '
-            'a column for each, and no serial arm has as many)',
+            'a column for each, and no serial arm has as many)'
         )
         items = []
-    return [checked(JointEntry, item, (*PATH, i), report) for i, item in enumerate(items)]
+    return [checked(JointEntry, item, at[i]) for i, item in enumerate(items)]
 
 
 def names_given(data: Any) -> frozenset[str]:
@@ -43,41 +41,41 @@ def names_given(data: Any) -> frozenset[str]:
 
 
 def read_variables(
-    entries: Sequence[JointEntry], constants: Sequence[str], report: FaultReport
+    entries: Sequence[JointEntry], constants: Sequence[str], at: Place
 ) -> list[str | None]:
     """Return each joint's name in expressions; None where it has none that could stand there."""
     variables: list[str | None] = []
     seen_names: dict[str, int] = {}
     for index, entry in enumerate(entries):
-        path = (*PATH, index)
         twice = entry.name in seen_names
         if entry.name is not None:
-            _check_name(entry.name, seen_names, index, report)
+            _check_name(entry.name, seen_names, index, at[index, 'name'])
         if twice and entry.variable is None:
             variables.append(None)  # said once, of the name
         else:
-            variables.append(_variable(entry, variables, constants, path, report))
+            variables.append(_variable(entry, variables, constants, at[index]))
     return variables
 
 
 def read_joint(
-    entry: JointEntry, variable: str | None, index: int, quantities: Quantities
+    entry: JointEntry, variable: str | None, at: Place, quantities: Quantities
 ) -> JointDescription | None:
     """Return a joint in SI units, or None where its entry has faults."""
-    report, before = quantities.report, quantities.report.fault_count
     joint_type = joint_type_of(entry)
-    path = (*PATH, index)
     if joint_type is None:
         return None
-    lower, upper = _limits(entry, joint_type, (*path, 'limits'), quantities)
-    velocity = _velocity(entry, joint_type, (*path, 'velocity'), quantities)
-    kind, at = KIND_OF[joint_type], (*path, 'acceleration')
-    acceleration = quantities.above_zero(entry.acceleration, kind, at)
-    if entry.name is None or variable is None or report.fault_count > before:
+    lower, upper = _limits(entry, joint_type, at['limits'], quantities)
+    velocity, acceleration = (
+        quantities.above_zero(getattr(entry, key), KIND_OF[joint_type], at[key]) or math.inf
+        for key in ('velocity', 'acceleration')
+    )
+    if 100.0 < velocity < math.inf:
+        at['velocity'].warn(f'{number(velocity)} per second is very fast: which unit?')
+    if entry.name is None or variable is None or not at.intact:
         return None
     return JointDescription(
         *(entry.name, variable, joint_type, lower, upper, velocity, bool(entry.unused)),
-        math.inf if acceleration is None else acceleration,
+        acceleration,
     )
 
 
@@ -86,22 +84,17 @@ def joint_type_of(entry: JointEntry) -> JointType | None:
     return next((name for name in get_args(JointType) if name == entry.type), None)
 
 
-def _check_name(name: str, seen: dict[str, int], index: int, report: FaultReport) -> None:
-    path = (*PATH, index, 'name')
+def _check_name(name: str, seen: dict[str, int], index: int, at: Place) -> None:
     if ',' in name or any(character.isspace() for character in name):
         # The Jacobian's label joins the names by commas.
-        report.fault(path, f'{quoted(name)} holds a comma or white space, which no joint name may')
+        at.fault(f'{quoted(name)} holds a comma or white space, which no joint name may')
     if name in seen:
-        report.fault(path, f'{quoted(name)} is already the name of joints[{seen[name]}]')
+        at.fault(f'{quoted(name)} is already the name of joints[{seen[name]}]')
     seen.setdefault(name, index)
 
 
 def _variable(
-    entry: JointEntry,
-    earlier: Sequence[str | None],
-    constants: Sequence[str],
-    path: Path,
-    report: FaultReport,
+    entry: JointEntry, earlier: Sequence[str | None], constants: Sequence[str], at: Place
 ) -> str | None:
     variable = entry.variable or entry.name
     if variable is None:
@@ -122,12 +115,12 @@ def _variable(
         )
     else:
         return variable
-    report.fault((*path, key), message)
+    at[key].fault(message)
     return None
 
 
 def _limits(
-    entry: JointEntry, joint_type: JointType, path: Path, quantities: Quantities
+    entry: JointEntry, joint_type: JointType, at: Place, quantities: Quantities
 ) -> tuple[float, float]:
     if entry.limits is None:
         return -math.inf, math.inf
@@ -136,47 +129,34 @@ def _limits(
         if text is not None and INFINITE.fullmatch(text):
             ends.append(-math.inf if text.startswith('-') else math.inf)
         else:
-            end = quantities.fixed(text, KIND_OF[joint_type], (*path, index), usual=False)
+            end = quantities.fixed(text, KIND_OF[joint_type], at[index], usual=False)
             if end is None:
                 return -math.inf, math.inf
             ends.append(end)
     lower, upper = ends
     if not lower < upper:
         texts = ', '.join(map(str, entry.limits))
-        message = f'the lower limit must be below the upper one, not [{texts}]'
-        quantities.report.fault(path, message)
+        at.fault(f'the lower limit must be below the upper one, not [{texts}]')
     else:
-        _warn_of_limits(lower, upper, joint_type, path, quantities)
+        _warn_of_limits(lower, upper, joint_type, at, quantities.units)
     return lower, upper
 
 
 def _warn_of_limits(
-    lower: float, upper: float, joint_type: JointType, path: Path, quantities: Quantities
+    lower: float, upper: float, joint_type: JointType, at: Place, units: Units
 ) -> None:
-    units, report = quantities.units, quantities.report
     largest = max((abs(end) for end in (lower, upper) if math.isfinite(end)), default=0.0)
     if largest == 0.0:
         return
     if joint_type == 'prismatic':
         if units.length == 'm' and largest > 10.0:
-            report.warn(path, f'a stroke to {number(largest)} m: {MILLIMETRES}')
+            at.warn(f'a stroke to {number(largest)} m: {MILLIMETRES}')
         if units.length == 'mm' and largest < 0.002:
-            report.warn(path, f'a stroke to {number(largest * 1e3)} mm: {METRES}')
+            at.warn(f'a stroke to {number(largest * 1e3)} mm: {METRES}')
     elif joint_type == 'revolute':
         turns = largest / (2.0 * math.pi)
         # A wrist may have two turns, and its limit is then no whole number of radians.
         if units.angle == 'rad' and (turns > 4.0 or (turns > 1.0 and largest.is_integer())):
-            report.warn(path, f'limits of {number(turns)} turns: {DEGREES}')
+            at.warn(f'limits of {number(turns)} turns: {DEGREES}')
         if units.angle == 'deg' and largest <= math.radians(2.0 * math.pi + 0.01):
-            report.warn(path, f'limits within {math.degrees(largest):.3g} deg: {RADIANS}')
-
-
-def _velocity(
-    entry: JointEntry, joint_type: JointType, path: Path, quantities: Quantities
-) -> float:
-    velocity = quantities.above_zero(entry.velocity, KIND_OF[joint_type], path)
-    if velocity is None:
-        return math.inf
-    if velocity > 100.0:
-        quantities.report.warn(path, f'{number(velocity)} per second is very fast: which unit?')
-    return velocity
+            at.warn(f'limits within {math.degrees(largest):.3g} deg: {RADIANS}')

@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..text.entries import checked, checked_list
-from ..text.fault_report import FaultReport, number
-from ..text.yaml_document import Path
-from .description import JointDescription, JointType, KnownPose, Rounding
+from ..text.fault_report import Place, number
+from .description import JointDescription, KnownPose, Rounding
 from .motions import pose_motion
 from .quantities import KIND_OF, LONG, TURN, Kind, Quantities, Units
 from .schema import KnownPoseEntry, ToleranceEntry
@@ -23,10 +22,7 @@ USUAL: Mapping[Kind, float] = {'length': LONG, 'angle': TURN}
 
 
 def read_known_poses(
-    data: Any,
-    types: Sequence[JointType | None],
-    joints: Sequence[JointDescription],
-    quantities: Quantities,
+    data: Any, joints: Sequence[JointDescription], quantities: Quantities
 ) -> tuple[KnownPose, ...]:
     """
     Return the poses in SI units, without those that have faults.
@@ -35,8 +31,6 @@ def read_known_poses(
     ----------
     data
         The list as the file has it; None where there is none.
-    types
-        Of the entries in the list of joints; None where it has been refused.
     joints
         Their descriptions; fewer where some have faults, and then no q is compared with limits.
     quantities
@@ -44,40 +38,31 @@ def read_known_poses(
     """
     if data is None:
         return ()
-    path: Path = ('known_poses',)
-    items = checked_list(data, path, quantities.report, 'a list of {q, xyz, rpy}')
-    poses = [
-        _known_pose(item, (*path, index), types, joints, quantities)
-        for index, item in enumerate(items)
-    ]
+    at = quantities.top['known_poses']
+    items = checked_list(data, at, 'a list of {q, xyz, rpy}')
+    poses = [_known_pose(item, at[k], joints, quantities) for k, item in enumerate(items)]
     return tuple(pose for pose in poses if pose is not None)
 
 
 def _known_pose(
-    data: Any,
-    path: Path,
-    types: Sequence[JointType | None],
-    joints: Sequence[JointDescription],
-    quantities: Quantities,
+    data: Any, at: Place, joints: Sequence[JointDescription], quantities: Quantities
 ) -> KnownPose | None:
-    report, units = quantities.report, quantities.units
-    before = report.fault_count
-    entry = checked(KnownPoseEntry, data, path, report)
-    q = quantities.positions(entry.q, types, (*path, 'q'))
+    units, types, beside = quantities.units, quantities.types, at['tolerance']
+    entry = checked(KnownPoseEntry, data, at)
+    q = quantities.positions(entry.q, at['q'])
     if len(q) == len(joints):
-        _remark_of_limits(q, joints, (*path, 'q'), report)
-    motion = pose_motion(entry.xyz, entry.rpy, path, quantities)
-    tolerance_path = (*path, 'tolerance')
+        _remark_of_limits(q, joints, at['q'])
+    motion = pose_motion(entry, at, quantities)
     tolerance = ToleranceEntry({})
     if entry.tolerance is not None:
-        tolerance = checked(ToleranceEntry, entry.tolerance, tolerance_path, report)
-    xyz = quantities.above_zero(tolerance.xyz, 'length', (*tolerance_path, 'xyz')) or EXACT
-    rpy = quantities.above_zero(tolerance.rpy, 'angle', (*tolerance_path, 'rpy')) or EXACT
+        tolerance = checked(ToleranceEntry, entry.tolerance, beside)
+    xyz = quantities.above_zero(tolerance.xyz, 'length', beside['xyz']) or EXACT
+    rpy = quantities.above_zero(tolerance.rpy, 'angle', beside['rpy']) or EXACT
     if entry.rpy is None:
         if tolerance.rpy is not None and 'rpy' not in data:
-            report.fault((*tolerance_path, 'rpy'), 'the pose has no rpy that it could be of')
+            beside['rpy'].fault('the pose has no rpy that it could be of')
         rpy = math.inf
-    if motion is None or report.fault_count > before or len(q) != len(types):
+    if motion is None or not at.intact or len(q) != len(types):
         return None
     if tolerance.xyz is not None or tolerance.rpy is not None:
         return KnownPose(q, motion, xyz, rpy)
@@ -104,11 +89,8 @@ def _half_digit(texts: Sequence[str | None], kind: Kind, units: Units) -> float:
     return half if most and half <= COARSEST else 0.0
 
 
-def _remark_of_limits(
-    q: Sequence[float], joints: Sequence[JointDescription], path: Path, report: FaultReport
-) -> None:
+def _remark_of_limits(q: Sequence[float], joints: Sequence[JointDescription], at: Place) -> None:
     for index, (value, joint) in enumerate(zip(q, joints)):
         if not joint.lower - ROUND_OFF <= value <= joint.upper + ROUND_OFF:
             limits = f'[{number(joint.lower)}, {number(joint.upper)}]'
-            sentence = f'{number(value)} lies outside the limits {limits} of {joint.name!r}'
-            report.remark((*path, index), sentence)
+            at[index].remark(f'{number(value)} lies outside the limits {limits} of {joint.name!r}')

@@ -2,13 +2,13 @@
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, get_args
 
 from ..text.entries import checked, checked_formula, checked_list
 from ..text.expressions import Expression
-from ..text.fault_report import number, quoted
-from ..text.yaml_document import Path, ScalarNode
+from ..text.fault_report import Place, number, quoted
+from ..text.yaml_document import ScalarNode
 from .convention_table import CONVENTIONS, MOVING, Axis, Convention, RowKind
 from .description import DhRow, ElementaryMotion, Link, ShapeRow
 from .motions import read_motion
@@ -17,30 +17,24 @@ from .schema import ShapeRowEntry, dh_row_entry
 
 MAX_ROWS = 512
 SHORT = 0.01  # m: no arm is as short
-PATH: Path = ('links',)
 ELEMENTARY = re.compile(r'\s*([A-Za-z]+)\s*\((.*)\)\s*', re.DOTALL)
 AXES: tuple[Axis, ...] = get_args(Axis)
 
 
 def read_links(
-    data: Any, convention: Convention, quantities: Quantities, path: Path = PATH
+    data: Any, convention: Convention, at: Place, quantities: Quantities
 ) -> tuple[Link, ...] | None:
     """Return the rows of a chain in its order, or None with their faults reported."""
-    report = quantities.report
-    before = report.fault_count
-    items = checked_list(data, path, report, 'a list of the rows of the table')
+    items = checked_list(data, at, 'a list of the rows of the table')
     if data == []:
-        report.fault(path, 'at least one row is needed')
+        at.fault('at least one row is needed')
     if len(items) > MAX_ROWS:
-        message = f'{len(items)} rows (at most {MAX_ROWS}: four for each of 128 joints)'
-        report.fault(path, message)
+        at.fault(f'{len(items)} rows (at most {MAX_ROWS}: four for each of 128 joints)')
         items = items[:MAX_ROWS]
     read_row = READERS[convention.rows]
-    rows = [
-        read_row(item, convention, (*path, index), quantities) for index, item in enumerate(items)
-    ]
+    rows = [read_row(item, convention, at[k], quantities) for k, item in enumerate(items)]
     found = tuple(row for row in rows if row is not None)
-    return found if report.fault_count == before and len(found) == len(items) else None
+    return found if at.intact and len(found) == len(items) else None
 
 
 def likely_convention(data: Any) -> Convention:
@@ -71,14 +65,19 @@ def variables_of(row: Link) -> frozenset[str]:
     )
 
 
+def names_in_rows(rows: Iterable[Link]) -> frozenset[str]:
+    """Return the joints and passive joints that move rows."""
+    return frozenset().union(*map(variables_of, rows))
+
+
 def warn_of_size(rows: Sequence[Link], quantities: Quantities) -> None:
     """Warn where the lengths of a table together are hardly meant in the file's unit."""
     lengths = [length for row in rows for length in _lengths(row)]
-    total, report = sum(lengths), quantities.report
-    if quantities.units.length == 'm' and total > LONG and max(lengths) <= LONG:
-        report.warn(PATH, f'lengths of {number(total)} m in all: {MILLIMETRES}')
-    if quantities.units.length == 'mm' and 0.0 < total < SHORT:
-        report.warn(PATH, f'lengths of {number(total * 1e3)} mm in all: {METRES}')
+    total, at, unit = sum(lengths), quantities.top['links'], quantities.units.length
+    if unit == 'm' and total > LONG and max(lengths) <= LONG:
+        at.warn(f'lengths of {number(total)} m in all: {MILLIMETRES}')
+    if unit == 'mm' and 0.0 < total < SHORT:
+        at.warn(f'lengths of {number(total * 1e3)} mm in all: {METRES}')
 
 
 def _lengths(row: Link) -> Iterator[float]:
@@ -103,65 +102,60 @@ def check_helical(rows: Sequence[Link], quantities: Quantities) -> None:
         if joint_type == 'helical' and len(found) == 1:
             (only,) = found.values()
             other = 'a length (its pitch)' if 'angle' in found else 'an angle'
-            quantities.report.fault(
-                ('joints', position, 'type'),
-                f'{variable!r} is helical and stands only in {only}: it must stand in {other} too',
+            quantities.top['joints', position, 'type'].fault(
+                f'{variable!r} is helical and stands only in {only}: it must stand in {other} too'
             )
 
 
-def _dh_row(data: Any, convention: Convention, path: Path, quantities: Quantities) -> DhRow | None:
+def _dh_row(data: Any, convention: Convention, at: Place, quantities: Quantities) -> DhRow | None:
     names = convention.quantities
     axes = {motion.quantity: motion.axis for motion in convention.motions}
-    entry = checked(dh_row_entry(names), data, path, quantities.report)
+    entry = checked(dh_row_entry(names), data, at)
     may_move = ' and '.join(name for name in names if name in MOVING)
     advice = f': in a table row only {may_move} may move'
     motions = []
     for name in names:
-        text, kind, place = getattr(entry, name), _kind(axes[name]), (*path, name)
+        text, kind = getattr(entry, name), _kind(axes[name])
         if name in MOVING:
-            argument = quantities.moving(text, kind, place, name)
+            argument = quantities.moving(text, kind, at[name], name)
         else:
-            argument = quantities.fixed_expression(text, kind, place, advice)
+            argument = quantities.fixed_expression(text, kind, at[name], advice)
         if argument is not None:
             motions.append(ElementaryMotion(axes[name], argument))
     return DhRow(names, tuple(motions)) if len(motions) == len(names) else None
 
 
 def _elementary_row(
-    data: Any, _: Convention, path: Path, quantities: Quantities
+    data: Any, _: Convention, at: Place, quantities: Quantities
 ) -> ElementaryMotion | None:
     if not isinstance(data, ScalarNode):
         what = 'a mapping' if isinstance(data, dict) else 'a list'
-        message = f'expected an elementary motion such as Rz(q1), not {what}'
-        quantities.report.fault(path, message)
+        at.fault(f'expected an elementary motion such as Rz(q1), not {what}')
         return None
-    text = checked_formula(data, path, quantities.report)
-    return None if text is None else _elementary_motion(text, path, quantities)
+    text = checked_formula(data, at)
+    return None if text is None else _elementary_motion(text, at, quantities)
 
 
-def _shape_row(data: Any, _: Convention, path: Path, quantities: Quantities) -> ShapeRow | None:
-    report = quantities.report
-    before = report.fault_count
-    entry = checked(ShapeRowEntry, data, path, report)
+def _shape_row(data: Any, _: Convention, at: Place, quantities: Quantities) -> ShapeRow | None:
+    entry = checked(ShapeRowEntry, data, at)
     joint = None
     if entry.joint is not None:
-        joint = _elementary_motion(entry.joint, (*path, 'joint'), quantities)
-    inner = read_motion(entry.in_, (*path, 'in'), quantities)
-    outer = read_motion(entry.out, (*path, 'out'), quantities)
-    if inner is None or outer is None or report.fault_count > before:
+        joint = _elementary_motion(entry.joint, at['joint'], quantities)
+    inner = read_motion(entry.in_, at['in'], quantities)
+    outer = read_motion(entry.out, at['out'], quantities)
+    if inner is None or outer is None or not at.intact:
         return None
     return ShapeRow(inner, joint, outer)
 
 
-def _elementary_motion(text: str, path: Path, quantities: Quantities) -> ElementaryMotion | None:
+def _elementary_motion(text: str, at: Place, quantities: Quantities) -> ElementaryMotion | None:
     accepted = ', '.join(AXES)
     found = ELEMENTARY.fullmatch(text)
     axis = next((name for name in AXES if found and name == found[1]), None)
     if found is None or axis is None:
-        message = f'{quoted(text)} is not an elementary motion (accepted: {accepted}, as Rz(q1))'
-        quantities.report.fault(path, message)
+        at.fault(f'{quoted(text)} is not an elementary motion (accepted: {accepted}, as Rz(q1))')
         return None
-    argument = quantities.moving(found[2].strip(), _kind(axis), path, axis)
+    argument = quantities.moving(found[2].strip(), _kind(axis), at, axis)
     return None if argument is None else ElementaryMotion(axis, argument)
 
 
@@ -169,7 +163,7 @@ def _kind(axis: Axis) -> Kind:
     return 'angle' if axis.startswith('R') else 'length'
 
 
-READERS: dict[RowKind, Callable[[Any, Convention, Path, Quantities], Link | None]] = {
+READERS: dict[RowKind, Callable[[Any, Convention, Place, Quantities], Link | None]] = {
     'quantities': _dh_row,
     'motion': _elementary_row,
     'shape': _shape_row,

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 
 from .description import LoopDescription, PassiveJoint
-from .links import variables_of
+from .links import names_in_rows
 
 BETWEEN = ' + '  # the names of loops that are closed together
 
 
 def names_in_loop(loop: LoopDescription) -> frozenset[str]:
     """Return the joints and passive joints that move the chains of a loop."""
-    return frozenset().union(*(variables_of(row) for row in (*loop.there, *loop.links)))
+    return names_in_rows((*loop.there, *loop.links))
 
 
 def loop_groups(loops: Sequence[LoopDescription]) -> tuple[tuple[LoopDescription, ...], ...]:

@@ -7,7 +7,7 @@ kilometres: an extra angle does (Hayati 1983).
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -143,7 +143,7 @@ def end_parameters(end: str, number: int, angles: bool = True) -> list[ArmParame
     """Return the parameters of a base or tool; numbered from the second one on."""
     label = end if number == 0 else f'{end}{number + 1}'
     return [
-        replace(ArmParameter(f'{label}.{name}', end, k > 2), place=name)
+        ArmParameter(f'{label}.{name}', end, k > 2, place=name)
         for k, name in enumerate(SIX)
         if angles or k < 3
     ]

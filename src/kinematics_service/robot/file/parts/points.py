@@ -5,14 +5,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..text.entries import checked, checked_mapping
-from ..text.fault_report import FaultReport, quoted
-from ..text.yaml_document import Path
+from ..text.fault_report import Place, quoted
 from .description import Placement, PointDescription
 from .motions import pose_motion
 from .quantities import Quantities
 from .schema import PointEntry
 
-PATH: Path = ('points',)
 MAX_POINTS = 64
 # Part of a ROS topic: `~/elbow/pose`.
 POINT_NAME = re.compile(r'[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*')
@@ -40,9 +38,10 @@ def read_points(
     quantities
         What the names in expressions mean.
     """
-    given = checked_mapping(data, PATH, quantities.report, 'names to {row, xyz, rpy}')
+    at = quantities.top['points']
+    given = checked_mapping(data, at, 'names to {row, xyz, rpy}')
     if len(given) > MAX_POINTS:
-        quantities.report.fault(PATH, f'{len(given)} points (at most {MAX_POINTS})')
+        at.fault(f'{len(given)} points (at most {MAX_POINTS})')
         return ()
     frames = {place.frame: key for place, key in zip(placements, ('base', 'tool')) if place}
     points = [_point(name, value, rows, frames, quantities) for name, value in given.items()]
@@ -62,26 +61,24 @@ def _why_no_name(name: str, frames: dict[str, str]) -> str:
     return ''
 
 
-def check_row(row: int | None, rows: int | None, path: Path, report: FaultReport) -> None:
+def check_row(row: int | None, rows: int | None, at: Place) -> None:
     """Report the row of a frame that a table of so many rows has not."""
     if row is not None and rows is not None and row > rows:
-        report.fault(
-            (*path, 'row'),
+        at['row'].fault(
             f'there is no row {row}: 0 is the frame before the table, {rows} the frame after its '
-            'last row',
+            'last row'
         )
 
 
 def _point(
     name: str, data: Any, rows: int | None, frames: dict[str, str], quantities: Quantities
 ) -> PointDescription | None:
-    report, path = quantities.report, (*PATH, name)
-    before = report.fault_count
+    at = quantities.top['points', name]
     if reason := _why_no_name(name, frames):
-        report.fault(path, reason)
-    entry = checked(PointEntry, data, path, report)
-    check_row(entry.row, rows, path, report)
-    motion = pose_motion(entry.xyz, entry.rpy, path, quantities)
-    if motion is None or entry.row is None or report.fault_count > before:
+        at.fault(reason)
+    entry = checked(PointEntry, data, at)
+    check_row(entry.row, rows, at)
+    motion = pose_motion(entry, at, quantities)
+    if motion is None or entry.row is None or not at.intact:
         return None
     return PointDescription(name, entry.row, motion)

@@ -9,9 +9,8 @@ from typing import Literal, NamedTuple
 from ....errors import ExpressionError
 from ..text.expression_syntax import names_in
 from ..text.expressions import Affine, Expression, Scope, check_function, parse_affine
-from ..text.fault_report import FaultReport, number
+from ..text.fault_report import Place, number
 from ..text.plain_expression import plain_expression
-from ..text.yaml_document import Path
 from .description import AngleUnit, JointType, LengthUnit
 
 Kind = Literal['angle', 'length', 'number']
@@ -30,7 +29,10 @@ ROUNDED = 0.005  # 1.57, 3.14, 4.71, 6.28 are so near to them
 
 INFINITE = re.compile(r'[-+]?\.?(inf|Inf|INF)')
 NOT_A_NUMBER = re.compile(r'[-+]?\.?(nan|NaN|NAN)')
-WORDS_OF_YAML_1_1 = ('yes', 'no', 'on', 'off', 'Yes', 'No', 'On', 'Off', 'YES', 'NO', 'ON', 'OFF')
+WORDS_OF_YAML_1_1 = {
+    word: f'{word!r} is a word in YAML 1.2, neither a number nor a truth value'
+    for word in ['yes', 'no', 'on', 'off', 'Yes', 'No', 'On', 'Off', 'YES', 'NO', 'ON', 'OFF']
+}
 KIND_OF: Mapping[JointType, Kind] = {
     'revolute': 'angle',
     'prismatic': 'length',
@@ -38,11 +40,19 @@ KIND_OF: Mapping[JointType, Kind] = {
 }
 
 
-def why_not_finite(text: str) -> str | None:
-    """Return why YAML's words for infinity and not-a-number may not stand here, or None."""
+def check_finite(text: str) -> None:
+    """
+    Refuse YAML's words for infinity and not-a-number.
+
+    Raises
+    ------
+    ExpressionError
+        The text is one of them.
+    """
     if INFINITE.fullmatch(text):
-        return f"'{text}' is accepted only in limits"
-    return f"'{text}' is not a finite number" if NOT_A_NUMBER.fullmatch(text) else None
+        raise ExpressionError(f"'{text}' is accepted only in limits")
+    if NOT_A_NUMBER.fullmatch(text):
+        raise ExpressionError(f"'{text}' is not a finite number")
 
 
 class Units(NamedTuple):
@@ -67,13 +77,15 @@ class Quantities:
 
     Parameters
     ----------
-    report
-        Takes the faults.
+    top
+        The file.
     units
     constants
         Values in the file's units.
     joint_types
         By joint variable, in the order of the joints.
+    types
+        Of the entries in the list of joints; None where it has been refused.
     unreadable
         Names whose own definition has a fault: what uses them is not judged.
     all_names_known
@@ -84,127 +96,118 @@ class Quantities:
         Names met so far that nothing in the file explains.
     """
 
-    report: FaultReport
+    top: Place
     units: Units
     constants: Mapping[str, float]
     joint_types: Mapping[str, JointType]
+    types: Sequence[JointType | None] = ()
     unreadable: frozenset[str] = frozenset()
     all_names_known: bool = True
     used: set[str] = field(default_factory=set)
     strange: set[str] = field(default_factory=set)
 
     def fixed(
-        self, text: str | None, kind: Kind, path: Path, *, usual: bool = True
+        self, text: str | None, kind: Kind, at: Place, *, usual: bool = True
     ) -> float | None:
         """
         Return a constant in SI units, or None with its fault reported.
 
         `usual`: a length above that of any link, or an angle beyond a turn, is warned of.
         """
-        expression = self._fixed(text, kind, path, '')
-        if expression and usual:
-            self._warn_of_units(expression.affine.constant, kind, path)
+        expression = self._read(text, kind, at, self._fixed_scope(kind), usual)
         return expression.affine.constant if expression else None
 
     def above_zero(
-        self, text: str | None, kind: Kind, path: Path, *, usual: bool = False
+        self, text: str | None, kind: Kind, at: Place, *, usual: bool = False
     ) -> float | None:
         """Return a constant above 0, or None with its fault reported; `usual` as in `fixed`."""
-        value = self.fixed(text, kind, path, usual=usual)
+        value = self.fixed(text, kind, at, usual=usual)
         if value is not None and value <= 0.0:
-            self.report.fault(path, f'must be above 0, not {text}')
+            at.fault(f'must be above 0, not {text}')
             return None
         return value
 
-    def positions(
-        self, texts: Sequence[str | None] | None, types: Sequence[JointType | None], path: Path
-    ) -> tuple[float, ...]:
+    def positions(self, texts: Sequence[str | None] | None, at: Place) -> tuple[float, ...]:
         """
         Return joint positions, rad or m, of the joints whose types are known.
 
         None of them, with the fault reported, where there are not as many as joints.
         """
-        if texts is not None and types and len(texts) != len(types):
-            self.report.fault(path, f'{len(texts)} values for {len(types)} joints')
+        if texts is not None and self.types and len(texts) != len(self.types):
+            at.fault(f'{len(texts)} values for {len(self.types)} joints')
             return ()
         found = [
-            self.fixed(text, KIND_OF[joint_type], (*path, index), usual=False)
-            for index, (text, joint_type) in enumerate(zip(texts or (), types))
+            self.fixed(text, KIND_OF[joint_type], at[index], usual=False)
+            for index, (text, joint_type) in enumerate(zip(texts or (), self.types))
             if joint_type
         ]
         return tuple(value for value in found if value is not None)
 
     def fixed_expression(
-        self, text: str | None, kind: Kind, path: Path, advice: str = ''
+        self, text: str | None, kind: Kind, at: Place, advice: str = ''
     ) -> Expression | None:
         """
         Return a constant with its text, or None with its fault reported.
 
         `advice` follows the sentence that says a joint variable may not stand here.
         """
-        expression = self._fixed(text, kind, path, advice)
-        if expression:
-            self._warn_of_units(expression.affine.constant, kind, path)
-        return expression
+        return self._read(text, kind, at, self._fixed_scope(kind, advice))
 
-    def _fixed(self, text: str | None, kind: Kind, path: Path, advice: str) -> Expression | None:
-        refused = {
-            name: f'{name!r} is a joint variable, and a constant is expected here{advice}'
-            for name in self.joint_types
-        }
-        return self._expression(text, kind, path, self._scope((), refused, kind))
-
-    def moving(self, text: str | None, kind: Kind, path: Path, place: str) -> Expression | None:
+    def moving(self, text: str | None, kind: Kind, at: Place, quantity: str) -> Expression | None:
         """
         Return an expression linear in the joint variables, or None with its fault reported.
 
-        `place` is what the message calls the spot: `theta`, `d`, `Tx`.
+        `quantity` is what the message calls it: `theta`, `d`, `Tx`.
         """
         scope = self._scope(tuple(self.joint_types), {}, kind)
-        expression = self._expression(text, kind, path, scope)
+        expression = self._read(text, kind, at, scope, usual=False)
         for variable, _ in expression.affine.coefficients if expression else ():
             joint_type = self.joint_types[variable]
             if joint_type != 'helical' and KIND_OF[joint_type] != kind:
                 article = 'an angle' if kind == 'angle' else 'a length'
-                self.report.fault(
-                    path,
-                    f'{variable!r} is {joint_type}, and {place} is {article}; a joint that both '
-                    "turns and slides is 'type: helical' and stands in both",
+                at.fault(
+                    f'{variable!r} is {joint_type}, and {quantity} is {article}; a joint that '
+                    "both turns and slides is 'type: helical' and stands in both"
                 )
                 return None
         if expression:
-            self._warn_of_units(expression.affine.constant, kind, path)
+            self._warn_of_units(expression.affine.constant, kind, at)
         return expression
 
-    def function(self, text: str | None, path: Path) -> str | None:
+    def function(self, text: str | None, at: Place) -> str | None:
         """
         Return the text of an expression that may be nonlinear, or None with its fault reported.
         """
         scope = self._scope(tuple(self.joint_types), {})
-        text = self._plain(text, scope, path)
-        if text is None or not self._judged(text, scope, path):
+        try:
+            text = text and self._plain(text, scope)
+            if text is None or not self._judged(text, scope):
+                return None
+            check_function(text, scope)
+        except ExpressionError as error:
+            at.fault(str(error))
             return None
-        return text if self._right(text, scope, path) else None
+        return text
+
+    def _fixed_scope(self, kind: Kind, advice: str = '') -> Scope:
+        refused = {
+            name: f'{name!r} is a joint variable, and a constant is expected here{advice}'
+            for name in self.joint_types
+        }
+        return self._scope((), refused, kind)
 
     def _scope(
         self, variables: tuple[str, ...], refused: Mapping[str, str], kind: Kind | None = None
     ) -> Scope:
-        words = {
-            word: f'{word!r} is a word in YAML 1.2, neither a number nor a truth value'
-            for word in WORDS_OF_YAML_1_1
-        }
         wanted = None if kind is None else int(kind == 'angle')
-        return Scope(self.units.angle, self.constants, variables, {**words, **refused}, wanted)
+        refused = {**WORDS_OF_YAML_1_1, **refused}
+        return Scope(self.units.angle, self.constants, variables, refused, wanted)
 
-    def _plain(self, text: str | None, scope: Scope, path: Path) -> str | None:
+    def _plain(self, text: str, scope: Scope) -> str:
         known = {*self.constants, *self.joint_types, *self.unreadable}
-        try:
-            return text and plain_expression(text, known, self.units.angle, scope.wanted)
-        except ExpressionError as error:
-            self.report.fault(path, str(error))
-            return None
+        return plain_expression(text, known, self.units.angle, scope.wanted)
 
-    def _judged(self, text: str, scope: Scope, path: Path) -> bool:
+    def _judged(self, text: str, scope: Scope) -> bool:
         # Whether every name of a text has a meaning; otherwise its syntax is judged here.
         names = names_in(text)
         self.used.update(names)
@@ -218,35 +221,26 @@ class Quantities:
         # What a hidden name is worth is not known: it stands for anything that varies.
         varying = tuple(dict.fromkeys((*scope.variables, *sorted(hidden))))
         refused = {name: why for name, why in scope.refused.items() if name not in hidden}
-        self._right(text, replace(scope, variables=varying, refused=refused, wanted=None), path)
+        check_function(text, replace(scope, variables=varying, refused=refused, wanted=None))
         return False
 
-    def _right(self, text: str, scope: Scope, path: Path) -> bool:
-        try:
-            check_function(text, scope)
-        except ExpressionError as error:
-            self.report.fault(path, str(error))
-            return False
-        return True
-
-    def _expression(
-        self, text: str | None, kind: Kind, path: Path, scope: Scope
+    def _read(
+        self, text: str | None, kind: Kind, at: Place, scope: Scope, usual: bool = True
     ) -> Expression | None:
         if text is None:
             return None
-        if reason := why_not_finite(text):
-            self.report.fault(path, reason)
-            return None
-        text = self._plain(text, scope, path)
-        if text is None or not self._judged(text, scope, path):
-            return None
         try:
+            check_finite(text)
+            text = self._plain(text, scope)
+            if not self._judged(text, scope):
+                return None
             affine = self._in_si(parse_affine(text, scope), kind)
+            _check_size(affine, kind)
         except ExpressionError as error:
-            self.report.fault(path, str(error))
+            at.fault(str(error))
             return None
-        if not self._sized(affine, kind, path):
-            return None
+        if usual:
+            self._warn_of_units(affine.constant, kind, at)
         return Expression(text, affine)
 
     def _in_si(self, affine: Affine, kind: Kind) -> Affine:
@@ -259,25 +253,21 @@ class Quantities:
             coefficients.append((variable, factor))
         return Affine(self.units.to_si(affine.constant, kind), tuple(coefficients))
 
-    def _warn_of_units(self, value: float, kind: Kind, path: Path) -> None:
+    def _warn_of_units(self, value: float, kind: Kind, at: Place) -> None:
         if kind == 'length' and self.units.length == 'm' and abs(value) > LONG:
-            self.report.warn(path, f'a length of {number(value)} m: {MILLIMETRES}')
+            at.warn(f'a length of {number(value)} m: {MILLIMETRES}')
         if kind == 'angle' and self.units.angle == 'rad' and abs(value) > TURN:
-            self.report.warn(path, f'{number(value)} rad is more than a turn: {DEGREES}')
-        if kind == 'angle' and self.units.angle == 'deg' and path[0] != 'known_poses':
+            at.warn(f'{number(value)} rad is more than a turn: {DEGREES}')
+        if kind == 'angle' and self.units.angle == 'deg' and at.path[0] != 'known_poses':
             degrees = math.degrees(value)
             if any(abs(abs(degrees) - quarter) < ROUNDED for quarter in QUARTERS):
-                self.report.warn(path, f'{number(degrees)} deg: {RADIANS}')
+                at.warn(f'{number(degrees)} deg: {RADIANS}')
 
-    def _sized(self, affine: Affine, kind: Kind, path: Path) -> bool:
-        if kind == 'number':
-            return True
-        unit = 'rad' if kind == 'angle' else 'm'
-        for value in (affine.constant, *(factor for _, factor in affine.coefficients)):
-            if abs(value) > LARGEST:
-                message = (
-                    f'{number(value)} {unit} is beyond every arm (at most {LARGEST:g} {unit})'
-                )
-                self.report.fault(path, message)
-                return False
-        return True
+
+def _check_size(affine: Affine, kind: Kind) -> None:
+    unit = {'angle': 'rad', 'length': 'm', 'number': ''}[kind]
+    for value in (affine.constant, *(factor for _, factor in affine.coefficients)):
+        if unit and abs(value) > LARGEST:
+            raise ExpressionError(
+                f'{number(value)} {unit} is beyond every arm (at most {LARGEST:g} {unit})'
+            )

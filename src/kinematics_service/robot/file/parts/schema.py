@@ -4,6 +4,7 @@ The shape of a robot file: which keys stand where, and which of them are texts, 
 What is missing or has been refused is None in an entry.
 """
 
+from collections.abc import Mapping
 from functools import cache
 from typing import Annotated, Any
 
@@ -124,21 +125,27 @@ class JointEntry(Entry):
     unused: Truth = None
 
 
+def _entry_of(noun: str, kinds: Mapping[str, Any], also: Mapping[str, str]) -> type[Entry]:
+    # Of keys that are known when a file is read; it needs all of them.
+    return type(
+        'FileEntry',
+        (Entry,),
+        {
+            '__annotations__': dict(kinds),
+            **dict.fromkeys(kinds),
+            'noun': noun,
+            'required': tuple(kinds),
+            'also': also,
+        },
+    )
+
+
 @cache
 def dh_row_entry(quantities: tuple[str, ...]) -> type[Entry]:
     """Return the entry that is one row of a table with these quantities."""
     other_words = {'length': 'a', 'twist': 'alpha', 's': 'd', 'th': 'theta', 'angle': 'theta'}
-    return type(
-        'DhRowEntry',
-        (Entry,),
-        {
-            '__annotations__': dict.fromkeys(quantities, Number),
-            **dict.fromkeys(quantities),
-            'noun': 'a row of the table',
-            'required': quantities,
-            'also': {word: name for word, name in other_words.items() if name in quantities},
-        },
-    )
+    also = {word: name for word, name in other_words.items() if name in quantities}
+    return _entry_of('a row of the table', dict.fromkeys(quantities, Number), also)
 
 
 DhRowEntry = dh_row_entry(QUANTITIES)
@@ -241,17 +248,8 @@ class LoopEndEntry(PoseEntry):
 @cache
 def assembled_entry(passive: tuple[str, ...]) -> type[Entry]:
     """Return the entry of the positions at which a loop with these passive joints is closed."""
-    return type(
-        'AssembledEntry',
-        (Entry,),
-        {
-            '__annotations__': {'q': Numbers, **dict.fromkeys(passive, Number)},
-            **dict.fromkeys(('q', *passive)),
-            'noun': 'an assembly',
-            'required': ('q', *passive),
-            'also': called(q=POSITIONS),
-        },
-    )
+    kinds = {'q': Numbers, **dict.fromkeys(passive, Number)}
+    return _entry_of('an assembly', kinds, called(q=POSITIONS))
 
 
 class ToleranceEntry(Entry):

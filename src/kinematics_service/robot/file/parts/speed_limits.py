@@ -5,13 +5,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..text.entries import checked, checked_mapping, choice
-from ..text.fault_report import number, quoted
-from ..text.yaml_document import Path
+from ..text.fault_report import Place, number, quoted
 from .description import PointDescription, SpeedLimit
-from .quantities import DEGREES, METRES, MILLIMETRES, Quantities
+from .quantities import DEGREES, METRES, MILLIMETRES, Kind, Quantities, Units
 from .schema import SpeedLimitEntry
 
-PATH: Path = ('speed_limits',)
+KINDS: dict[str, Kind] = {'linear': 'length', 'angular': 'angle', 'reduced': 'length'}
 # No tool of an arm is as fast, and none is meant to be as slow: m/s, rad/s.
 FAST, SLOW, SPINNING = 20.0, 0.002, 25.0
 
@@ -31,51 +30,45 @@ def read_speed_limits(
     quantities
         What the names in expressions mean.
     """
-    report = quantities.report
-    given = checked_mapping(
-        data, PATH, report, 'the tool or a point to {linear, angular, reduced}'
-    )
-    found = [_limit(name, value, points, quantities) for name, value in given.items()]
+    at = quantities.top['speed_limits']
+    given = checked_mapping(data, at, 'the tool or a point to {linear, angular, reduced}')
+    known = ('tool', *(point.name for point in points))
+    found = [_limit(name, value, known, quantities) for name, value in given.items()]
     return tuple(limit for limit in found if limit is not None)
 
 
 def _limit(
-    name: str, data: Any, points: Sequence[PointDescription], quantities: Quantities
+    name: str, data: Any, known: tuple[str, ...], quantities: Quantities
 ) -> SpeedLimit | None:
-    report, path = quantities.report, (*PATH, name)
-    before = report.fault_count
-    known = ('tool', *(point.name for point in points))
+    at = quantities.top['speed_limits', name]
     if name not in known:
-        report.fault(path, f'there is no point {quoted(name)}{choice(known)}')
-    entry = checked(SpeedLimitEntry, data, path, report)
-    given = (
-        quantities.above_zero(entry.linear, 'length', (*path, 'linear')),
-        quantities.above_zero(entry.angular, 'angle', (*path, 'angular')),
-        quantities.above_zero(entry.reduced, 'length', (*path, 'reduced')),
-    )
-    if report.fault_count > before:
+        at.fault(f'there is no point {quoted(name)}{choice(known)}')
+    entry = checked(SpeedLimitEntry, data, at)
+    given = [
+        quantities.above_zero(getattr(entry, key), kind, at[key]) or math.inf
+        for key, kind in KINDS.items()
+    ]
+    if not at.intact:
         return None
-    if not any(given):
-        report.fault(path, 'says no limit: give linear, angular or reduced, a second')
+    if min(given) == math.inf:
+        at.fault('says no limit: give linear, angular or reduced, a second')
         return None
-    limit = SpeedLimit(name, *(math.inf if one is None else one for one in given))
+    limit = SpeedLimit(name, *given)
     if math.isfinite(limit.reduced) and limit.reduced > limit.linear:
-        report.fault(
-            (*path, 'reduced'),
+        at['reduced'].fault(
             f'must be at most linear, {entry.linear}, not {entry.reduced}: it is the slower of '
-            'the two',
+            'the two'
         )
         return None
-    _warn_of_units(limit, path, quantities)
+    _warn_of_units(limit, at, quantities.units)
     return limit
 
 
-def _warn_of_units(limit: SpeedLimit, path: Path, quantities: Quantities) -> None:
-    units, warn = quantities.units, quantities.report.warn
+def _warn_of_units(limit: SpeedLimit, at: Place, units: Units) -> None:
     for key, speed in (('linear', limit.linear), ('reduced', limit.reduced)):
         if units.length == 'm' and FAST < speed < math.inf:
-            warn((*path, key), f'a speed of {number(speed)} m/s: {MILLIMETRES}')
+            at[key].warn(f'a speed of {number(speed)} m/s: {MILLIMETRES}')
         if units.length == 'mm' and speed < SLOW:
-            warn((*path, key), f'a speed of {number(speed * 1e3)} mm/s: {METRES}')
+            at[key].warn(f'a speed of {number(speed * 1e3)} mm/s: {METRES}')
     if units.angle == 'rad' and SPINNING < limit.angular < math.inf:
-        warn((*path, 'angular'), f'a speed of {number(limit.angular)} rad/s: {DEGREES}')
+        at['angular'].warn(f'a speed of {number(limit.angular)} rad/s: {DEGREES}')

@@ -5,13 +5,11 @@ from typing import Any
 
 from ..text.entries import checked, checked_mapping, checked_number
 from ..text.fault_report import quoted
-from ..text.yaml_document import Path
 from .convention_table import CONVENTIONS, Convention
 from .description import Tolerances
 from .quantities import Kind, Quantities
 from .schema import TableToleranceEntry
 
-PATH: Path = ('tolerance',)
 NAME = re.compile(r'([A-Za-z]+)([1-9][0-9]{0,3})')
 # Numbers of a calibration that stand in no row: extra corrections, and gear ratios of joints.
 EXTRA = {'beta': 'Ry', 'b': 'Ty'}
@@ -20,7 +18,7 @@ AXES = tuple(f'{kind}{axis}' for kind in 'RT' for axis in 'xyz')
 
 
 def read_tolerances(
-    data: Any, convention: Convention | None, rows: int | None, joints: int, quantities: Quantities
+    data: Any, convention: Convention | None, rows: int | None, quantities: Quantities
 ) -> Tolerances:
     """
     Return the standard deviations in SI units, without those that have faults.
@@ -31,28 +29,25 @@ def read_tolerances(
         The mapping as the file has it; None where there is none.
     convention, rows
         Of the table; None where that is not known.
-    joints
-        Number of joints.
     quantities
         What the names in expressions mean.
     """
     if data is None:
         return Tolerances()
-    report = quantities.report
-    entry = checked(TableToleranceEntry, data, PATH, report)
-    length = quantities.above_zero(entry.length, 'length', (*PATH, 'length'))
-    angle = quantities.above_zero(entry.angle, 'angle', (*PATH, 'angle'))
-    gear = quantities.above_zero(entry.gear, 'number', (*PATH, GEAR))
+    at, joints = quantities.top['tolerance'], len(quantities.types)
+    entry = checked(TableToleranceEntry, data, at)
+    length = quantities.above_zero(entry.length, 'length', at['length'])
+    angle = quantities.above_zero(entry.angle, 'angle', at['angle'])
+    gear = quantities.above_zero(entry.gear, 'number', at[GEAR])
     named = []
-    of = checked_mapping(entry.of, (*PATH, 'of'), report, 'names to numbers')
-    for name, item in of.items():
-        path = (*PATH, 'of', name)
+    for name, item in checked_mapping(entry.of, at['of'], 'names to numbers').items():
+        here = at['of', name]
         kind = kind_of(name, convention, rows, joints)
         if kind is None:
             accepted = _accepted(convention, rows, joints)
-            report.fault(path, f'{quoted(name)} is no number of this table (accepted: {accepted})')
+            here.fault(f'{quoted(name)} is no number of this table (accepted: {accepted})')
             continue
-        value = quantities.above_zero(checked_number(item, path, report), kind, path)
+        value = quantities.above_zero(checked_number(item, here), kind, here)
         if value is not None:
             named.append((name, value))
     return Tolerances(length, angle, gear, tuple(named))

@@ -7,12 +7,13 @@ way: `true` never becomes 1.0. What is missing or has been refused is None in an
 
 import difflib
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from keyword import iskeyword
 from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar, get_origin, get_type_hints
 
 from ....typography import plain_names
-from .fault_report import MAX_FAULTS, FaultReport, quoted, shown
+from .fault_report import MAX_FAULTS, Place, quoted, shown
 from .yaml_document import Path, ScalarNode
 
 NULL = re.compile(r'~|null|Null|NULL|')
@@ -56,17 +57,13 @@ def _text(value: Any, longest: int) -> str:
     return text
 
 
-def _word(value: Any) -> str:
-    return _text(value, LONGEST_NAME)
+_word = partial(_text, longest=LONGEST_NAME)
+_citation = partial(_text, longest=LONGEST_CITATION)
 
 
 def _formula(value: Any) -> str:
     node = _scalar(value, 'a text')
     return _word(node._replace(text=plain_names(node.text)))
-
-
-def _citation(value: Any) -> str:
-    return _text(value, LONGEST_CITATION)
 
 
 def _number(value: Any) -> str:
@@ -86,8 +83,8 @@ def _truth(value: Any) -> bool:
     raise WrongValue(f'expected true or false, not {shown(value)}')
 
 
-def _listed(length: int | None, wanted: str) -> Check:
-    def check(value: Any) -> Any:
+def _listed(length: int | None, wanted: str) -> Callable[[Any], list[Any]]:
+    def check(value: Any) -> list[Any]:
         if not isinstance(value, list):
             raise WrongValue(f'expected {wanted}, not {shown(value)}')
         if length is not None and len(value) != length:
@@ -205,24 +202,19 @@ class _Refusal(NamedTuple):
     meant: str | None
 
 
-def _refusals(checks: tuple[Check, ...], value: Any, place: Path) -> Iterator[_Refusal]:
-    for whole, *each in (checks,) if checks else ():
-        try:
-            whole(value)
-        except WrongValue as wrong:
-            yield _Refusal(place, str(wrong), wrong.meant)
-            return
-        for index, item in enumerate(value if each else ()):
-            yield from _refusals(tuple(each), item, (*place, index))
-
-
-def _read(checks: tuple[Check, ...], value: Any) -> Any:
-    # A value without refusals.
+def _taken(checks: tuple[Check, ...], value: Any, place: Path) -> tuple[Any, list[_Refusal]]:
+    # A value as it is read, and why it or some of its items are refused.
     if not checks:
-        return value
+        return value, []
     whole, *each = checks
-    result = whole(value)
-    return [_read(tuple(each), item) for item in result] if each else result
+    try:
+        result = whole(value)
+    except WrongValue as wrong:
+        return None, [_Refusal(place, str(wrong), wrong.meant)]
+    if not each:
+        return result, []
+    items = [_taken(tuple(each), item, (*place, k)) for k, item in enumerate(result)]
+    return [item for item, _ in items], [one for _, refused in items for one in refused]
 
 
 def _before_colon(key: str, keys: tuple[str, ...]) -> str | None:
@@ -232,9 +224,10 @@ def _before_colon(key: str, keys: tuple[str, ...]) -> str | None:
 
 
 EntryType = TypeVar('EntryType', bound=Entry)
+Taken = TypeVar('Taken')
 
 
-def checked(kind: type[EntryType], data: Any, path: Path, report: FaultReport) -> EntryType:
+def checked(kind: type[EntryType], data: Any, at: Place) -> EntryType:
     """
     Return an entry with every fault reported, and None for each key that has one.
 
@@ -246,29 +239,30 @@ def checked(kind: type[EntryType], data: Any, path: Path, report: FaultReport) -
         wanted = f'{{{", ".join(keys)}}}'
         advice = _named(keys, data) if isinstance(data, list) else ''
         message = f'expected {kind.noun} as a mapping {wanted}, not {shown(data)}{advice}'
-        report.fault(path, message)
+        at.fault(message)
         return kind({})
     # Of a file with thousands of unknown keys only the listed ones are worth a guess.
     unknown = [key for key in data if key not in checks]
-    listed = [] if report.full else unknown[:MAX_FAULTS]
+    listed = [] if at.report.full else unknown[:MAX_FAULTS]
     renamed = {key: _before_colon(key, keys) or meant_by(key, keys, kind.also) for key in listed}
     for key in kind.required:
         if key not in data and key not in renamed.values():
             needed = ', '.join(kind.required)
-            report.fault(path, f'the key {key!r} is missing ({kind.noun} needs: {needed})')
-    intact, meant = _judged({key: data[key] for key in keys if key in data}, checks, path, report)
+            at.fault(f'the key {key!r} is missing ({kind.noun} needs: {needed})')
+    intact, meant = _judged({key: data[key] for key in keys if key in data}, checks, at)
     for key in unknown:
         word = renamed.get(key)
         if _before_colon(key, keys):
-            report.fault((*path, key), f"write '{key.replace(':', ': ', 1)}', with a space")
+            at[key].fault(f"write '{key.replace(':', ': ', 1)}', with a space")
             continue
         if key.isdecimal():
-            report.fault((*path, key), 'a decimal is written with a point: 0.4')
+            at[key].fault('a decimal is written with a point: 0.4')
             continue
-        report.fault((*path, key), f'unknown key{did_you_mean(word)}{choice(keys)}')
-        if word and word not in data and not any(_refusals(checks[word], data[key], ())):
-            meant[word] = data[key]
-    values = {key: _read(checks[key], value) for key, value in {**intact, **meant}.items()}
+        at[key].fault(f'unknown key{did_you_mean(word)}{choice(keys)}')
+        if word and word not in data:
+            value, refusals = _taken(checks[word], data[key], ())
+            meant |= {} if refusals else {word: value}
+    values = {**intact, **meant}
     return kind({f'{key}_' if iskeyword(key) else key: value for key, value in values.items()})
 
 
@@ -281,59 +275,55 @@ def _named(keys: tuple[str, ...], values: list[Any]) -> str:
 
 
 def _judged(
-    data: dict[str, Any], checks: dict[str, tuple[Check, ...]], path: Path, report: FaultReport
+    data: dict[str, Any], checks: dict[str, tuple[Check, ...]], at: Place
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     # What has no fault, and what was meant by words that have one.
-    intact, meant = {}, {}
+    intact: dict[str, Any] = {}
+    meant: dict[str, Any] = {}
     for key, value in data.items():
-        refusals = list(_refusals(checks[key], value, (key,)))
+        taken, refusals = _taken(checks[key], value, (key,))
         if not refusals:
-            intact[key] = value
+            intact[key] = taken
         for refusal in refusals:
-            report.fault((*path, *refusal.place), refusal.message)
+            at[refusal.place].fault(refusal.message)
             if refusal.meant and len(refusal.place) == 1:
-                meant[key] = ScalarNode(refusal.meant, 0, quoted=False)
+                node = ScalarNode(refusal.meant, 0, quoted=False)
+                meant[key], _ = _taken(checks[key], node, ())
     return intact, meant
 
 
-def checked_number(data: Any, path: Path, report: FaultReport) -> str | None:
+def checked_number(data: Any, at: Place) -> str | None:
     """Return the text of a number or an expression, or None with its fault reported."""
-    text: str | None = _reported(_number, data, path, report)
-    return text
+    return _reported(_number, data, at)
 
 
-def checked_word(data: Any, path: Path, report: FaultReport) -> str | None:
+def checked_word(data: Any, at: Place) -> str | None:
     """Return a printable text, or None with its fault reported."""
-    text: str | None = _reported(_word, data, path, report)
-    return text
+    return _reported(_word, data, at)
 
 
-def checked_formula(data: Any, path: Path, report: FaultReport) -> str | None:
+def checked_formula(data: Any, at: Place) -> str | None:
     """Return a printable text in plain signs, or None with its fault reported."""
-    text: str | None = _reported(_formula, data, path, report)
-    return text
+    return _reported(_formula, data, at)
 
 
-def checked_list(
-    data: Any, path: Path, report: FaultReport, noun: str, length: int | None = None
-) -> list[Any]:
+def checked_list(data: Any, at: Place, noun: str, length: int | None = None) -> list[Any]:
     """Return the items of a list, or none with the fault reported."""
-    result = _reported(_listed(length, noun), data, path, report)
-    return result if isinstance(result, list) else []
+    return _reported(_listed(length, noun), data, at) or []
 
 
-def checked_mapping(data: Any, path: Path, report: FaultReport, noun: str) -> dict[str, Any]:
+def checked_mapping(data: Any, at: Place, noun: str) -> dict[str, Any]:
     """
     Return a mapping of names that the user chooses; empty where there is none or has a fault.
     """
     if data is not None and not isinstance(data, dict):
-        report.fault(path, f'expected a mapping of {noun}, not {shown(data)}')
+        at.fault(f'expected a mapping of {noun}, not {shown(data)}')
     return data if isinstance(data, dict) else {}
 
 
-def _reported(check: Check, data: Any, path: Path, report: FaultReport) -> Any:
+def _reported(check: Callable[[Any], Taken], data: Any, at: Place) -> Taken | None:
     try:
         return check(data)
     except WrongValue as wrong:
-        report.fault(path, str(wrong))
+        at.fault(str(wrong))
         return None

@@ -9,11 +9,11 @@ import ast
 import keyword
 import re
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple, TypeVar
 
 from ....errors import ExpressionError
-from ....typography import DEGREE, plain_names
+from ....typography import DEGREE, counted, plain_names
 
 ARGUMENTS_OF = {'sqrt': 1, 'sin': 1, 'cos': 1, 'atan2': 2}
 MAX_CHARACTERS = 400  # the longest formula of a datasheet is far below
@@ -93,14 +93,12 @@ def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
             tree = ast.parse(source, mode='eval').body
     except (SyntaxError, RecursionError, MemoryError):
         raise ExpressionError(f'cannot be read as an expression: {short(text)}') from None
-    for node in postorder(tree):
+    for node in postorder(tree, operands_of):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
             wanted = ARGUMENTS_OF[node.func.id]
             if len(node.args) != wanted:
-                plural = 's' if wanted > 1 else ''
-                raise ExpressionError(
-                    f'{node.func.id}() takes {wanted} argument{plural}, not {len(node.args)}'
-                )
+                takes = f'{node.func.id}() takes {counted(wanted, "argument")}'
+                raise ExpressionError(f'{takes}, not {len(node.args)}')
     return tree
 
 
@@ -116,29 +114,60 @@ def operands_of(node: ast.expr) -> tuple[ast.expr, ...]:
     return ()
 
 
-def postorder(tree: ast.expr) -> Iterator[ast.expr]:
-    """Yield every node of a tree after its operands, without recursion."""
-    stack = [(tree, False)]
-    while stack:
-        node, operands_done = stack.pop()
-        if operands_done:
-            yield node
-        else:
-            stack.append((node, True))
-            stack.extend((operand, False) for operand in reversed(operands_of(node)))
-
-
+Tree = TypeVar('Tree')
 Worth = TypeVar('Worth')
 
 
-def folded(tree: ast.expr, worth: Callable[[ast.expr, list[Worth]], Worth]) -> Worth:
-    """Return what a tree is worth, each node by the worth of its operands, without recursion."""
+def postorder(tree: Tree, parts_of: Callable[[Tree], Sequence[Tree]]) -> Iterator[Tree]:
+    """Yield every node of a tree after its parts, without recursion."""
+    stack = [(tree, False)]
+    while stack:
+        node, parts_done = stack.pop()
+        if parts_done:
+            yield node
+        else:
+            stack.append((node, True))
+            stack.extend((part, False) for part in reversed(parts_of(node)))
+
+
+def folded(
+    tree: Tree,
+    parts_of: Callable[[Tree], Sequence[Tree]],
+    worth: Callable[[Tree, list[Worth]], Worth],
+) -> Worth:
+    """Return what a tree is worth, each node by the worth of its parts, without recursion."""
     values: list[Worth] = []
-    for node in postorder(tree):
-        first = len(values) - len(operands_of(node))
-        operands, values = values[first:], values[:first]
-        values.append(worth(node, operands))
+    for node in postorder(tree, parts_of):
+        first = len(values) - len(parts_of(node))
+        parts, values = values[first:], values[:first]
+        values.append(worth(node, parts))
     return values[0]
+
+
+OPERATORS = {ast.Add: '+', ast.Sub: '-', ast.Mult: '*', ast.Div: '/', ast.USub: 'neg'}
+
+
+def evaluated(tree: ast.expr, worth: Callable[[float | str, list[Worth]], Worth]) -> Worth:
+    """
+    Return what an expression is worth.
+
+    `worth` takes a number or a name and no operands, or an operation, + - * / neg or the name of a
+    function, and what its operands are worth.
+    """
+
+    def of_node(node: ast.expr, operands: list[Worth]) -> Worth:
+        match node:
+            case ast.UnaryOp(op=ast.UAdd()):
+                return operands[0]
+            case ast.UnaryOp(op=operator) | ast.BinOp(op=operator):
+                return worth(OPERATORS[type(operator)], operands)
+            case ast.Constant(value=float(said)) | ast.Name(id=said):
+                return worth(said, [])
+            case ast.Call(func=ast.Name(id=function)):
+                return worth(function, operands)
+        raise ExpressionError(f'{type(node).__name__} is not accepted in an expression')
+
+    return folded(tree, operands_of, of_node)
 
 
 def short(text: str) -> str:

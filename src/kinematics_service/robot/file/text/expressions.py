@@ -5,15 +5,15 @@ Expressions of a robot file: numbers, names, + - * / ( ), sqrt, sin, cos, atan2;
 tree is worth.
 """
 
-import ast
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from ....errors import ExpressionError
 from .entries import did_you_mean, meant_by
-from .expression_syntax import ARGUMENTS_OF, folded, names_in, short, syntax_tree
+from .expression_syntax import ARGUMENTS_OF, evaluated, names_in, short, syntax_tree
 
 # What books call the variable of a joint, and the number of one; pi2 is meant as pi/2.
 JOINT = re.compile('(?:theta|th|t|phi|q|d|s|joint|j)_?([0-9]+)', re.IGNORECASE)
@@ -149,19 +149,20 @@ def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
     if scope.angle_unit == 'deg' and 'pi' in names_in(text):
         raise ExpressionError(_advice_on_pi(text, scope))
 
-    def worth(node: ast.expr, taken: list[Affine | None]) -> Affine | None:
+    def worth(said: float | str, taken: list[Affine | None]) -> Affine | None:
         operands = [value for value in taken if value is not None]
         if len(operands) < len(taken):
-            _check_divisor(node, taken)
+            if said == '/' and taken[1] == Affine(0.0, ()):
+                raise ExpressionError('division by zero')
             return None
         try:
-            return _finite(_combined(node, operands, scope), scope)
+            return _finite(_combined(said, operands, scope), scope)
         except _NotLinearError:
             if must_be_linear:
                 raise
             return None
 
-    return folded(tree, worth)
+    return evaluated(tree, worth)
 
 
 def _advice_on_pi(text: str, scope: Scope) -> str:
@@ -187,39 +188,14 @@ def _advice_on_pi(text: str, scope: Scope) -> str:
     return f"{shown} is {number} {where}: write {instead} (the file has 'angle: deg')"
 
 
-def _check_divisor(node: ast.expr, operands: list[Affine | None]) -> None:
-    divides = isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div)
-    if divides and operands[1] == Affine(0.0, ()):
-        raise ExpressionError('division by zero')
-
-
-def _combined(node: ast.expr, operands: list[Affine], scope: Scope) -> Affine:
-    match node:
-        case ast.Constant(value=float(number)):
-            return Affine(number, ())
-        case ast.Name(id=name):
-            return _named(name, scope)
-        case ast.UnaryOp(op=ast.UAdd()):
-            return operands[0]
-        case ast.UnaryOp(op=ast.USub()):
-            return _scaled(operands[0], -1.0)
-        case ast.BinOp(op=ast.Add()):
-            return _sum(operands[0], operands[1])
-        case ast.BinOp(op=ast.Sub()):
-            return _sum(operands[0], _scaled(operands[1], -1.0))
-        case ast.BinOp(op=ast.Mult()):
-            return _product(operands[0], operands[1])
-        case ast.BinOp(op=ast.Div()):
-            return _quotient(operands[0], operands[1])
-        case ast.Call(func=ast.Name(id=name)):
-            return _called(name, operands, scope)
-    raise ExpressionError(f'{type(node).__name__} is not accepted in an expression')
-
-
-def _named(name: str, scope: Scope) -> Affine:
-    if name in scope.variables:
-        return Affine(0.0, ((name, 1.0),))
-    return Affine(math.pi if name == 'pi' else scope.constants[name], ())
+def _combined(said: float | str, operands: list[Affine], scope: Scope) -> Affine:
+    if isinstance(said, float):
+        return Affine(said, ())
+    if operands:
+        return OPERATIONS[scope.angle_unit][said](*operands)
+    if said in scope.variables:
+        return Affine(0.0, ((said, 1.0),))
+    return Affine(math.pi if said == 'pi' else scope.constants[said], ())
 
 
 def _scaled(value: Affine, factor: float) -> Affine:
@@ -250,14 +226,14 @@ def _quotient(one: Affine, other: Affine) -> Affine:
     return Affine(one.constant / divisor, coefficients)
 
 
-def _called(name: str, operands: list[Affine], scope: Scope) -> Affine:
+def _called(name: str, function: Callable[..., float], *operands: Affine) -> Affine:
     for operand in operands:
         if operand.coefficients:
             raise _not_linear(f'{_names(operand)} stands inside {name}()')
     arguments = [operand.constant for operand in operands]
     if name == 'sqrt' and arguments[0] < 0.0:
         raise ExpressionError(f'square root of a negative number, {arguments[0]:g}')
-    return Affine(_FUNCTIONS[scope.angle_unit][name](*arguments), ())
+    return Affine(function(*arguments), ())
 
 
 _FUNCTIONS: dict[str, dict[str, Callable[..., float]]] = {
@@ -268,6 +244,18 @@ _FUNCTIONS: dict[str, dict[str, Callable[..., float]]] = {
         'cos': lambda angle: math.cos(math.radians(angle)),
         'atan2': lambda y, x: math.degrees(math.atan2(y, x)),
     },
+}
+# By the unit of angles.
+OPERATIONS: dict[str, dict[str, Callable[..., Affine]]] = {
+    unit: {
+        '+': _sum,
+        '-': lambda one, other: _sum(one, _scaled(other, -1.0)),
+        '*': _product,
+        '/': _quotient,
+        'neg': lambda one: _scaled(one, -1.0),
+        **{name: partial(_called, name, function) for name, function in functions.items()},
+    }
+    for unit, functions in _FUNCTIONS.items()
 }
 
 

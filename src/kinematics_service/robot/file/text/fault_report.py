@@ -5,7 +5,7 @@ from typing import Any
 
 from ....errors import Fault, RobotFileError
 from .expression_syntax import IDENTIFIER
-from .yaml_document import Document, ListNode, Path, ScalarNode
+from .yaml_document import Document, Path, ScalarNode
 
 MAX_FAULTS = 100  # more are noise, and a hostile file could have thousands
 
@@ -34,7 +34,7 @@ def shown(value: Any) -> str:
     """Return what stands at some place of the file, for messages."""
     if isinstance(value, dict):
         return 'a mapping'
-    if isinstance(value, (list, ListNode)):
+    if isinstance(value, list):
         return 'a list'
     if isinstance(value, ScalarNode):
         return quoted(value.text) if value.text or value.quoted else 'nothing'
@@ -46,55 +46,85 @@ def number(value: float) -> str:
     return f'{value:.6g}' if math.isfinite(value) else str(value)
 
 
+class Place:
+    """
+    A place in a file while it is read, for what is wrong or remarkable there.
+
+    Parameters
+    ----------
+    report
+        Of the file.
+    path
+        Of the place; empty: the file itself.
+    """
+
+    def __init__(self, report: 'FaultReport', path: Path = ()) -> None:
+        self.report, self.path = report, path
+        self._before = report.fault_count
+
+    def __getitem__(self, steps: str | int | Path) -> 'Place':
+        """Return a place inside this one: a key, an index, or several of them."""
+        inside = steps if isinstance(steps, tuple) else (steps,)
+        return Place(self.report, (*self.path, *inside))
+
+    @property
+    def intact(self) -> bool:
+        """Return whether no fault was found in the file since reading came here."""
+        return self.report.fault_count == self._before
+
+    @property
+    def line(self) -> int:
+        """Return the line on which it begins."""
+        return self.report.document.line(self.path)
+
+    def fault(self, message: str) -> None:
+        """Report what is wrong here."""
+        # Finding a line takes time, which a file with thousands of faults could multiply.
+        self.report.add(self.path, 0 if self.report.full else self.line, message)
+
+    def warn(self, message: str) -> None:
+        """Report what is allowed here but is most likely a mistake."""
+        report = self.report
+        if len(report.warned) < MAX_FAULTS:
+            file = report.document.file
+            report.warned.append(Fault(file, self.line, dotted(self.path), message))
+
+    def remark(self, sentence: str) -> None:
+        """Report what is worth knowing of what stands here."""
+        line = self.line
+        self.report.remarked.append((line, f'line {line}: {dotted(self.path)}: {sentence}'))
+
+
 class FaultReport:
     """The faults, warnings and remarks of one document; it only ever grows."""
 
     def __init__(self, document: Document) -> None:
-        self._document = document
+        self.document = document
+        self.warned: list[Fault] = []
+        self.remarked: list[tuple[int, str]] = []
+        self.fault_count = 0
         self._faults: list[Fault] = []
-        self._count = 0
-        self._warnings: list[Fault] = []
-        self._remarks: list[tuple[int, str]] = []
         for path, line, message in document.faults():
-            self._add(path, line, message)
-
-    @property
-    def fault_count(self) -> int:
-        """Return the number of faults so far: a part that added none has been read whole."""
-        return self._count
+            self.add(path, line, message)
 
     @property
     def full(self) -> bool:
         """Return whether no further fault will be listed."""
-        return self._count >= MAX_FAULTS
+        return self.fault_count >= MAX_FAULTS
 
-    def fault(self, path: Path, message: str) -> None:
-        """Add what is wrong at a path."""
-        # Finding a line takes time, which a file with thousands of faults could multiply.
-        self._add(path, 0 if self.full else self._document.line(path), message)
-
-    def warn(self, path: Path, message: str) -> None:
-        """Add what is allowed at a path but is most likely a mistake."""
-        if len(self._warnings) < MAX_FAULTS:
-            line = self._document.line(path)
-            self._warnings.append(Fault(self._document.file, line, dotted(path), message))
+    def add(self, path: Path, line: int, message: str) -> None:
+        """Add what is wrong at a path, on a line."""
+        self.fault_count += 1
+        if self.fault_count <= MAX_FAULTS:
+            self._faults.append(Fault(self.document.file, line, dotted(path), message))
 
     def warnings(self) -> tuple[Fault, ...]:
         """Return the warnings in the order of the file."""
-        return tuple(sorted(self._warnings, key=lambda warning: warning.line))
-
-    def line(self, path: Path) -> int:
-        """Return the line on which a path begins."""
-        return self._document.line(path)
-
-    def remark(self, path: Path, sentence: str) -> None:
-        """Add what is worth knowing of a path."""
-        line = self._document.line(path)
-        self._remarks.append((line, f'line {line}: {dotted(path)}: {sentence}'))
+        return tuple(sorted(self.warned, key=lambda warning: warning.line))
 
     def remarks(self) -> tuple[str, ...]:
         """Return the remarks in the order of the file."""
-        return tuple(sentence for _, sentence in sorted(self._remarks, key=lambda pair: pair[0]))
+        return tuple(sentence for _, sentence in sorted(self.remarked, key=lambda pair: pair[0]))
 
     def raise_faults(self) -> None:
         """
@@ -108,15 +138,7 @@ class FaultReport:
         if not self._faults:
             return
         faults = sorted(self._faults, key=lambda fault: fault.line)
-        if self._count > MAX_FAULTS:
-            file, more = (
-                self._document.file,
-                f'{self._count - MAX_FAULTS} more faults are not listed',
-            )
-            faults.append(Fault(file, 0, '', more))
+        if self.fault_count > MAX_FAULTS:
+            more = f'{self.fault_count - MAX_FAULTS} more faults are not listed'
+            faults.append(Fault(self.document.file, 0, '', more))
         raise RobotFileError(faults)
-
-    def _add(self, path: Path, line: int, message: str) -> None:
-        self._count += 1
-        if self._count <= MAX_FAULTS:
-            self._faults.append(Fault(self._document.file, line, dotted(path), message))

@@ -1,7 +1,6 @@
 """A YAML document as a tree of texts with line numbers; nothing in it is resolved to a number."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 
@@ -26,43 +25,53 @@ class MappingNode(NamedTuple):
     entries: tuple[tuple[ScalarNode, 'Node'], ...]
     line: int
 
-    def find(self, key: str) -> tuple[ScalarNode, 'Node'] | None:
-        """Return the first entry with a key."""
-        return next((entry for entry in self.entries if entry[0].text == key), None)
-
 
 Node: TypeAlias = ScalarNode | ListNode | MappingNode
 Path: TypeAlias = tuple[str | int, ...]
 
 
-@dataclass(frozen=True)
 class Document:
-    """One YAML document and the file it came from."""
+    """
+    One YAML document and the file it came from.
 
-    file: str
-    root: Node
+    Attributes
+    ----------
+    data
+        Dicts and lists with `ScalarNode` at the leaves.
+    """
 
-    @property
-    def data(self) -> Any:
-        """Return dicts and lists with `ScalarNode` at the leaves."""
-        return _plain(self.root)
+    def __init__(self, file: str, root: Node) -> None:
+        self.file = file
+        self._lines: dict[Path, int] = {}
+        self._faults: list[tuple[Path, int, str]] = []
+        self.data = self._taken(root, (), root.line)
 
     def line(self, path: Path) -> int:
         """Return the line of the key or item at a path, or of the nearest thing around it."""
-        node, line = self.root, self.root.line
-        for step in path:
-            if isinstance(node, MappingNode) and (entry := node.find(str(step))):
-                node, line = entry[1], entry[0].line
-            elif isinstance(node, ListNode) and isinstance(step, int) and step < len(node.items):
-                node = node.items[step]
-                line = node.line
-            else:
-                break
-        return line
+        while path not in self._lines:
+            path = path[:-1]
+        return self._lines[path]
 
     def faults(self) -> Iterator[tuple[Path, int, str]]:
         """Yield path, line and message of equal keys."""
-        yield from _faults(self.root, ())
+        yield from self._faults
+
+    def _taken(self, node: Node, path: Path, line: int) -> Any:
+        self._lines[path] = line
+        if isinstance(node, ListNode):
+            return [self._taken(item, (*path, k), item.line) for k, item in enumerate(node.items)]
+        if not isinstance(node, MappingNode):
+            return node
+        found: dict[str, Any] = {}
+        for key, value in node.entries:
+            inner = (*path, key.text)
+            if key.text in found:
+                first = self.line(inner)
+                lines = f'lines {first} and {key.line}' if first < key.line else f'line {first}'
+                self._faults.append((inner, key.line, f'this key stands twice, on {lines}'))
+            else:
+                found[key.text] = self._taken(value, inner, key.line)
+        return found
 
 
 def texts_in(data: Any) -> Iterator[str]:
@@ -72,32 +81,3 @@ def texts_in(data: Any) -> Iterator[str]:
     elif isinstance(data, (list, dict)):
         for value in data.values() if isinstance(data, dict) else data:
             yield from texts_in(value)
-
-
-def _plain(node: Node) -> Any:
-    if isinstance(node, ListNode):
-        return [_plain(item) for item in node.items]
-    if isinstance(node, MappingNode):
-        result: dict[str, Any] = {}
-        for key, value in node.entries:
-            result.setdefault(key.text, _plain(value))
-        return result
-    return node
-
-
-def _faults(node: Node, path: Path) -> Iterator[tuple[Path, int, str]]:
-    if isinstance(node, ListNode):
-        for index, item in enumerate(node.items):
-            yield from _faults(item, (*path, index))
-    elif isinstance(node, MappingNode):
-        seen: dict[str, int] = {}
-        for key, value in node.entries:
-            inner = (*path, key.text)
-            if key.text in seen:
-                first = seen[key.text]
-                lines = f'lines {first} and {key.line}' if first < key.line else f'line {first}'
-                message = f'this key stands twice, on {lines}'
-                yield inner, key.line, message
-            else:
-                seen[key.text] = key.line
-                yield from _faults(value, inner)

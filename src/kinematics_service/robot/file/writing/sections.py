@@ -53,21 +53,14 @@ def with_sections(
         raise RobotFileWriteError('the file is written in braces: write its keys as lines first')
     lines = text.splitlines()
     found = {key.value: (key.start_mark.line, last_line(value)) for key, value in root.value}
-    kept: list[str] = [*header]
-    k = 0
-    begins = {found[key][0]: key for key in sections if key in found}
-    while k < len(lines):
-        key = begins.get(k)
-        if key is None:
-            kept.append(lines[k])
-            k += 1
-            continue
-        kept += sections[key] or ()
-        k = found[key][1] + 1
+    # From the last one on, so that the lines before it keep their numbers.
+    for key in sorted(sections.keys() & found.keys(), key=found.__getitem__, reverse=True):
+        first, last = found[key]
+        lines[first : last + 1] = sections[key] or ()
     for key, own in sections.items():
         if key not in found:
-            kept += own or ()
-    return '\n'.join([*kept, ''])
+            lines += own or ()
+    return '\n'.join([*header, *lines, ''])
 
 
 def singularity_section(text: str, factors: Sequence[Factor]) -> list[str] | None:

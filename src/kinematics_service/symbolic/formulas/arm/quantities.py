@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
+from ..text.file import Settings
 from .symbols import SymbolicArm
 from .world import World
 
@@ -42,26 +43,6 @@ class Quantity:
     part: str = 'all'
 
 
-@dataclass(frozen=True)
-class Reading:
-    """
-    How a person writes: frame numbers, axes and row order.
-
-    Parameters
-    ----------
-    first
-        Number of the table's frame 0: 0, or 1 where the base is counted.
-    axes
-        `base` or `tool`: of the Jacobian's rows.
-    angular_first
-        Whether the Jacobian's angular rows come first.
-    """
-
-    first: int = 0
-    axes: str = 'base'
-    angular_first: bool = False
-
-
 _PATTERNS: tuple[tuple[str, Callable[[re.Match[str]], Quantity]], ...] = (
     (r'(?:det|detJ|JacDet|detJv|detJacobian)', lambda m: Quantity('det')),
     (r'(?:T|TH|T0n|T0e|T0T)', lambda m: Quantity('tool')),
@@ -92,9 +73,9 @@ def quantity_of(key: str) -> Quantity | None:
     return None
 
 
-def why_out_of_range(quantity: Quantity, rows: int, joints: int, reading: Reading) -> str:
+def why_out_of_range(quantity: Quantity, rows: int, joints: int, reading: Settings) -> str:
     """Return why an index is too large, or nothing."""
-    low, high = 0, rows + reading.first
+    low, high = 0, rows + reading.first_frame
     if quantity.kind in ('row', 'jacobian', 'numeric'):
         low, high = (1, rows) if quantity.kind == 'row' else (0, joints)
         if not low <= quantity.i <= high:
@@ -118,7 +99,7 @@ PARTS = {
 }
 
 
-def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Reading) -> Any:
+def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) -> Any:
     """
     Return a quantity of an arm, an array; not for `det` and `general`.
 
@@ -141,11 +122,11 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Reading) -> 
     if kind == 'row':
         return np.asarray(arm.rows[i - 1])
     if kind in PARTS:
-        return (pose if i < 0 else _frame(arm, i - reading.first))[PARTS[kind]]
+        return (pose if i < 0 else _frame(arm, i - reading.first_frame))[PARTS[kind]]
     if kind == 'pose':
-        return _between(arm, i - reading.first, j - reading.first)
+        return _between(arm, i - reading.first_frame, j - reading.first_frame)
     if kind == 'vector':
-        start, end = (_frame(arm, index - reading.first) for index in (i, j))
+        start, end = (_frame(arm, index - reading.first_frame) for index in (i, j))
         return end[origin] - start[origin]
     if kind == 'reach':
         return _frame(arm, i - 1)[origin] - pose[origin]
@@ -155,7 +136,7 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Reading) -> 
     return arranged(J, pose, quantity, reading)
 
 
-def expression_of(quantity: Quantity, arm: SymbolicArm, reading: Reading) -> Any:
+def expression_of(quantity: Quantity, arm: SymbolicArm, reading: Settings) -> Any:
     """Return what a quantity is, as a matrix of expressions; None for those without one."""
     if quantity.kind in ('det', 'general'):
         return None
@@ -190,7 +171,7 @@ def _with_rotation_taken_out(column: Any) -> Any:
     return D
 
 
-def arranged(J: Any, pose: Any, quantity: Quantity, reading: Reading) -> Any:
+def arranged(J: Any, pose: Any, quantity: Quantity, reading: Settings) -> Any:
     """
     Return J (base axes, linear first) in the axes and order, and with the rows, a person asks for.
     """

@@ -17,10 +17,11 @@ MOST_TERMS = 7
 
 @dataclass(frozen=True)
 class Edit:
-    """A repaired expression, and what was wrong if it is right."""
+    """What was wrong if another part, at the end of a path, makes an expression right."""
 
     sentence: str
-    expression: Any
+    path: tuple[int, ...]
+    part: Any
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ def _sums(e: Any) -> Iterator[tuple[tuple[int, ...], Any]]:
 
 def signs(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
     """Yield the expression with the sign of one or more of its terms changed."""
-    yield Edit('the sign of the whole is wrong', -e)
+    yield Edit('the sign of the whole is wrong', (), -e)
     for size in (1, 2, 3):
         for path, part in _sums(e):
             if len(part.args) > MOST_TERMS and size > 1:
@@ -64,8 +65,7 @@ def signs(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
                     text = ', '.join(_text(term) for term in chosen)
                     terms = 'term has' if size == 1 else 'terms have'
                     where = f' in {_text(part)}' if path else ''
-                    sentence = f'the {terms} the wrong sign: {text}{where}'
-                    yield Edit(sentence, replaced(e, path, total))
+                    yield Edit(f'the {terms} the wrong sign: {text}{where}', path, total)
 
 
 def extra_terms(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
@@ -73,13 +73,13 @@ def extra_terms(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
     for path, part in places(e):
         if part.is_Add:
             for term in part.args:
-                yield Edit(f'the term {_text(term)} is too many', replaced(e, path, part - term))
+                yield Edit(f'the term {_text(term)} is too many', path, part - term)
         if part.is_Mul:
             for k, factor in enumerate(part.args):
                 rest = part.func(*part.args[:k], *part.args[k + 1 :])
-                yield Edit(f'the factor {_text(factor)} is too many', replaced(e, path, rest))
+                yield Edit(f'the factor {_text(factor)} is too many', path, rest)
     if e != 0:
-        yield Edit(f'{_text(e)} does not belong here: the entry is 0', sp.Integer(0))
+        yield Edit(f'{_text(e)} does not belong here: the entry is 0', (), sp.Integer(0))
 
 
 def sine_and_cosine(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
@@ -88,14 +88,12 @@ def sine_and_cosine(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
     for path, part in places(e):
         if part.func in other:
             right = other[part.func](*part.args)
-            sentence = f'{part} stands where {right} belongs'
-            yield Edit(sentence, replaced(e, path, right))
-            sentence = f'{part} stands where -{right} belongs'
-            yield Edit(sentence, replaced(e, path, -right))
+            yield Edit(f'{part} stands where {right} belongs', path, right)
+            yield Edit(f'{part} stands where -{right} belongs', path, -right)
     pairs = [part for _, part in places(e) if part.func in other]
     if len(set(pairs)) > 1:
         changes = {part: other[part.func](*part.args) for part in pairs}
-        yield Edit('sines and cosines are exchanged', e.subs(changes, simultaneous=True))
+        yield Edit('sines and cosines are exchanged', (), e.subs(changes, simultaneous=True))
 
 
 def symbols_exchanged(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
@@ -104,21 +102,19 @@ def symbols_exchanged(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
     for one in free:
         for other in symbols:
             if one != other:
-                sentence = f'{one} stands where {other} belongs'
-                yield Edit(sentence, e.subs(one, other))
+                yield Edit(f'{one} stands where {other} belongs', (), e.subs(one, other))
     for path, part in places(e):
         if part.is_Symbol:
             for other in symbols:
                 if other != part:
-                    sentence = f'{part} stands where {other} belongs, at one place'
-                    yield Edit(sentence, replaced(e, path, other))
+                    yield Edit(f'{part} stands where {other} belongs, at one place', path, other)
         if part.is_Pow and part.base.is_Symbol and part.exp == 2:
             for other in symbols:
                 sentence = f'{part.base} stands where {other} belongs, at one place'
-                yield Edit(sentence, replaced(e, path, part.base * other))
+                yield Edit(sentence, path, part.base * other)
     for one, other in combinations(free, 2):
         changes = {one: other, other: one}
-        yield Edit(f'{one} and {other} are exchanged', e.subs(changes, simultaneous=True))
+        yield Edit(f'{one} and {other} are exchanged', (), e.subs(changes, simultaneous=True))
 
 
 def lost_lengths(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
@@ -129,8 +125,7 @@ def lost_lengths(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
         for symbol in symbols:
             for term in (symbol, symbol**2):
                 for sign, text in ((term, f'+ {term}'), (-term, f'- {term}')):
-                    sentence = f'{text} is lost in {_text(part)}'
-                    yield Edit(sentence, replaced(e, path, part + sign))
+                    yield Edit(f'{text} is lost in {_text(part)}', path, part + sign)
 
 
 def _at(e: Any, path: tuple[int, ...]) -> Any:
@@ -150,8 +145,7 @@ def angles(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
         changes = [term for s in symbols for term in (s, -s)] + [sp.pi / 2, -sp.pi / 2, sp.pi]
         for change in changes:
             right = part.func(argument + change)
-            sentence = f'{part} stands where {right} belongs'
-            yield Edit(sentence, replaced(e, path, right))
+            yield Edit(f'{part} stands where {right} belongs', path, right)
 
 
 def brackets(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
@@ -168,7 +162,7 @@ def brackets(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
                 for factor in sorted(factors, key=str):
                     total = part - inner + factor * inner
                     sentence = f'a bracket is lost: {factor} multiplies {_text(inner)}'
-                    yield Edit(sentence, replaced(e, path, total))
+                    yield Edit(sentence, path, total)
 
 
 def lost_plus(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
@@ -182,7 +176,7 @@ def lost_plus(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
                 other = sp.Mul(*(f for f in part.args if f not in chosen))
                 for total, sign in ((one + other, 'plus'), (one - other, 'minus')):
                     sentence = f'a {sign} sign is lost between {_text(one)} and {_text(other)}'
-                    yield Edit(sentence, replaced(e, path, total))
+                    yield Edit(sentence, path, total)
 
 
 def arguments(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
@@ -203,7 +197,7 @@ def arguments(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
             )
             for pair, sentence in versions:
                 right = sp.atan2(*pair)
-                yield Edit(f'{sentence}: {_text(right)}', replaced(e, path, right))
+                yield Edit(f'{sentence}: {_text(right)}', path, right)
         elif part.func in (sp.atan, sp.asin, sp.acos):
             x = part.args[0]
             versions_of_one = (
@@ -213,12 +207,12 @@ def arguments(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
                 (sp.acos(x) if part.func == sp.asin else sp.asin(x), 'asin and acos exchanged'),
             )
             for right, sentence in versions_of_one:
-                yield Edit(f'{sentence}: {_text(right)}', replaced(e, path, right))
-    yield Edit('it is the reciprocal of what it should be', 1 / e)
-    yield Edit('it is the negative reciprocal of what it should be', -1 / e)
+                yield Edit(f'{sentence}: {_text(right)}', path, right)
+    yield Edit('it is the reciprocal of what it should be', (), 1 / e)
+    yield Edit('it is the negative reciprocal of what it should be', (), -1 / e)
     for path, part in places(e):
         if path and part.is_Mul and any(f.is_Pow and f.exp == -1 for f in part.args):
-            yield Edit(f'{_text(part)} is upside down', replaced(e, path, 1 / part))
+            yield Edit(f'{_text(part)} is upside down', path, 1 / part)
 
 
 def units(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
@@ -230,26 +224,22 @@ def units(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
             changed = changed.subs(part, part.func(number * sp.pi / 180 + rest))
             inside = True
     if inside:
-        yield Edit('a number in sin or cos is in degrees', changed)
-    yield Edit('the result is in degrees', e * sp.pi / 180)
-    yield Edit('the result is in radians, degrees were asked for', e * 180 / sp.pi)
-    yield Edit('it is in mm', e / 1000)
+        yield Edit('a number in sin or cos is in degrees', (), changed)
+    yield Edit('the result is in degrees', (), e * sp.pi / 180)
+    yield Edit('the result is in radians, degrees were asked for', (), e * 180 / sp.pi)
+    yield Edit('it is in mm', (), e / 1000)
 
 
 def powers(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
     """Yield the expression with a square forgotten or too many."""
     for path, part in places(e):
-        if part.is_Symbol or part.func in (sp.sin, sp.cos):
-            above = e
-            for k in path[:-1]:
-                above = above.args[k]
-            if above.is_Pow:
-                continue
-            yield Edit(f'{part} should be squared', replaced(e, path, part**2))
+        above = _at(e, path[:-1])
+        if (part.is_Symbol or part.func in (sp.sin, sp.cos)) and not above.is_Pow:
+            yield Edit(f'{part} should be squared', path, part**2)
         if part.is_Pow and part.exp == 2:
-            yield Edit(f'{part.base} should not be squared', replaced(e, path, part.base))
+            yield Edit(f'{part.base} should not be squared', path, part.base)
         if part.is_Pow and part.exp == sp.Rational(1, 2):
-            yield Edit(f'the root of {_text(part.base)}', replaced(e, path, part.base))
+            yield Edit(f'the root of {_text(part.base)}', path, part.base)
 
 
 def twos(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
@@ -258,21 +248,21 @@ def twos(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
     for path, part in places(e):
         if not path or part.is_Mul:
             where = f' in {_text(part)}' if path else ''
-            yield Edit(f'a factor 2 is missing{where}', replaced(e, path, 2 * part))
-            yield Edit(f'a factor 2 is too many{where}', replaced(e, path, half * part))
+            yield Edit(f'a factor 2 is missing{where}', path, 2 * part)
+            yield Edit(f'a factor 2 is too many{where}', path, half * part)
         if part.is_Add:
             for term in part.args:
                 for factor, text in ((2, 'twice'), (half, 'half of')):
-                    right = replaced(e, path, part - term + factor * term)
-                    yield Edit(f'{text} {_text(term)} belongs there', right)
+                    right = part - term + factor * term
+                    yield Edit(f'{text} {_text(term)} belongs there', path, right)
 
 
 def quarter_turns(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
     """Yield the result of an inverse on another branch, or counted from another zero."""
     turns = ((sp.pi, '180 deg'), (sp.pi / 2, '90 deg'), (-sp.pi / 2, '-90 deg'))
     for turn, text in turns:
-        yield Edit(f'{text} must be added', e + turn)
-        yield Edit(f'the sign is wrong and {text} must be added', turn - e)
+        yield Edit(f'{text} must be added', (), e + turn)
+        yield Edit(f'the sign is wrong and {text} must be added', (), turn - e)
 
 
 EXTRA = Repair('extra term or factor', extra_terms)

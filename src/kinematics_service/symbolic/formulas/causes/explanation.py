@@ -19,7 +19,7 @@ from ..arm.table import general_row, row_matrix
 from ..statements.checks import Check, Mask, QuantityCheck
 from ..statements.solutions import SolutionCheck
 from .causes import CAUSES
-from .edits import EDITS, EXTRA, LONGEST_EDITED, SOLUTION_EDITS
+from .edits import EDITS, EXTRA, LONGEST_EDITED, SOLUTION_EDITS, replaced
 from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Cause, Variant
 
 MOST_ALTERNATIVES = 3
@@ -226,10 +226,11 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
     for kind in kinds:
         tried.append(kind.name)
         for edit in kind.edits(expression, (*symbols, *known)):
+            changed = replaced(expression, edit.path, edit.part)
             # What makes all of it vanish tells that 0 belongs there, and no cause beside it.
-            if edit.expression == 0 and isinstance(check, QuantityCheck) and kind != EXTRA:
+            if changed == 0 and isinstance(check, QuantityCheck) and kind != EXTRA:
                 continue
-            if check.passes(edit.expression, right[:, i, j]):
+            if check.passes(changed, right[:, i, j]):
                 found.setdefault(edit.sentence, kind.name)
                 break
         if len(found) > MOST_ALTERNATIVES:
@@ -290,8 +291,6 @@ def right_entry(check: QuantityCheck, i: int, j: int) -> Any:
     if check.quantity.kind == 'general':
         return row_matrix(general_row(check.names.table))[i, j]
     matrix = expression_of(check.quantity, check.names.arm, check.reading)
-    if matrix is None:
-        return None
     if check.quantity.kind == 'jacobian' and check.quantity.part == 'all':
         i = check.jacobian_rows[i]
     if matrix.shape == (3, 1) and check.shape == (1, 3):

@@ -42,7 +42,7 @@ def other_axes(check: QuantityCheck) -> Iterator[Variant]:
 
 def other_point(check: QuantityCheck) -> Iterator[Variant]:
     """Yield the Jacobian of another frame's origin instead of the tool's."""
-    world, first = check.world, check.reading.first
+    world, first = check.world, check.reading.first_frame
     p, w = world.pose[:, :3, 3], world.jacobian[:, 3:]
     for k, frame in enumerate(world.frames[:-1]):
         arm = frame[:, :3, 3] - p

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ....rigid_motion import inverses
 from ..arm.quantities import Quantity, value_of, why_out_of_range
 from ..statements.checks import QuantityCheck
 from .jacobian_slips import arranged_like
@@ -48,9 +49,7 @@ def transposed(check: QuantityCheck) -> Iterator[Variant]:
         turned = right.copy()
         turned[:, :3, :3] = np.swapaxes(right[:, :3, :3], 1, 2)
         yield Variant('its rotation is transposed', turned)
-        inverse = turned.copy()
-        inverse[:, :3, 3:] = -turned[:, :3, :3] @ right[:, :3, 3:]
-        yield Variant('it is the inverse of the right matrix', inverse)
+        yield Variant('it is the inverse of the right matrix', inverses(right))
 
 
 def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
@@ -88,7 +87,7 @@ def another_quantity(check: QuantityCheck) -> Iterator[Variant]:
 
 def _quantities(check: QuantityCheck) -> Iterator[tuple[Quantity, str]]:
     rows, joints = len(check.world.table.rows), len(check.world.table.variables)
-    first = check.reading.first
+    first = check.reading.first_frame
     same = {check.quantity.kind}
     for i in range(1, joints + 1):
         for part, name in (('v', 'J_v'), ('w', 'J_w'), ('all', 'J_')):

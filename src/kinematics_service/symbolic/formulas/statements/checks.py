@@ -15,12 +15,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ....robot.robot import Robot
-from ...sampled_poses import row_indices, task_rows
 from ..arm.numbers import DEGREE, Evaluation, Floats
-from ..arm.quantities import ROWS, Quantity, Reading, value_of
+from ..arm.quantities import ROWS, Quantity, value_of
 from ..arm.table import Table, general_row
 from ..arm.world import World
-from .names import FormulaNames, reading_of
+from ..text.file import Settings
+from .names import FormulaNames
 from .poses import Poses
 from .statements import Statement
 
@@ -44,10 +44,10 @@ class Check(ABC):
         """Return the person's matrix."""
         return self.statement.value
 
-    @cached_property
-    def reading(self) -> Reading:
+    @property
+    def reading(self) -> Settings:
         """Return how the person counts frames and orders rows."""
-        return reading_of(self.statement.settings)
+        return self.statement.settings
 
     @cached_property
     def world(self) -> World:
@@ -165,13 +165,13 @@ class QuantityCheck(Check):
         return self.right_of(self.world)
 
     def right_of(
-        self, world: World, quantity: Quantity | None = None, reading: Reading | None = None
+        self, world: World, quantity: Quantity | None = None, reading: Settings | None = None
     ) -> Floats:
         """Return the quantity in another world, cut to the person's shape."""
         quantity = quantity or self.quantity
         return self.cut(self.whole_of(world, quantity, reading or self.reading), quantity)
 
-    def whole_of(self, world: World, quantity: Quantity, reading: Reading) -> Floats:
+    def whole_of(self, world: World, quantity: Quantity, reading: Settings) -> Floats:
         """Return the quantity with all its rows."""
         if quantity.kind == 'det':
             return task_determinant(self.robot, world)[:, None, None]
@@ -207,7 +207,7 @@ class QuantityCheck(Check):
             order = [3, 4, 5, 0, 1, 2]
         if rows == 6:
             return list(range(6))
-        task = row_indices(self.robot)
+        task = self.robot.task.axes.tolist()
         kept = task if rows == len(task) else [0, 1, 2]
         return [order.index(k) for k in kept]
 
@@ -229,7 +229,9 @@ class QuantityCheck(Check):
 
 def task_determinant(robot: Robot, world: World) -> Floats:
     """Return det(J_t) of the task's rows in the axes of frame 0, shape (N,); NaN if not square."""
-    J_t = task_rows(robot, world.jacobian, world.base[:, :3, :3])
+    R_t = np.swapaxes(world.base[:, :3, :3], 1, 2)
+    v, w = R_t @ world.jacobian[:, :3], R_t @ world.jacobian[:, 3:]
+    J_t = np.concatenate([v, w], axis=1)[:, robot.task.axes]
     if J_t.shape[1] != J_t.shape[2]:
         return np.full(len(J_t), np.nan)
     return np.asarray(np.linalg.det(J_t))

@@ -8,9 +8,9 @@ import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
 from ....kinematics.forward import jacobian
+from ....kinematics.task_jacobian import task_jacobian
 from ....robot.robot import Robot
 from ...algebra.numeric import bisected
-from ...sampled_poses import task_rows
 from ..arm.numbers import Evaluation, Floats
 from .names import FormulaNames
 from .poses import SEED, poses_for
@@ -49,7 +49,7 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
 
 
 def _task_jacobian(robot: Robot, q: Floats) -> Floats:
-    return task_rows(robot, jacobian(robot, q), robot.description.base.motion.matrix[:3, :3])
+    return task_jacobian(robot.task, jacobian(robot, q))
 
 
 def _determinant(robot: Robot, q: Floats, joint: int, value: float) -> float:

@@ -9,7 +9,7 @@ import sympy as sp  # type: ignore[import-untyped]
 
 from ....errors import FormulaError
 from ....robot.file.parts.convention_table import QUANTITIES
-from ..arm.quantities import Quantity, Reading, expression_of, quantity_of, why_out_of_range
+from ..arm.quantities import Quantity, expression_of, quantity_of, why_out_of_range
 from ..arm.symbols import SymbolicArm
 from ..arm.table import Table
 from ..text.file import Settings
@@ -23,11 +23,6 @@ COORDINATES = {
     **{f'{p}{name}': name for p in 'pP' for name in 'xyz'},
 }
 ROTATION_ENTRY = re.compile(r'[rR]([123])([123])')
-
-
-def reading_of(settings: Settings) -> Reading:
-    """Return what settings say about frames, axes and rows."""
-    return Reading(settings.first_frame, settings.axes, settings.angular_first)
 
 
 class FormulaNames:
@@ -104,15 +99,14 @@ class FormulaNames:
         return sp.cos(total) if found[1] in 'cC' else sp.sin(total)
 
     def _matrix(self, quantity: Quantity, token: FormulaToken, settings: Settings) -> Any:
-        reading = reading_of(settings)
         joints = self.table.joints
         if self.table.passive and quantity.kind == 'jacobian':
             raise token.fault(
                 f'{token.written!r}: with closed loops J stands on the left side only'
             )
-        if reason := why_out_of_range(quantity, len(self.table.rows), joints, reading):
+        if reason := why_out_of_range(quantity, len(self.table.rows), joints, settings):
             raise token.fault(reason)
-        return expression_of(quantity, self.arm, reading)
+        return expression_of(quantity, self.arm, settings)
 
     def unknown(self, token: FormulaToken) -> FormulaError:
         """Return the error about a name nothing is known of."""

@@ -11,14 +11,15 @@ from ....errors import FormulaError
 from ....kinematics.tool_state import evaluate
 from ....robot.closed_poses import closes_at
 from ....robot.file.parts.convention_table import QUANTITIES
+from ....robot.file.text.expression_syntax import postorder
 from ....robot.robot import Robot
 from ..arm.numbers import DEGREE, Evaluation, Floats
 from ..arm.quantities import quantity_of, value_of, why_out_of_range
 from ..arm.world import World
 from ..text.build import build, is_matrix, number
 from ..text.file import Raw, Settings
-from ..text.syntax import Node, postorder
-from .names import FormulaNames, coordinates, reading_of, rotation_entries
+from ..text.syntax import PARTS, Node
+from .names import FormulaNames, coordinates, rotation_entries
 
 SEED = 20240523
 POSES = 8
@@ -164,13 +165,12 @@ def _with_coordinates(
     point = world.pose[:, :3, 3]
     if settings.point:
         quantity = quantity_of(settings.point)
-        reading = reading_of(settings)
         if quantity is None or quantity.kind not in ('origin', 'vector', 'position'):
             raise FormulaError(f"point: {settings.point!r} is no point: write 'point: o_3'")
         rows, joints = len(names.table.rows), len(names.table.variables)
-        if reason := why_out_of_range(quantity, rows, joints, reading):
+        if reason := why_out_of_range(quantity, rows, joints, settings):
             raise FormulaError(f'point: {reason}')
-        point = value_of(quantity, world, reading)[:, :, 0]
+        point = value_of(quantity, world, settings)[:, :, 0]
     located = {symbol: point[:, k] for k, symbol in enumerate(coordinates())}
     for (i, j), symbol in rotation_entries().items():
         located[symbol] = world.pose[:, i, j]
@@ -200,4 +200,4 @@ def _number(value: Any) -> float:
 
 
 def _has_unit(node: Node) -> bool:
-    return any(part.kind == 'deg' for part in postorder(node))
+    return any(part.kind == 'deg' for part in postorder(node, PARTS))

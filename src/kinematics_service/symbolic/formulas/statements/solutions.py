@@ -5,13 +5,14 @@ Whether an equation holds, and whether a formula of the inverse kinematics gives
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from graphlib import CycleError, TopologicalSorter
 from itertools import product
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from ....kernel import Integers
-from ....rigid_motion import rotation_vector
+from ....rigid_motion import rotation_vector, skew_part
 from ..arm.numbers import DEGREE, Floats
 from ..arm.table import Table
 from ..arm.world import World
@@ -165,11 +166,7 @@ class PoseSearch:
         # What brings the pose there, to first order: (v, w), 0 for the same pose; of complex ones
         # also for half a turn.
         R = target[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2)
-        if self.out_of_reach:
-            odd = 0.5 * (R - np.swapaxes(R, 1, 2))
-            w = np.stack([odd[:, 2, 1], odd[:, 0, 2], odd[:, 1, 0]], axis=1)
-        else:
-            w = rotation_vector(R)
+        w = 0.5 * skew_part(R) if self.out_of_reach else rotation_vector(R)
         return np.concatenate([target[:, :3, 3] - pose[:, :3, 3], w], axis=1)
 
 
@@ -289,23 +286,18 @@ class SolutionCheck(Check):
     def _in_turn(self, chosen: Mapping[int, Statement]) -> dict[int, Floats] | None:
         # Values of the joints, each by those it is written with; None where they go in a circle.
         variables, found = self.names.table.variables, dict[int, Floats]()
-        while len(found) < len(chosen):
-            ready = [
-                k
-                for k, statement in chosen.items()
-                if k not in found
-                and not any(
-                    variables[j] in statement.value.free_symbols
-                    for j in chosen
-                    if j not in found and j != k
-                )
-            ]
-            if not ready:
-                return None
-            for k in ready:
-                values = {**self.poses.values, **{variables[j]: v for j, v in found.items()}}
-                check = replace(self.of(chosen[k]), poses=replace(self.poses, values=values))
-                found[k] = check.in_radians(check.person[:, 0, 0])
+        needed = {
+            k: [j for j in chosen if j != k and variables[j] in one.value.free_symbols]
+            for k, one in chosen.items()
+        }
+        try:
+            order = [*TopologicalSorter(needed).static_order()]
+        except CycleError:
+            return None
+        for k in order:
+            values = {**self.poses.values, **{variables[j]: v for j, v in found.items()}}
+            check = replace(self.of(chosen[k]), poses=replace(self.poses, values=values))
+            found[k] = check.in_radians(check.person[:, 0, 0])
         return found
 
     @cached_property

@@ -7,13 +7,14 @@ from typing import Any
 import sympy as sp  # type: ignore[import-untyped]
 
 from ....errors import FormulaError
+from ....robot.file.text.expression_syntax import folded, postorder
 from ..arm.numbers import size_of
 from ..arm.quantities import ACCEPTED, Quantity, quantity_of, why_out_of_range
 from ..text.build import build, is_matrix, number
 from ..text.file import FormulaFile, Raw, Settings
-from ..text.syntax import Node, postorder
+from ..text.syntax import PARTS, Node
 from ..text.tokens import FormulaToken
-from .names import COORDINATES, FormulaNames, reading_of
+from .names import COORDINATES, FormulaNames
 
 LONGEST = 200_000  # nodes of an expression, shared parts counted each time
 DEEPEST_DEFINITION = 40
@@ -80,7 +81,7 @@ def understand(file: FormulaFile, names: FormulaNames) -> Understood:
 
 
 @dataclass(frozen=True)
-class _Place:
+class _Context:
     # Where an expression stands, by the index of its equation, and how it is read: with the
     # symbols of any row, with the integer k, with a symbol beside each rounded number.
     index: int
@@ -100,7 +101,7 @@ class _Reader:
         self.has_rounded = any(_is_rounded(node.text) for tree in trees for node in _numbers(tree))
         self.half_units: dict[Any, float] = {}
         self.used: set[int] = set()
-        self.known: dict[tuple[int, _Place], Any] = {}
+        self.known: dict[tuple[int, _Context], Any] = {}
 
     def read(self) -> Understood:
         formulas: list[tuple[int, Raw]] = []
@@ -126,9 +127,9 @@ class _Reader:
         maybe_unused: list[Raw] = []
         for index, raw in formulas:
             try:
-                found = self._statement(_Place(index), raw)
+                found = self._statement(_Context(index), raw)
                 if isinstance(found, Statement) and self.has_rounded:
-                    found = self._with_half_units(found, _Place(index, inexact=True), raw)
+                    found = self._with_half_units(found, _Context(index, inexact=True), raw)
             except FormulaError as fault:
                 self.faults.append(fault)
                 continue
@@ -153,9 +154,9 @@ class _Reader:
             return ''
         return key
 
-    def _with_half_units(self, exact: Statement, place: _Place, raw: Raw) -> Statement:
+    def _with_half_units(self, exact: Statement, context: _Context, raw: Raw) -> Statement:
         try:
-            inexact = self._statement(place, raw)
+            inexact = self._statement(context, raw)
         except (FormulaError, RecursionError):
             return exact  # an exponent that is rounded, for example
         assert isinstance(inexact, Statement)
@@ -171,12 +172,12 @@ class _Reader:
         self.half_units[symbol] = 0.5 * 10.0 ** -_decimals(text)
         return value + symbol
 
-    def _statement(self, place: _Place, raw: Raw) -> Statement | tuple[Any, Any] | None:
+    def _statement(self, context: _Context, raw: Raw) -> Statement | tuple[Any, Any] | None:
         if raw.claim:
-            return self._claim(place, raw)
+            return self._claim(context, raw)
         key = dict(raw.settings.meanings).get(raw.left.text, raw.left.text)
         general = raw.left.kind == 'name' and quantity_of(key) == Quantity('general')
-        value = self._value(raw.right, replace(place, general=general))
+        value = self._value(raw.right, replace(context, general=general))
         if raw.left.kind == 'name' and key not in COORDINATES:
             if (constant := self.names.constant(key)) is not None and not is_matrix(value):
                 if not value.is_number:
@@ -197,12 +198,12 @@ class _Reader:
                 quantity,
                 len(self.names.table.rows),
                 self.names.table.joints,
-                reading_of(raw.settings),
+                raw.settings,
             )
             if reason:
                 raise raw.left.at.fault(reason)
             return self._made('quantity', raw, value, quantity=quantity)
-        left = self._value(raw.left, place)
+        left = self._value(raw.left, context)
         if is_matrix(left) or is_matrix(value):
             raise raw.left.at.fault('a matrix needs a name on the left side')
         return self._made('equation', raw, value, left=left)
@@ -227,7 +228,7 @@ class _Reader:
         if is_matrix(value):
             raise raw.left.at.fault(f'{_text(raw.left)!r} is a number, not a matrix')
 
-    def _claim(self, place: _Place, raw: Raw) -> Statement:
+    def _claim(self, context: _Context, raw: Raw) -> Statement:
         conditions = []
         for condition in raw.claim:
             joint = None
@@ -236,7 +237,7 @@ class _Reader:
             if joint is None:
                 message = "expected JOINT = VALUE, such as 'singular: q3 = k*pi'"
                 raise condition.left.at.fault(message)
-            value = self._value(condition.right, replace(place, integers=True))
+            value = self._value(condition.right, replace(context, integers=True))
             self._refuse_matrix(value, condition)
             table = self.names.table
             known = {*table.variables, *table.constants, sp.Symbol('k')}
@@ -250,30 +251,30 @@ class _Reader:
         )
         return replace(statement, name=f'singular: {text}', decimals=None)
 
-    def _value(self, node: Node, place: _Place, open_: tuple[str, ...] = ()) -> Any:
-        equation = self.file.raw[place.index]
+    def _value(self, node: Node, context: _Context, open_: tuple[str, ...] = ()) -> Any:
+        equation = self.file.raw[context.index]
 
         def lookup(token: FormulaToken) -> Any:
             key = token.text
-            if place.integers and key == 'k':
+            if context.integers and key == 'k':
                 return sp.Symbol('k')
-            raw = self._definition(key, place.index)
+            raw = self._definition(key, context.index)
             if raw is None or (key in opened and quantity_of(key) is not None):
-                return self.names.value(token, equation.settings, place.general)
+                return self.names.value(token, equation.settings, context.general)
             if key in opened:
                 raise token.fault(f'{token.written!r} is defined by itself')
             if len(opened) > DEEPEST_DEFINITION:
                 raise token.fault('definitions nested too deep')
             self.used.add(id(raw))
-            if (id(raw), place) not in self.known:
-                value = self._value(raw.right, place, (*opened, key))
+            if (id(raw), context) not in self.known:
+                value = self._value(raw.right, context, (*opened, key))
                 _refuse_long(value, token)
-                self.known[id(raw), place] = value
-            return self.known[id(raw), place]
+                self.known[id(raw), context] = value
+            return self.known[id(raw), context]
 
         own = equation.left
         opened = open_ or ((own.text,) if own.kind == 'name' else ())
-        return build(node, lookup, self._number if place.inexact else number)
+        return build(node, lookup, self._number if context.inexact else number)
 
     def _definition(self, key: str, index: int) -> Raw | None:
         found = self.local.get(index, {}).get(key) or self.global_.get(key)
@@ -305,7 +306,7 @@ def _is_formula(key: str, right: Node) -> bool:
 
 
 def _numbers(node: Node) -> Iterator[Node]:
-    return (part for part in postorder(node) if part.kind == 'number')
+    return (part for part in postorder(node, PARTS) if part.kind == 'number')
 
 
 def _is_rounded(text: str) -> bool:
@@ -318,12 +319,7 @@ def _decimals(text: str) -> int:
 
 def _text(root: Node) -> str:
     # The left side as a person reads it.
-    texts: list[str] = []
-    for node in postorder(root):
-        first = len(texts) - len(node.parts)
-        inner, texts = texts[first:], texts[:first]
-        texts.append(_text_of(node, inner))
-    return texts[0]
+    return folded(root, PARTS, _text_of)
 
 
 def _text_of(node: Node, inner: list[str]) -> str:

@@ -2,6 +2,7 @@
 From the tree of a formula to a sympy expression or matrix; only what the grammar knows is built.
 """
 
+import operator
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -10,7 +11,8 @@ from typing import Any, TypeAlias
 import sympy as sp  # type: ignore[import-untyped]
 
 from ....errors import FormulaError
-from .syntax import MOST_ENTRIES, Node, postorder
+from ....robot.file.text.expression_syntax import folded
+from .syntax import MOST_ENTRIES, PARTS, Node
 from .tokens import FormulaToken
 
 Value: TypeAlias = Any  # a sympy expression or an immutable matrix
@@ -45,12 +47,11 @@ def build(node: Node, lookup: Lookup, read: ReadNumber) -> Value:
     FormulaError
         Shapes that do not fit, an unknown name, a number out of bounds.
     """
-    values: list[Value] = []
-    for part in postorder(node):
-        first = len(values) - len(part.parts)
-        operands, values = values[first:], values[:first]
-        values.append(_combined(part, operands, lookup, read))
-    return _whole(values[0])
+
+    def combined(part: Node, operands: list[Value | _Terms]) -> Value | _Terms:
+        return _combined(part, operands, lookup, read)
+
+    return _whole(folded(node, PARTS, combined))
 
 
 @dataclass(frozen=True)
@@ -162,26 +163,22 @@ def _stacked(node: Node, parts: list[Value]) -> Value:
     return sp.ImmutableDenseMatrix(sp.Matrix.vstack(*rows))
 
 
-def _same_kind(node: Node, one: Value, other: Value) -> None:
-    if is_matrix(one) != is_matrix(other):
-        raise node.at.fault(f'{node.at.written!r} between a matrix and a number')
-    if is_matrix(one) and one.shape != other.shape:
-        sizes = f'{_size(one)} and {_size(other)}'
-        raise node.at.fault(f'{node.at.written!r} between matrices of {sizes}')
+def _of_one_kind(
+    operation: Callable[[Value, Value], Value],
+) -> Callable[[Node, Value, Value], Value]:
+    def combined(node: Node, one: Value, other: Value) -> Value:
+        if is_matrix(one) != is_matrix(other):
+            raise node.at.fault(f'{node.at.written!r} between a matrix and a number')
+        if is_matrix(one) and one.shape != other.shape:
+            sizes = f'{_size(one)} and {_size(other)}'
+            raise node.at.fault(f'{node.at.written!r} between matrices of {sizes}')
+        return operation(one, other)
+
+    return combined
 
 
 def _size(matrix: Value) -> str:
     return f'{matrix.rows} x {matrix.cols}'
-
-
-def _added(node: Node, one: Value, other: Value) -> Value:
-    _same_kind(node, one, other)
-    return one + other
-
-
-def _subtracted(node: Node, one: Value, other: Value) -> Value:
-    _same_kind(node, one, other)
-    return one - other
 
 
 def _multiplied(node: Node, one: Value, other: Value) -> Value:
@@ -247,8 +244,8 @@ def _inverse(node: Node, matrix: Value) -> Value:
 
 
 _OPERATIONS: dict[str, Callable[..., Value]] = {
-    '+': _added,
-    '-': _subtracted,
+    '+': _of_one_kind(operator.add),
+    '-': _of_one_kind(operator.sub),
     '*': _multiplied,
     '/': _divided,
     '^': _powered,

@@ -105,10 +105,17 @@ class FormulaFile:
 
 @dataclass(frozen=True)
 class _Chunk:
-    # Lines that belong together.
+    # Lines that belong together, from a column of the first one on.
     text: str
     line: int
     by_lines: bool = False
+    column: int = 1
+
+    def after(self, at: int) -> '_Chunk':
+        return replace(self, text=self.text[at:], column=at + 1)
+
+    def fault(self, message: str) -> FormulaError:
+        return FormulaError(message, self.line, self.column)
 
 
 def read_formulas(text: str) -> FormulaFile:
@@ -121,21 +128,22 @@ def read_formulas(text: str) -> FormulaFile:
         try:
             if found := SETTING.fullmatch(chunk.text):
                 local = False
-                words = found[1].lower()
-                column = len(chunk.text) - len(found[2].lstrip()) + 1
+                words, said = (
+                    found[1].lower(),
+                    chunk.after(len(chunk.text) - len(found[2].lstrip())),
+                )
                 if words == 'singular':
-                    raw.append(_claim(found[2].lstrip(), chunk.line, column, settings))
+                    raw.append(_claim(said, settings))
                 else:
-                    settings = _set(settings, words, found[2].lstrip(), chunk.line, column)
+                    settings = _set(settings, words, said)
                 continue
             body = LATEX_WHERE.sub(lambda m: 'where' + ' ' * (len(m[0]) - 5), chunk.text)
-            column = 1
+            whole = replace(chunk, text=body)
             if start := WHERE.match(body):
-                local = True
-                body, column = body[start.end() :], start.end() + 1
-                if not body.strip():
+                local, whole = True, whole.after(start.end())
+                if not whole.text.strip():
                     continue
-            for equation in _equations(chunk, body, column, settings, local):
+            for equation in _equations(whole, settings, local):
                 raw.append(equation)
         except FormulaError as fault:
             faults.append(fault)
@@ -161,15 +169,13 @@ def _chunks(lines: Sequence[str]) -> Iterator[_Chunk]:
         by_lines = False
         while at < len(lines):
             text = _bare(lines[at])
-            before = _bare(lines[first]) if at == first + 1 else _bare(lines[at - 1])
+            before = _bare(lines[at - 1])
             if depth <= 0 and text.lstrip().startswith(('=', '&=', '&:=')):
                 pass
             elif depth <= 0 and before.endswith('=') and at == first + 1:
                 at = _skip_blank(lines, at)
                 if at < len(lines) and not BEGINS_A_MATRIX.match(lines[at]):
-                    by_lines = True
-                    end = _end_of_rows(lines, at)
-                    at = end
+                    by_lines, at = True, _end_of_rows(lines, at)
                     break
                 if at >= len(lines):
                     break
@@ -220,12 +226,9 @@ def _depth(line: str) -> int:
     return depth + sum({'(': 1, '[': 1, '{': 1, ')': -1, ']': -1, '}': -1}.get(c, 0) for c in text)
 
 
-def _equations(
-    chunk: _Chunk, body: str, column: int, settings: Settings, local: bool
-) -> Iterator[Raw]:
-    for part in _split(tokens_of(body, chunk.line, column), (';', ',')):
-        if part:
-            yield _equation(part, settings, local, chunk.by_lines)
+def _equations(chunk: _Chunk, settings: Settings, local: bool = False) -> Iterator[Raw]:
+    for part in _split(tokens_of(chunk.text, chunk.line, chunk.column), (';', ',')):
+        yield _equation(part, settings, local, chunk.by_lines)
 
 
 def _split(tokens: Sequence[FormulaToken], at: Sequence[str]) -> list[list[FormulaToken]]:
@@ -290,45 +293,35 @@ def _without_joints(tokens: list[FormulaToken]) -> list[FormulaToken]:
     return [name] if inside and all(map(JOINTS.fullmatch, inside)) else tokens
 
 
-def _claim(text: str, line: int, column: int, settings: Settings) -> Raw:
-    conditions = tuple(
-        _equation(part, settings, False, False)
-        for part in _split(tokens_of(text, line, column), (',', ';'))
-    )
+def _claim(said: _Chunk, settings: Settings) -> Raw:
+    conditions = tuple(_equations(said, settings))
     if not conditions:
-        raise FormulaError("expected a condition, such as 'singular: q3 = k*pi'", line, column)
+        raise said.fault("expected a condition, such as 'singular: q3 = k*pi'")
     return replace(conditions[0], claim=conditions)
 
 
-def _set(settings: Settings, name: str, text: str, line: int, column: int) -> Settings:
-    word = ' '.join(text.split()).lower()
+def _set(settings: Settings, name: str, said: _Chunk) -> Settings:
+    word = ' '.join(said.text.split()).lower()
     if name in CHOICES:
         if word not in CHOICES[name]:
             accepted = ' or '.join(repr(choice) for choice in CHOICES[name])
-            raise FormulaError(f'{name}: {word!r} is not accepted: {accepted}', line, column)
+            raise said.fault(f'{name}: {word!r} is not accepted: {accepted}')
         return replace(settings, **CHOICES[name][word])
     if name == 'point':
-        return replace(
-            settings, point='' if word in ('', 'tool') else _one_name(text, line, column)
-        )
+        return replace(settings, point='' if word in ('', 'tool') else _one_name(said))
     if name == 'at' and word in ('', 'random', 'random poses'):
         return replace(settings, at=())
-    pairs = tuple(
-        _equation(part, settings, False, False)
-        for part in _split(tokens_of(text, line, column), (',', ';'))
-    )
+    pairs = tuple(_equations(said, settings))
     if name == 'at':
         return replace(settings, at=pairs)
-    for pair in pairs:
-        if pair.left.kind != 'name' or pair.right.kind != 'name':
-            message = "expected 'meaning: NAME = NAME', such as R_C = o_3"
-            raise FormulaError(message, line, column)
+    if any(pair.left.kind != 'name' or pair.right.kind != 'name' for pair in pairs):
+        raise said.fault("expected 'meaning: NAME = NAME', such as R_C = o_3")
     meanings = tuple((pair.left.text, pair.right.text) for pair in pairs)
     return replace(settings, meanings=settings.meanings + meanings)
 
 
-def _one_name(text: str, line: int, column: int) -> str:
-    tokens = tokens_of(text, line, column)
+def _one_name(said: _Chunk) -> str:
+    tokens = tokens_of(said.text, said.line, said.column)
     if len(tokens) != 1 or tokens[0].kind != 'name':
-        raise FormulaError("expected one name, such as 'point: o_3'", line, column)
+        raise said.fault("expected one name, such as 'point: o_3'")
     return tokens[0].text

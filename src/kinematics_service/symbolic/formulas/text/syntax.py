@@ -6,10 +6,12 @@ matrices as `[a b; c d]`, `[[a, b], [c, d]]`, `Matrix(...)` or `\begin{bmatrix}`
 inverses and cross products.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 from ....errors import FormulaError
+from ....typography import counted
 from .tokens import FormulaToken
 
 FUNCTIONS = {
@@ -51,15 +53,7 @@ class Node:
     rows: tuple[int, ...] = ()
 
 
-def postorder(root: Node) -> Iterator[Node]:
-    """Yield the parts of a tree, each after its own: sums of thousands of terms are deep."""
-    stack = [(root, 0)]
-    while stack:
-        node, done = stack.pop()
-        if done < len(node.parts):
-            stack += [(node, done + 1), (node.parts[done], 0)]
-        else:
-            yield node
+PARTS: Callable[[Node], tuple[Node, ...]] = attrgetter('parts')
 
 
 def parse(tokens: Sequence[FormulaToken], last: FormulaToken) -> Node:
@@ -300,8 +294,8 @@ class _Parser:
         arguments = self._arguments() if self.is_next('(') else (self._bare_argument(token),)
         wanted = FUNCTIONS[name]
         if len(arguments) != wanted:
-            plural = 's' if wanted > 1 else ''
-            raise token.fault(f'{name} takes {wanted} argument{plural}, not {len(arguments)}')
+            takes = f'{name} takes {counted(wanted, "argument")}'
+            raise token.fault(f'{takes}, not {len(arguments)}')
         node = Node('call', name, arguments, token)
         return node if exponent is None else Node('^', '', (node, exponent), power)
 
