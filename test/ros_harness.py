@@ -23,8 +23,8 @@ from sensor_msgs.msg import JointState  # noqa: E402
 
 from kinematics_service.ros.node.node import KinematicsNode  # noqa: E402
 
-# For what neither transport has a part in.
-ONE_TRANSPORT = pytest.mark.parametrize('transport', ['bytes'])
+# For what is read or written, and for what sets up anew how that is done.
+BOTH_TRANSPORTS = pytest.mark.parametrize('transport', ['bytes', 'messages'])
 # Nothing that is waited for takes longer than this on a machine that much else keeps busy (s).
 DEADLINE = 30.0
 RELIABLE = QoSProfile(depth=1000)

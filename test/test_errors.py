@@ -56,6 +56,39 @@ def test_every_error_of_the_package_stands_in_one_file():
     assert not elsewhere
 
 
+WORDS = ('a', None, [], [1.0], 1j, {})
+
+
+@pytest.mark.parametrize('words', WORDS, ids=repr)
+def test_what_is_no_number_is_refused_with_the_name_of_the_argument(words):
+    robot, q = robot_of('puma560'), np.full(6, 0.3)
+    target = ks.forward_kinematics(robot, q)
+    calls = {
+        'tolerance': lambda: ks.inverse_kinematics(robot, target, tolerance=words),
+        'speed_limit': lambda: ks.check_plan(robot, [0.0], [q], speed_limit=words),
+        'distance': lambda: ks.check_plan(robot, [0.0], [q], distance=words),
+        'max_step': lambda: ks.follow_family(robot, [target], max_step=words),
+        'damping': lambda: ks.pseudo_inverse(robot, q, damping=words),
+        'damped_below': lambda: ks.pseudo_inverse(robot, q, damped_below=words),
+        'horizon': lambda: ks.scale(robot, q, q, horizon=words),
+    }
+    for name, call in calls.items():
+        if words is None and name in ('speed_limit', 'distance'):
+            continue  # none is asked for
+        with pytest.raises(errors.ArgumentError, match=f'^{name} must be'):
+            call()
+
+
+def test_an_argument_that_is_wrong_is_not_said_of_another():
+    q = np.full(6, 0.3)
+    with pytest.raises(errors.PointError, match='^at must be three'):
+        ks.acceleration('puma560', q, q, q, at='a')
+    with pytest.raises(
+        errors.JointVectorError, match=r'^q and near have shapes \(7,\) and \(1,\)'
+    ):
+        ks.null_space('panda', np.full(7, 0.3), near=[1.0])
+
+
 def position(robot):
     return np.full(robot.dof, 0.3)
 

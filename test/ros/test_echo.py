@@ -65,12 +65,6 @@ class Echo:
 
 
 @pytest.fixture
-def transport():
-    """Return one transport: the node's own tests compare both."""
-    return 'bytes'
-
-
-@pytest.fixture
 def echo(ros_domain):
     """Return a function that starts an echo."""
     started = []

@@ -15,7 +15,7 @@ from geometry_msgs.msg import (
     TwistWithCovarianceStamped,
 )
 from rclpy.serialization import serialize_message
-from ros_harness import nanoseconds
+from ros_harness import BOTH_TRANSPORTS, nanoseconds
 from std_srvs.srv import Trigger
 
 import kinematics_service as ks
@@ -55,6 +55,7 @@ def offered(one):
     return {name.removeprefix('/kinematics/') for name in names}
 
 
+@BOTH_TRANSPORTS
 @pytest.mark.parametrize('axes', ['base', 'tool'])
 def test_messages_say_what_the_library_says(arm, file_with, axes):
     path = file_with(SAID)

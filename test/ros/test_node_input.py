@@ -17,6 +17,7 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from ros_harness import (
     BEST_EFFORT,
+    BOTH_TRANSPORTS,
     LATCHED,
     RELIABLE,
     SECOND,
@@ -54,6 +55,7 @@ def expect(pose, q):
 # Names
 
 
+@BOTH_TRANSPORTS
 def test_names_may_come_in_any_order_with_others_between(arm):
     one = arm()
     poses = one.poses
@@ -63,6 +65,7 @@ def test_names_may_come_in_any_order_with_others_between(arm):
     expect(poses[0], Q)
 
 
+@BOTH_TRANSPORTS
 def test_a_message_with_none_of_our_names_is_counted_without_a_warning(arm):
     one = arm()
     one.answer(Q)
@@ -75,6 +78,7 @@ def test_a_message_with_none_of_our_names_is_counted_without_a_warning(arm):
     assert one.stamps() == [START + STEP, START + 3 * STEP]
 
 
+@BOTH_TRANSPORTS
 def test_a_hundred_thousand_names_are_read(arm):
     one = arm()
     names = [f'joint_{k}' for k in range(100_000)]
@@ -86,6 +90,7 @@ def test_a_hundred_thousand_names_are_read(arm):
     expect(one.answer(Q), Q)
 
 
+@BOTH_TRANSPORTS
 def test_names_that_are_no_utf_8_do_no_harm(arm):
     one = arm()
     poses = one.poses
@@ -111,6 +116,7 @@ def broken_forms(message):
     ]
 
 
+@BOTH_TRANSPORTS
 def test_bytes_that_are_no_message_are_counted_and_said_once(arm, capfd):
     one = arm()
     publisher = one.speaker('/joint_states')
@@ -184,6 +190,7 @@ def test_a_target_twist_that_cannot_be_read_stops_what_the_last_one_began(arm):
 # Several messages and publishers
 
 
+@BOTH_TRANSPORTS
 def test_joints_of_two_drivers_are_merged(arm):
     one = arm()
     poses = one.poses
@@ -217,6 +224,7 @@ def test_a_joint_that_falls_silent_makes_the_arm_stale_though_others_speak(arm):
     assert level_of(one.diagnose()) == ERROR
 
 
+@BOTH_TRANSPORTS
 def test_publishers_that_disagree_are_both_named_with_the_joint(arm):
     one = arm()
     first = one.speaker('/joint_states')
@@ -238,6 +246,7 @@ def test_publishers_that_disagree_are_both_named_with_the_joint(arm):
     assert values_of(status)['joints that publishers disagree about'] == 'q2'
 
 
+@BOTH_TRANSPORTS
 def test_publishers_that_agree_are_not_accused(arm):
     one = arm()
     first = one.speaker('/joint_states')
@@ -254,6 +263,7 @@ def test_publishers_that_agree_are_not_accused(arm):
     assert values_of(status)['publishers'] == '2'
 
 
+@BOTH_TRANSPORTS
 @pytest.mark.parametrize('qos', [RELIABLE, BEST_EFFORT], ids=['reliable', 'best effort'])
 def test_reliable_and_best_effort_publishers_are_heard(arm, qos):
     one = arm()
@@ -262,6 +272,7 @@ def test_reliable_and_best_effort_publishers_are_heard(arm, qos):
     one.spin_until(lambda: poses, 'pose')
 
 
+@BOTH_TRANSPORTS
 def test_a_publisher_that_comes_late_is_heard(arm):
     one = arm()
     one.answer(Q)
@@ -273,6 +284,7 @@ def test_a_publisher_that_comes_late_is_heard(arm):
 # Reliability, and what is lost
 
 
+@BOTH_TRANSPORTS
 def test_a_best_effort_publisher_that_comes_later_is_heard_and_nothing_is_lost(arm, monkeypatch):
     given_back = []
     libc = SimpleNamespace(malloc_trim=given_back.append)
@@ -315,6 +327,7 @@ def test_a_best_effort_publisher_that_comes_later_is_heard_and_nothing_is_lost(a
     assert set(given_back) == {0}
 
 
+@BOTH_TRANSPORTS
 def test_a_message_published_once_by_one_who_goes_at_once_is_answered(arm):
     one = arm()
     poses = one.poses
@@ -328,6 +341,7 @@ def test_a_message_published_once_by_one_who_goes_at_once_is_answered(arm):
         one.spin_until(lambda k=k: len(poses) == k + 1, 'pose')
 
 
+@BOTH_TRANSPORTS
 def test_what_is_lost_is_counted_and_warned_of(arm):
     one = arm(ros_args=['-p', 'qos_overrides./joint_states.subscription.depth:=7'])
     one.answer(Q)
@@ -343,6 +357,7 @@ def test_what_is_lost_is_counted_and_warned_of(arm):
     assert status.message.startswith(f'{lost} messages lost within 10 s')
 
 
+@BOTH_TRANSPORTS
 def test_a_pause_a_slower_rate_and_a_second_publisher_are_no_losses(arm):
     one = arm()
     one.answer(Q)
@@ -358,6 +373,7 @@ def test_a_pause_a_slower_rate_and_a_second_publisher_are_no_losses(arm):
     assert counts['lost'] == '0'
 
 
+@BOTH_TRANSPORTS
 def test_a_queue_holds_a_second_at_1_khz(arm):
     one = arm()
     one.answer(Q)
@@ -373,6 +389,7 @@ def test_a_queue_holds_a_second_at_1_khz(arm):
 # Positions
 
 
+@BOTH_TRANSPORTS
 def test_an_empty_position_is_ignored_and_counted(arm):
     one = arm()
     one.answer(Q)
@@ -384,6 +401,7 @@ def test_an_empty_position_is_ignored_and_counted(arm):
     assert len(one.poses) == 2
 
 
+@BOTH_TRANSPORTS
 @pytest.mark.parametrize(
     ('names', 'q', 'reason'),
     [
@@ -422,6 +440,7 @@ def test_rejections_are_logged_once_in_a_while(arm, capfd):
     assert "position of joint 'q1' is nan" in lines[0]
 
 
+@BOTH_TRANSPORTS
 def test_a_joint_beyond_its_limit_is_answered_and_named(arm):
     one = arm('ur3e')
     q = [0.1, 0.2, 6.5, 0.4, 0.5, 100.0]
@@ -436,6 +455,7 @@ def test_a_joint_beyond_its_limit_is_answered_and_named(arm):
 # Velocities
 
 
+@BOTH_TRANSPORTS
 @pytest.mark.parametrize('velocity', [(), (1.0,), (1.0, math.nan, 1.0), (1.0, 2.0, 3.0, 4.0)])
 def test_without_velocities_the_twist_is_that_of_differences(arm, velocity):
     one = arm()
@@ -450,6 +470,7 @@ def test_without_velocities_the_twist_is_that_of_differences(arm, velocity):
     assert status.message == 'fine; velocities are differences of positions'
 
 
+@BOTH_TRANSPORTS
 def test_differences_of_a_joint_without_limits_take_the_shortest_angle(arm):
     one = arm()
     twists = one.hear('twist', TwistStamped)
@@ -459,6 +480,7 @@ def test_differences_of_a_joint_without_limits_take_the_shortest_angle(arm):
     assert twists[0].twist.angular.z == pytest.approx(2.0, abs=1e-9)
 
 
+@BOTH_TRANSPORTS
 def test_there_is_no_twist_after_a_gap(arm):
     one = arm(ros_args=['-p', 'joint_state_timeout:=1.0'])
     twists = one.hear('twist', TwistStamped)
@@ -469,6 +491,7 @@ def test_there_is_no_twist_after_a_gap(arm):
     assert [nanoseconds(twist.header.stamp) for twist in twists] == [one.stamp + SECOND + STEP]
 
 
+@BOTH_TRANSPORTS
 def test_velocity_source_message_publishes_no_twist_without_velocities(arm):
     one = arm(ros_args=['-p', 'velocity_source:=message'])
     twists = one.hear('twist', TwistStamped)
@@ -483,6 +506,7 @@ def test_velocity_source_message_publishes_no_twist_without_velocities(arm):
 # Stamps
 
 
+@BOTH_TRANSPORTS
 @pytest.mark.parametrize('back', [0, 1, STEP, SECOND])
 def test_an_equal_or_slightly_older_stamp_is_dropped(arm, back):
     one = arm()
@@ -494,6 +518,7 @@ def test_an_equal_or_slightly_older_stamp_is_dropped(arm, back):
     assert one.counts()['resets'] == '0'
 
 
+@BOTH_TRANSPORTS
 def test_a_big_step_back_starts_anew_and_is_said_once(arm, capfd):
     one = arm()
     twists = one.hear('twist', TwistStamped)
@@ -506,6 +531,7 @@ def test_a_big_step_back_starts_anew_and_is_said_once(arm, capfd):
     assert capfd.readouterr().err.count('the state starts again') == 1
 
 
+@BOTH_TRANSPORTS
 def test_a_message_without_stamp_is_answered_with_the_time_of_receipt(arm):
     one = arm()
     poses = one.poses
@@ -529,6 +555,7 @@ def raw_stamp(sec, nanosec):
     return message
 
 
+@BOTH_TRANSPORTS
 @pytest.mark.parametrize(
     ('sec', 'nanosec'),
     [
@@ -620,6 +647,7 @@ def ticking(one):
 SIMULATED = ['-p', 'use_sim_time:=true']
 
 
+@BOTH_TRANSPORTS
 def test_without_stamps_the_simulated_time_is_used(arm):
     one = arm(ros_args=SIMULATED)
     tick = ticking(one)
@@ -672,6 +700,7 @@ def test_a_simulated_clock_that_runs_on_resets_nothing(arm):
     assert one.counts()['resets'] == '0'
 
 
+@BOTH_TRANSPORTS
 def test_an_error_of_our_own_is_counted_and_the_node_goes_on(arm, capfd):
     one = arm()
     one.answer(Q)
@@ -690,6 +719,7 @@ def test_an_error_of_our_own_is_counted_and_the_node_goes_on(arm, capfd):
     assert capfd.readouterr().err.count('made for the test') == 1
 
 
+@BOTH_TRANSPORTS
 def test_positions_as_large_as_doubles_can_be_are_rejected(arm):
     one = arm('scara_hsr065')
     good = [0.1, 0.2, 0.05, 0.3]

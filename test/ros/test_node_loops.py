@@ -12,7 +12,7 @@ from arms import other_branch_text, without_known_poses
 from diagnostic_msgs.msg import DiagnosticStatus
 from folders import GOLDEN
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from ros_harness import LATCHED, level_of, values_of
+from ros_harness import BOTH_TRANSPORTS, LATCHED, level_of, values_of
 from std_msgs.msg import Float64, Float64MultiArray
 from tolerances import ROUND_OFF
 
@@ -41,6 +41,7 @@ def xyz(vector):
     return [vector.x, vector.y, vector.z]
 
 
+@BOTH_TRANSPORTS
 @pytest.mark.parametrize('branch', [1, -1])
 def test_the_general_loop_of_the_source_document_through_the_node(arm, tmp_path, branch):
     file = tmp_path / 'branch.yaml'

@@ -10,7 +10,16 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from geometry_msgs.msg import AccelStamped, WrenchStamped
 from recordings import PR2, recorded
-from ros_harness import SECOND, STEP, change, joint_state, level_of, nanoseconds, values_of
+from ros_harness import (
+    BOTH_TRANSPORTS,
+    SECOND,
+    STEP,
+    change,
+    joint_state,
+    level_of,
+    nanoseconds,
+    values_of,
+)
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 from tolerances import ROUND_OFF
@@ -51,6 +60,7 @@ def sent(one, count=7):
     return [one.send(q.tolist(), qdot.tolist()) for q, qdot in map(moving, range(count))]
 
 
+@BOTH_TRANSPORTS
 @pytest.mark.parametrize('axes', ['base', 'tool'])
 @pytest.mark.parametrize('of', ['tool', 'camera'])
 def test_the_acceleration_of_a_motion_is_the_librarys(arm, file, of, axes):
@@ -80,6 +90,7 @@ def test_the_acceleration_is_the_second_difference_of_the_pose(arm):
         )
 
 
+@BOTH_TRANSPORTS
 def test_the_acceleration_of_an_arm_with_a_closed_loop_is_the_librarys(arm):
     one = arm('crank_slider')
     heard = one.hear('acceleration', AccelStamped)
@@ -124,6 +135,7 @@ def heard_matrix(message):
     return np.reshape(message.data, (rows.size, columns.size))
 
 
+@BOTH_TRANSPORTS
 def test_the_null_space_is_continuous_and_leaves_the_tool_at_rest(arm):
     one = arm('panda')
     heard = one.hear('null_space', Float64MultiArray)
@@ -204,6 +216,7 @@ def zeroed(one):
     return one.call(Trigger, '/kinematics/wrench/zero', Trigger.Request())
 
 
+@BOTH_TRANSPORTS
 @pytest.mark.parametrize('of', ['tool', 'camera'])
 def test_the_wrench_is_that_of_the_efforts_at_the_frame_it_names(arm, file, of):
     one = arm(file, ['-p', 'points:=[camera]'])
@@ -267,6 +280,7 @@ def test_the_wrench_of_a_pr2s_arm_explains_the_efforts_of_its_bag(arm, tmp_path,
     assert compared > 20
 
 
+@BOTH_TRANSPORTS
 @pytest.mark.parametrize(
     ('efforts', 'unknown'),
     [
@@ -294,6 +308,7 @@ def test_efforts_that_are_none_make_no_wrench_and_are_named(arm, efforts, unknow
     assert len(heard) == 1
 
 
+@BOTH_TRANSPORTS
 def test_efforts_of_two_drivers_are_one_wrench(arm):
     one = arm()
     heard, poses = one.hear('wrench', WrenchStamped), one.poses

@@ -304,6 +304,8 @@ def test_a_parameter_takes_effect_at_start(arm, name):
     shows(arm('craig_3r', ['-p', f'{name}:={value}']))
 
 
+# At its start it reads and writes bytes.
+@pytest.mark.parametrize('transport', ['messages'])
 @pytest.mark.parametrize('name', TAKES_EFFECT)
 def test_a_parameter_takes_effect_at_run_time(arm, name):
     value, shows = TAKES_EFFECT[name]

@@ -11,7 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from rcl_interfaces.msg import Log
 from rclpy.parameter import Parameter
-from ros_harness import ONE_TRANSPORT, STEP, level_of, values_of
+from ros_harness import STEP, level_of, values_of
 from target_harness import pose_target
 
 import kinematics_service as ks
@@ -65,7 +65,6 @@ def watched(one, change=lambda q: q, lag=0, true=None):
     return kept
 
 
-@ONE_TRANSPORT
 @pytest.mark.parametrize('lag', [0, 1], ids=['in time', 'late'])
 def test_the_offset_of_a_second_source_is_found(arm, lag):
     status = watched(arm('ur5e'), lag=lag)
@@ -78,7 +77,6 @@ def test_the_offset_of_a_second_source_is_found(arm, lag):
     assert values['cause'] == ''
 
 
-@ONE_TRANSPORT
 def test_a_planted_fault_is_named(arm):
     def other_sign(q):
         return q * np.array([1, 1, -1, 1, 1, 1])
@@ -89,7 +87,6 @@ def test_a_planted_fault_is_named(arm):
     assert 'elbow_joint' in status.message
 
 
-@ONE_TRANSPORT
 def test_how_far_the_file_is_from_what_is_heard_is_judged_by_limits(arm):
     one = arm('ur5e', ['-p', 'reference.position_warn:=0.0005', '-p', 'reference.angle_stop:=1.0'])
     errors = 1e-3 * np.resize([1.0, -1.0, 0.5], len(parameters_of(one.robot).table))
@@ -108,7 +105,6 @@ def test_how_far_the_file_is_from_what_is_heard_is_judged_by_limits(arm):
     assert one.node._reference.status_text().level == OK
 
 
-@ONE_TRANSPORT
 def test_a_lag_of_the_second_source_is_named(arm):
     one = arm('ur5e')
     publisher = one.peer.create_publisher(PoseStamped, one.topic('reference_pose'), 10)

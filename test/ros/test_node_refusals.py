@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
-from ros_harness import ONE_TRANSPORT, Arm, change
+from ros_harness import Arm, change
 
 from kinematics_service.errors import KinematicsError
 from kinematics_service.ros.parameters.table import PARAMETERS
@@ -99,7 +99,6 @@ def test_a_wrong_value_is_refused_at_run_time_with_the_reason_and_nothing_change
     one.answer((0.3, -0.4, 1.2))
 
 
-@ONE_TRANSPORT
 @pytest.mark.parametrize(
     ('name', 'value'),
     [

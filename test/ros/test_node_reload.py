@@ -14,6 +14,7 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamp
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 from ros_harness import (
+    BOTH_TRANSPORTS,
     LATCHED,
     SECOND,
     START,
@@ -233,6 +234,7 @@ def test_a_target_right_after_a_change_is_that_of_the_new_tool(arm, file):
     np.testing.assert_allclose(targets.joint_states[-1].position, Q, rtol=0, atol=CLOSE)
 
 
+@BOTH_TRANSPORTS
 def test_an_edited_file_comes_into_force_with_all_that_follows_from_it(arm, file):
     one = arm(str(file), ['-p', 'publish_robot_description:=true', '-p', 'points:=[elbow]'])
     assert is_at(one.answer(Q, QDOT), Q)
@@ -355,6 +357,7 @@ def test_requests_at_once_are_all_answered_and_the_last_file_is_in_force(arm, fi
     assert is_at(one.answer(Q), Q, L1=0.7)
 
 
+@BOTH_TRANSPORTS
 def test_each_answer_is_of_one_arm_and_none_is_missing_while_it_changes(arm, file):
     one = arm(str(file), ['-p', 'points:=[plate]'])
     jacobians = one.hear('jacobian', Float64MultiArray)

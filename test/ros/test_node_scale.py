@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from ros_harness import LATCHED, ONE_TRANSPORT, joint_state, values_of
+from ros_harness import LATCHED, joint_state, values_of
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Int8
 from std_srvs.srv import Trigger
@@ -214,7 +214,6 @@ def test_rules_that_are_none_are_refused(arm, robot, value, told):
 
 
 @pytest.mark.slow
-@ONE_TRANSPORT
 @pytest.mark.parametrize(
     ('begin', 'command'),
     [

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from geometry_msgs.msg import PoseStamped
-from ros_harness import ONE_TRANSPORT, change, level_of, nanoseconds, values_of
+from ros_harness import change, level_of, nanoseconds, values_of
 from target_harness import BASE, Targets, pose_target, twist_target
 
 import kinematics_service as ks
@@ -122,7 +122,6 @@ def answered(one, q):
     return np.array(one.joint_states[-1].position), status
 
 
-@ONE_TRANSPORT
 @pytest.mark.parametrize('criterion', ['margin', 'clearance'])
 def test_a_redundant_arm_is_answered_with_the_best_posture_of_its_arc(targets, criterion):
     one = targets('panda', PANDA, ['-p', f'ik.redundancy:={criterion}'])
@@ -338,7 +337,6 @@ def test_wrong_parameters_are_refused_with_the_reason():
 WRIST = np.array([0.3, -1.1, 1.4, -0.9, 0.25, 0.2])
 
 
-@ONE_TRANSPORT
 @pytest.mark.parametrize('aside', [0.0, 1e-3], ids=['through', 'just beside'])
 def test_a_stream_of_twists_is_tracked_through_a_wrist_singularity(targets, aside):
     one = targets(q=WRIST)

@@ -19,7 +19,15 @@ from geometry_msgs.msg import (
     WrenchStamped,
 )
 from rclpy.parameter import Parameter
-from ros_harness import BEST_EFFORT, LATCHED, STEP, level_of, nanoseconds, values_of
+from ros_harness import (
+    BEST_EFFORT,
+    BOTH_TRANSPORTS,
+    LATCHED,
+    STEP,
+    level_of,
+    nanoseconds,
+    values_of,
+)
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray, Int8
 from std_srvs.srv import Trigger
@@ -118,6 +126,7 @@ def test_topics_and_services_are_those_of_the_contract(arm):
 # Numbers
 
 
+@BOTH_TRANSPORTS
 def test_pose_of_craig_3r_is_its_closed_form(arm):
     one = arm('craig_3r')
     q1, q2, q3 = Q
@@ -158,6 +167,7 @@ def test_distance_of_planar_2r_near_its_elbow_is_the_angle_of_it(arm):
     assert message.data == pytest.approx(0.01, rel=1e-3)
 
 
+@BOTH_TRANSPORTS
 @pytest.mark.parametrize('name', ['craig_3r', 'puma560', 'scara_hsr065', 'rrp_elementary'])
 def test_pose_jacobian_twist_and_frames_are_the_librarys(arm, name):
     robot = ks.load_robot(name)
@@ -182,6 +192,7 @@ def test_pose_jacobian_twist_and_frames_are_the_librarys(arm, name):
     )
 
 
+@BOTH_TRANSPORTS
 def test_twist_is_the_derivative_of_the_pose(arm):
     one = arm('craig_3r')
     twists = one.hear('twist', TwistStamped)
@@ -195,6 +206,7 @@ def test_twist_is_the_derivative_of_the_pose(arm):
     np.testing.assert_allclose(xyz(twists[2].twist.linear), central, atol=1e-4)
 
 
+@BOTH_TRANSPORTS
 @pytest.mark.parametrize(
     'name',
     [
@@ -211,6 +223,7 @@ def test_scalars_are_the_librarys(arm, name):
     assert message.data == pytest.approx(expected, rel=1e-12)
 
 
+@BOTH_TRANSPORTS
 def test_there_is_no_determinant_where_the_jacobian_is_not_square(arm):
     one = arm('kuka_iiwa14')
     determinants = one.hear('singularity/determinant', Float64)
@@ -224,6 +237,7 @@ def test_there_is_no_determinant_where_the_jacobian_is_not_square(arm):
 # Frames, stamps, order
 
 
+@BOTH_TRANSPORTS
 def test_every_stamped_topic_carries_exactly_the_stamp_of_its_message(arm):
     one = arm()
     stamped = [
@@ -250,6 +264,7 @@ def test_frames_are_named_by_the_robot_file(arm):
     assert velocities[0].body_frame_id == 'tool0'
 
 
+@BOTH_TRANSPORTS
 @pytest.mark.parametrize('axes', ['base', 'tool'])
 def test_twist_and_velocity_are_the_same_in_the_axes_they_name(arm, axes):
     one = arm('craig_3r', ['-p', f'twist_frame:={axes}'])
@@ -266,6 +281,7 @@ def test_twist_and_velocity_are_the_same_in_the_axes_they_name(arm, axes):
     assert velocities[0].reference_frame_id == 'base_link'
 
 
+@BOTH_TRANSPORTS
 @pytest.mark.parametrize('order', ['linear_first', 'angular_first'])
 @pytest.mark.parametrize('axes', ['base', 'tool'])
 def test_the_layout_of_the_jacobian_says_what_its_numbers_are(arm, order, axes):
@@ -286,6 +302,7 @@ def test_the_layout_of_the_jacobian_says_what_its_numbers_are(arm, order, axes):
             assert number == pytest.approx(J[place[label], j], abs=ROUND_OFF)
 
 
+@BOTH_TRANSPORTS
 def test_the_quaternion_is_of_unit_length_and_its_sign_continuous_over_a_full_turn(arm):
     one = arm('craig_3r')
     turns = [one.answer((2 * math.pi * k / 100, 0.2, 0.3)).pose.orientation for k in range(101)]
@@ -295,6 +312,7 @@ def test_the_quaternion_is_of_unit_length_and_its_sign_continuous_over_a_full_tu
     np.testing.assert_allclose(quaternions[-1], -quaternions[0], atol=ROUND_OFF)
 
 
+@BOTH_TRANSPORTS
 def test_pose_goes_out_before_the_jacobian_and_message_k_belongs_to_pose_k(arm):
     one = arm()
     poses, jacobians = [], []
@@ -331,6 +349,7 @@ class Counting(NamedTuple):
         return self.numbers.of(report)
 
 
+@BOTH_TRANSPORTS
 def test_a_topic_nobody_listens_to_is_not_built(arm):
     one = arm()
     asked = []
@@ -343,6 +362,7 @@ def test_a_topic_nobody_listens_to_is_not_built(arm):
     assert asked == ['~/pose'] * 3
 
 
+@BOTH_TRANSPORTS
 def test_a_layout_that_is_not_the_official_one_is_not_used_and_said_once(
     arm, monkeypatch, capfd, transport
 ):
@@ -366,6 +386,7 @@ def test_a_layout_that_is_not_the_official_one_is_not_used_and_said_once(
     assert as_bytes['~/singularity/manipulability'] == (transport == 'bytes')
 
 
+@BOTH_TRANSPORTS
 def test_a_late_listener_is_served_from_then_on(arm):
     one = arm()
     one.answer(Q)
@@ -375,6 +396,7 @@ def test_a_late_listener_is_served_from_then_on(arm):
     assert len(jacobians) == 1
 
 
+@BOTH_TRANSPORTS
 def test_a_best_effort_listener_is_served(arm):
     one = arm()
     poses = one.hear('pose', PoseStamped, BEST_EFFORT)
@@ -520,6 +542,7 @@ def test_the_first_message_is_said_with_the_determinant(arm):
     assert values['measure'] == 'distance'
 
 
+@BOTH_TRANSPORTS
 def test_every_change_of_level_is_said_with_hysteresis(arm):
     one = arm('planar_2r')
     warnings = warnings_of(one)
@@ -576,6 +599,7 @@ def test_a_lost_direction_that_turned_is_said_again(arm):
     assert abs(lost[:2] @ [math.cos(0.6), math.sin(0.6)]) > 0.999
 
 
+@BOTH_TRANSPORTS
 def test_a_warning_says_what_is_lost_who_fights_and_which_way_leads_out(arm):
     one = arm('planar_2r')
     warnings = warnings_of(one)
@@ -595,6 +619,7 @@ def test_a_warning_says_what_is_lost_who_fights_and_which_way_leads_out(arm):
     )
 
 
+@BOTH_TRANSPORTS
 def test_a_late_listener_gets_the_last_warning(arm):
     one = arm('planar_2r')
     one.answer((0.4, 0.01))
@@ -613,6 +638,7 @@ def test_a_structurally_deficient_arm_says_so(arm):
     assert float(values_of(warnings[0])['determinant']) == 0.0
 
 
+@BOTH_TRANSPORTS
 def test_a_warning_is_said_though_a_topic_cannot_be(arm):
     one = arm()
     warnings = warnings_of(one)

@@ -11,7 +11,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from node_process import NodeProcess
-from ros_harness import START, STEP, Arm, Peer, joint_state, nanoseconds
+from ros_harness import BOTH_TRANSPORTS, START, STEP, Arm, Peer, joint_state, nanoseconds
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
@@ -103,6 +103,7 @@ def both_joints(left, right, stamp):
     return joint_state(names, q, (), stamp)
 
 
+@BOTH_TRANSPORTS
 def test_two_arms_share_one_topic_and_one_message(arm):
     arms = shared(arm)
     poses = {side: one.hear('pose', PoseStamped) for side, one in arms.items()}

@@ -19,7 +19,7 @@ from ..kernel import Chain, Closure, Floats, Integers, groups_from
 from ..robot.chain import first_entries
 from ..robot.points import TOOL, Point
 from ..robot.robot import AnyRobot, as_robot
-from .arguments import finite_rows, not_together
+from .arguments import finite_rows, shape_together
 from .forward import BASE, chosen, cross, offset_of, state_of, with_point_at
 from .tool_state import ToolState
 
@@ -102,11 +102,9 @@ def acceleration(
     robot = as_robot(robot)
     state, point = state_of(robot, of, q, qdot), robot.point(of)
     accelerations = finite_rows(JointVectorError, 'qddot', qddot, robot.dof)
-    try:
-        total = acceleration_of(state, point, accelerations, at)
-    except ValueError:
-        shapes = state.q.shape, accelerations.shape
-        raise not_together(JointVectorError, ('q', 'qddot'), shapes, state.q.shape) from None
+    shape = state.q.shape
+    shape_together(JointVectorError, ('q', 'qddot'), shape, accelerations.shape, shape)
+    total = acceleration_of(state, point, accelerations, at)
     return chosen(robot, q, state, total[..., None], of, None, axes)[..., 0]
 
 

@@ -1,6 +1,9 @@
 """What a caller gives beside joint positions: numbers that go together with them, and rows."""
 
+import contextlib
+import math
 from collections.abc import Sequence
+from numbers import Real
 
 import numpy as np
 import numpy.typing as npt
@@ -35,25 +38,38 @@ def finite_rows(
     return array
 
 
-def not_together(
+def shape_together(
     refusal: type[ArgumentError],
     names: tuple[str, str],
-    shapes: tuple[tuple[int, ...], tuple[int, ...]],
+    one: tuple[int, ...],
+    other: tuple[int, ...],
     expected: tuple[int, ...],
-) -> ArgumentError:
-    """Return the refusal of the second of two arguments: leading dimensions do not fit."""
-    one, other = shapes
-    return refusal(
-        f'{" and ".join(names)} have shapes {one} and {other}, which do not go together',
-        names[1],
-        [expected],
-        other,
-    )
+    own: int = 1,
+) -> tuple[int, ...]:
+    """
+    Return what the leading dimensions of two arguments are together, (..., n) and another.
+
+    The second has as many dimensions of its `own`, the last of the expected ones. Where they do
+    not fit, it is refused: an ArgumentError of the type of `refusal`.
+    """
+    if other[-own:] == expected[-own:]:
+        with contextlib.suppress(ValueError):
+            return np.broadcast_shapes(one[:-1], other[:-own])
+    sentence = f'{" and ".join(names)} have shapes {one} and {other}, which do not go together'
+    raise refusal(sentence, names[1], [expected], other)
+
+
+def number_or_nan(value: object) -> float:
+    """Return a number, and what is in no range, nan, for what is none."""
+    try:
+        return float(value) if isinstance(value, Real) else math.nan
+    except OverflowError:
+        return math.inf
 
 
 def check_positive(refusal: type[ArgumentError], name: str, value: float) -> None:
     """Raise an ArgumentError of the type of `refusal` unless a number is finite and above 0."""
-    if not 0.0 < value < np.inf:
+    if not 0.0 < number_or_nan(value) < math.inf:
         raise refusal(f'{name} must be a positive number, not {value}', name, ['above 0'], value)
 
 

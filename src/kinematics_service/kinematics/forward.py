@@ -15,7 +15,7 @@ from ..errors import PointError, TwistError
 from ..kernel import Floats
 from ..robot.points import TOOL, place_in_frame
 from ..robot.robot import AnyRobot, Robot, as_robot
-from .arguments import finite_rows, not_together
+from .arguments import finite_rows, shape_together
 from .tool_state import ToolState, evaluate, evaluate_point
 
 BASE = 'base'
@@ -208,10 +208,8 @@ def twist_at(twist: npt.ArrayLike, r: npt.ArrayLike) -> Floats:
     [0.0, 1.0, 0.0, 0.0, 0.0, 2.0]
     """
     V, offset = finite_rows(TwistError, 'twist', twist, 6), finite_rows(TwistError, 'r', r, 3)
-    try:
-        linear = V[..., :3] + cross(V[..., 3:, None], offset[..., None])[..., 0]
-    except ValueError:
-        raise not_together(TwistError, ('twist', 'r'), (V.shape, offset.shape), (3,)) from None
+    shape_together(TwistError, ('twist', 'r'), V.shape, offset.shape, (3,))
+    linear = V[..., :3] + cross(V[..., 3:, None], offset[..., None])[..., 0]
     return np.concatenate([linear, np.broadcast_to(V[..., 3:], linear.shape)], axis=-1)
 
 

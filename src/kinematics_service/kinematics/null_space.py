@@ -11,7 +11,7 @@ from ..kernel import Floats
 from ..robot.points import TOOL
 from ..robot.robot import AnyRobot, as_robot
 from ..robot.task import Task
-from .arguments import finite_rows, not_together
+from .arguments import finite_rows, shape_together
 from .forward import state_of
 from .singularity import singularity_of
 from .task_jacobian import task_jacobian, task_of
@@ -71,11 +71,8 @@ def null_space(
         return basis_of(task, J)
     expected = robot.dof, robot.dof - task.generic_rank
     before = finite_rows(JointVectorError, 'near', near, expected[1])
-    try:
-        np.broadcast_shapes(before.shape, (*J.shape[:-2], *expected))
-    except ValueError:
-        shapes = (*J.shape[:-2], robot.dof), before.shape
-        raise not_together(JointVectorError, ('q', 'near'), shapes, expected) from None
+    shape = *J.shape[:-2], robot.dof
+    shape_together(JointVectorError, ('q', 'near'), shape, before.shape, expected, own=2)
     return basis_of(task, J, before)
 
 

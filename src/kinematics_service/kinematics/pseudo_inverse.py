@@ -18,6 +18,7 @@ from ..kernel import Floats
 from ..robot.chain import FrozenArrays
 from ..robot.points import TOOL
 from ..robot.robot import AnyRobot, as_robot
+from .arguments import check_positive, number_or_nan
 from .forward import state_of
 from .task_jacobian import task_jacobian, task_of
 
@@ -84,13 +85,10 @@ def inverted(sigma: Floats, length: float, damping: float, damped_below: float) 
     ServoSettingsError
         `damping` is negative, `damped_below` not positive, or one of them not finite.
     """
-    for name, value, fits in (
-        ('damping', damping, damping >= 0.0),
-        ('damped_below', damped_below, damped_below > 0.0),
-    ):
-        if not (fits and np.isfinite(value)):
-            least = 'not negative' if name == 'damping' else 'positive'
-            raise ServoSettingsError(f'{name} must be finite and {least}, not {value}', name)
+    if not 0.0 <= number_or_nan(damping) < np.inf:
+        told = f'damping must be finite and not negative, not {damping}'
+        raise ServoSettingsError(told, 'damping')
+    check_positive(ServoSettingsError, 'damped_below', damped_below)
     kept = sigma > kernel.RANK_TOLERANCE * np.maximum(sigma[..., :1], np.finfo(float).tiny)
     share = np.minimum(sigma / (damped_below * length), 1.0)
     of_each = damping * np.sqrt(1.0 - share * share)

@@ -15,7 +15,7 @@ from ..kernel import Floats
 from ..robot.chain import FrozenArrays
 from ..robot.points import TOOL
 from ..robot.robot import AnyRobot, Robot, as_robot
-from .arguments import finite_rows, not_together
+from .arguments import finite_rows, shape_together
 from .forward import BASE, jacobian
 from .pseudo_inverse import DAMPED_BELOW, inverted
 
@@ -98,11 +98,9 @@ def joint_torques(
     robot = as_robot(robot)
     J = jacobian(robot, q, axes, of=of, at=at)
     F = finite_rows(WrenchError, 'wrench', wrench, 6)
-    try:
-        return np.asarray(np.einsum('...ij,...i->...j', J, F))
-    except ValueError:
-        shapes = (*J.shape[:-2], robot.dof), F.shape
-        raise not_together(WrenchError, ('q', 'wrench'), shapes, (6,)) from None
+    shape = *J.shape[:-2], robot.dof
+    shape_together(WrenchError, ('q', 'wrench'), shape, F.shape, (6,))
+    return np.asarray(np.einsum('...ij,...i->...j', J, F))
 
 
 def wrench_from_torques(
@@ -147,11 +145,8 @@ def wrench_from_torques(
     robot = as_robot(robot)
     J = jacobian(robot, q, axes, of=of, at=at)
     tau = finite_rows(JointVectorError, 'torques', torques, robot.dof)
-    try:
-        np.broadcast_shapes(J.shape[:-2], tau.shape[:-1])
-    except ValueError:
-        shapes = (*J.shape[:-2], robot.dof), tau.shape
-        raise not_together(JointVectorError, ('q', 'torques'), shapes, (robot.dof,)) from None
+    shape = *J.shape[:-2], robot.dof
+    shape_together(JointVectorError, ('q', 'torques'), shape, tau.shape, (robot.dof,))
     return wrench_of(robot, J, tau, damping, damped_below)
 
 

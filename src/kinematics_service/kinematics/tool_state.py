@@ -13,7 +13,7 @@ from ..kernel import Chain, Floats
 from ..notebook import as_html
 from ..robot.points import Point
 from ..robot.robot import AnyRobot, Robot, as_robot
-from .arguments import not_together
+from .arguments import shape_together
 from .closure import LoopClosure, closure_in, why_not_closed
 from .threads import in_parts
 
@@ -323,11 +323,8 @@ def _not_finite(row: int, q: Floats, qdot: Floats, shape: tuple[int, ...]) -> Jo
 
 
 def _broadcast(q: Floats, qdot: Floats) -> tuple[Floats, Floats]:
-    try:
-        shape = np.broadcast_shapes(q.shape, qdot.shape)
-    except ValueError:
-        shapes = q.shape, qdot.shape
-        raise not_together(JointVectorError, ('q', 'qdot'), shapes, q.shape) from None
+    leading = shape_together(JointVectorError, ('q', 'qdot'), q.shape, qdot.shape, q.shape)
+    shape = *leading, q.shape[-1]
     # A copy in C order: by itself numpy would keep the order of the repeated axis.
     return (
         np.array(np.broadcast_to(q, shape), order='C'),

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from ...errors import JointVectorError, PlanError, TargetError
 from ...kernel import Floats, Integers
 from ...robot.robot import AnyRobot, Robot, as_robot
+from ..arguments import number_or_nan
 from ..inverse.problem.plan import InversePlan, plan_for
 from ..inverse.problem.target import IkTarget, ik_target_of
 from ..inverse.result import Complete, IkResult
@@ -94,7 +95,7 @@ def follow_family(
     'yes'
     """
     robot = as_robot(robot)
-    if not 0.0 < max_step <= LARGEST_STEP:
+    if not 0.0 < number_or_nan(max_step) <= LARGEST_STEP:
         raise PlanError(
             f'max_step must be above 0, at most {LARGEST_STEP:g} rad, not {max_step}',
             'max_step',

@@ -11,7 +11,7 @@ from ...errors import JointVectorError, PlanError
 from ...kernel import Floats
 from ...robot.measures import MEASURES
 from ...robot.robot import AnyRobot, Robot, as_robot
-from ..arguments import check_positive
+from ..arguments import check_positive, number_or_nan
 from .closed_plan import ClosedPlan
 from .extremes import largest
 from .point_speed import TOOL, speed_over_plan
@@ -159,7 +159,7 @@ def _table(robot: Robot, table: npt.ArrayLike | None, name: str, count: int) -> 
 
 
 def _threshold(distance: float) -> float:
-    if refusal := MEASURES[DISTANCE].refusal(distance):
+    if refusal := MEASURES[DISTANCE].refusal(number_or_nan(distance)):
         raise PlanError(f'distance {refusal}', 'distance', ['above 0, at most 1 rad'], distance)
     return float(distance)
 

@@ -13,7 +13,7 @@ from ....errors import TargetError
 from ....kernel import Floats
 from ....robot.robot import Robot
 from ....robot.task import ROW_NAMES
-from ...arguments import rows_in_order
+from ...arguments import number_or_nan, rows_in_order
 
 IDENTITY = np.eye(4)
 
@@ -113,7 +113,7 @@ def ik_target_of(
         The target is of another shape, not finite or no rigid motion; a row or an axis does not
         exist, or they do not go together; the tolerance is negative or not finite.
     """
-    if not (math.isfinite(tolerance) and tolerance >= 0.0):
+    if not 0.0 <= number_or_nan(tolerance) < math.inf:
         raise TargetError(
             f'tolerance must be 0 or a positive number (m and rad), not {tolerance}', 'tolerance'
         )
