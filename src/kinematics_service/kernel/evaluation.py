@@ -31,7 +31,6 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
         chain.screws_at, frames 4 x 4 each at chain.frames_at. Rows of J and the twist:
         vx vy vz wx wy wz of the tool's origin.
     """
-    arrays.given(chain)
     count, n = arrays.extent(q, 0), chain.dof
     if (
         arrays.extent(q, 1) != n
@@ -107,7 +106,6 @@ def evaluate_one(arm: Arm, q: Floats, qdot: Floats, row: Floats) -> int:
         Its length tells how much of it is filled: a depth of `evaluate`. The arguments are few,
         because a call spends as much time on each of them as on a joint.
     """
-    arrays.given(arm)
     n = arm.chain.dof
     if arrays.size(q) != n or arrays.size(qdot) != n:
         return -2

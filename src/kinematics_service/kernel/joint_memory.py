@@ -167,5 +167,4 @@ def clear(memory: JointMemory) -> None:
 
 def forget(memory: JointMemory) -> None:
     """Forget the states of all joints."""
-    arrays.given(memory)
     clear(memory)

@@ -372,7 +372,6 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
         robot file, value and gradient of each; the
         singular pose that was found nearest (n,).
     """
-    arrays.given(arm)
     _check_rows(arm, rows, measures)
     count, row_width = arrays.extent(rows, 0), arrays.extent(rows, 1)
     table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * arm.chain.dof)
@@ -399,7 +398,6 @@ def find_nearest(
     in_order
         Whether they are poses of a motion, of which the search has seen those before.
     """
-    arrays.given(search)
     arm = search.arm
     _check_rows(arm, rows, measures)
     count, row_width = arrays.extent(rows, 0), arrays.extent(rows, 1)
@@ -418,7 +416,6 @@ def measure_one(search: NearestSearch, row: Floats, measures: Floats) -> None:
     Do `measure` and `find_nearest` for one row, after which its q stands, as `evaluate_one` has
     it.
     """
-    arrays.given(search)
     arm = search.arm
     tail = 2 * arm.chain.dof + places.ROW_TAIL
     evaluated = arrays.numbers(row, arm.chain.frames_at + tail)

@@ -106,9 +106,6 @@ def observe_bytes(
     answers
         What is filled with the state, as `fill_messages` does it.
     """
-    arrays.given(search)
-    arrays.given(memory)
-    arrays.given(form)
     arm = search.arm
     if len(data) != form.size:
         return places.NOT_THIS_FORM

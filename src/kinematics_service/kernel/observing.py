@@ -251,9 +251,6 @@ def observe(
         As `evaluate_one` fills it, but the quaternion at its end with its sign continuous over
         time. If the width is 0, q and qdot only.
     """
-    arrays.given(arm)
-    arrays.given(memory)
-    arrays.given(ours)
     at = arrays.size(row) - 2 * memory.joints - places.ROW_TAIL
     check_fit(arm, memory, ours, arrays.size(positions), at)
     return take(

@@ -101,7 +101,6 @@ def fill_messages(
     row, measures
         Together at least `messages.needed` numbers.
     """
-    arrays.given(messages)
     size, measured = arrays.size(row), arrays.size(measures)
     if messages.needed > size + measured:
         raise TypeError(TOO_FEW)

@@ -298,7 +298,6 @@ def covariances(
     q, qdot : shape (N, n), rad or m, rad/s or m/s
         Where they were evaluated.
     """
-    arrays.given(errors)
     n, count, width = errors.chain.dof, arrays.extent(rows, 0), arrays.extent(rows, 1)
     if width < errors.chain.width:
         raise TypeError('the arrays of covariances do not go together')

@@ -262,12 +262,6 @@ class ClosedForm:
         It includes round-off.
     """
 
-    way: int
-    error: float
-    size: float
-    n: int
-    k: int
-
     def __init__(
         self,
         way: int,
@@ -279,17 +273,14 @@ class ClosedForm:
         to_screws: Floats,
         error: float,
     ) -> None:
-        self.way, self.error, self.size = way, error, 0.0
-        self.backwards: bool = backwards
+        self.way, self.backwards, self.error, self.size = way, backwards, error, 0.0
         self.n, self.k = arrays.extent(to_joints, 0), arrays.extent(to_joints, 1)
         if self.k != (3 if self.way == places.POSITION_3 else 6):
             raise TypeError('a closed form has three screws for a position, six for a pose')
-        self.screws: Flat = arrays.numbers(screws, 7 * self.k)
-        self.point: Flat = arrays.numbers(point, 3)
-        self.home_inverse: Flat = arrays.numbers(home_inverse, 16)
-        self.to_joints: Flat = arrays.numbers(to_joints, self.n * self.k)
-        self.to_screws: Flat = arrays.numbers(to_screws, self.n * self.k)
-        self._arrays: tuple[object, ...] = screws, point, home_inverse, to_joints, to_screws
+        self.screws, self.point = arrays.numbers(screws, 7 * self.k), arrays.numbers(point, 3)
+        self.home_inverse = arrays.numbers(home_inverse, 16)
+        self.to_joints = arrays.numbers(to_joints, self.n * self.k)
+        self.to_screws = arrays.numbers(to_screws, self.n * self.k)
         for k in range(self.k):
             at = vectors.point_of(self.screws, k)
             self.size = max(self.size, math.sqrt(vectors.dot(at, at)))
@@ -362,7 +353,6 @@ def inverse_candidates(
     said : shape (1,)
         How far they are from solutions, rad; infinite where one may be missing.
     """
-    arrays.given(form)
     return form.candidates(
         arrays.numbers(T, 16),
         0.0,

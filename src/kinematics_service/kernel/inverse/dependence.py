@@ -52,7 +52,6 @@ def free_motions(
     motions : shape (N, n, n)
         Unit joint motions, scaled, one row per singular value.
     """
-    arrays.given(residual)
     n, count = residual.n, arrays.extent(q, 0)
     counted, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)
     values, turns = arrays.results(sigma, count * n), arrays.results(motions, count * n * n)
@@ -91,7 +90,6 @@ def pivots(residual: Residual, scales: Floats, q: Floats, shares: Floats) -> Non
     residual, scales, q
         As for `free_motions`; the share is 0, too, if there are more joints than rows.
     """
-    arrays.given(residual)
     n, count = residual.n, arrays.extent(q, 0)
     counted, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)
     result = arrays.results(shares, count)

@@ -67,7 +67,6 @@ def first_solution(
     solution
         Room for one.
     """
-    arrays.given(refinement)
     solutions.require_fit(refinement.residual, joints, solution, 1)
     count = arrays.extent(starts, 0)
     middle, tries = arrays.numbers(near, joints.n), arrays.numbers(starts, count * joints.n)

@@ -79,7 +79,6 @@ def servo(step: ServoOutput, q: Floats, row: Floats, twist: Floats) -> None:
     twist : shape (6,), m/s and rad/s
         In base axes, at the tool's origin.
     """
-    arrays.given(step)
     n = step.servo.n
     positions, wanted = arrays.numbers(q, n), arrays.numbers(twist, 6)
     _fill(step, positions, arrays.numbers(row, places.JACOBIAN_AT + 6 * n), wanted)

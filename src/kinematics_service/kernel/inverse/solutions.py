@@ -4,7 +4,7 @@ import math
 from typing import TypeVar
 
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
+from ..layout.arrays import Flat, Floats, Integers
 from .joints import Joints
 from .residuals import Residual
 
@@ -34,27 +34,13 @@ class Solutions:
         Whether those are small, too, so that there are no other solutions.
     """
 
-    count: int
-    regular: bool
-    sure: bool
-    most: int
-    n: int
-
     def __init__(self, q: Floats) -> None:
         self.most, self.n, self.count = arrays.extent(q, 0), arrays.extent(q, 1), 0
-        self.regular, self.sure = False, False
-        self.q: Floats = q
-        self.rows: Flat = arrays.results(q, self.most * self.n)
-        self.room: Flat = arrays.scratch(self.most * (self.n + 6))
-        self.misses: Flat = self.room
-        self.margins: Flat = arrays.after(self.misses, self.most)
-        self.shares: Flat = arrays.after(self.margins, self.most)
-        self.postures: FlatIntegers = arrays.as_whole(arrays.after(self.shares, self.most))
-        self.beyond: FlatIntegers = arrays.whole_after(self.postures, 3 * self.most)
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        self.regular, self.sure, self.q = False, False, q
+        self.rows = arrays.results(q, self.most * self.n)
+        most = self.most
+        self.misses, self.margins, self.shares = arrays.rooms(most, most, most)
+        self.postures, self.beyond = arrays.whole_rooms(3 * most, most * self.n)
 
     def take(self, k: int, joints: Joints, q: Flat, misses: float) -> None:
         """Take q (n,) as solution k, with its distance to the limits."""
@@ -154,18 +140,9 @@ class SolutionCandidates:
     """
 
     def __init__(self, most: int, n: int) -> None:
-        self.n: int = n
-        self.room: Flat = arrays.scratch(most * (n + 4) + n)
-        self.q: Flat = self.room
-        self.errors: Flat = arrays.after(self.q, most * n)
-        self.away: Flat = arrays.after(self.errors, most)
-        self.halfway: Flat = arrays.after(self.away, most)
-        self.which: FlatIntegers = arrays.as_whole(arrays.after(self.halfway, n))
-        self.met: FlatIntegers = arrays.whole_after(self.which, most)
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        self.n = n
+        self.q, self.errors, self.away, self.halfway = arrays.rooms(most * n, most, most, n)
+        self.which, self.met = arrays.whole_rooms(most, most)
 
     def sort_by_error(self, count: int) -> None:
         """Sort the first rows by their errors; rows with equal errors keep their order."""
@@ -215,9 +192,6 @@ class SolutionCandidates:
 
 def require_fit(residual: Residual, joints: Joints, solution: Solutions, most: int) -> None:
     """Refuse arguments of arms with different joints, and room for too few solutions."""
-    arrays.given(joints)
-    arrays.given(residual)
-    arrays.given(solution)
     if joints.n != residual.n or solution.n != joints.n or solution.most < most:
         raise TypeError('a target, an arm and the room for its solutions do not go together')
 
@@ -249,8 +223,6 @@ def distinct(
     which, met : shape (N,)
         Rows kept, and the number of rows that each represents.
     """
-    arrays.given(residual)
-    arrays.given(joints)
     n, rows = joints.n, arrays.extent(q, 0)
     positions, left = arrays.numbers(q, rows * n), arrays.numbers(errors, rows)
     kept, times = arrays.whole_results(which, rows), arrays.whole_results(met, rows)

@@ -136,8 +136,6 @@ def closed_solutions(
     kept
         Room for MOST_CANDIDATES solutions, or for one if that is enough.
     """
-    arrays.given(form)
-    arrays.given(refinement)
     most = places.MOST_CANDIDATES
     solutions.require_fit(refinement.residual, joints, kept, 1 if only_one else most)
     if form.n != joints.n:
@@ -211,8 +209,6 @@ def closed_solutions_of_each(
     counts : shape (N, 2)
         How many solutions each has, and 1 where there are surely no others.
     """
-    arrays.given(form)
-    arrays.given(refinement)
     most, count = places.MOST_CANDIDATES, arrays.extent(poses, 0)
     solutions.require_fit(refinement.residual, joints, kept, count * most)
     if form.n != joints.n:
@@ -263,8 +259,6 @@ def eliminated_solutions(
         How many complex solutions were found, each certified; how many of them are real; 1 where
         no real one is missing.
     """
-    arrays.given(arm)
-    arrays.given(refinement)
     most = places.MOST_CANDIDATES
     solutions.require_fit(refinement.residual, joints, kept, most)
     if joints.n != 6:

@@ -280,7 +280,6 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     section : shape (Closure.width,)
         As `Closure` says.
     """
-    arrays.given(first)
     known = len(groups_from(first))
     told, slopes = [0.0] * 72, [0.0] * 324
     passive = first.variables - dof
@@ -312,7 +311,6 @@ def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
     closed : shape (N,)
         0 where the loops close, or the number of the group that does not, counted from the last.
     """
-    arrays.given(chain)
     arrays.given(chain.closure)
     count, n, width = arrays.extent(q, 0), chain.dof, chain.closure.width
     if arrays.extent(q, 1) != n or arrays.extent(sections, 1) != width:

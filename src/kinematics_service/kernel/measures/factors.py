@@ -69,7 +69,6 @@ class Tape:
         if len(table) != len(constants) or not _goes_together(table, ends):
             raise TypeError('the arrays of a tape do not go together')
         begins = _begins(table, ends)
-        self._arrays: tuple[object, ...] = operations, constants, ends, begins
         self.steps: int = len(constants)
         self.factors: int = len(ends)
         self.joints: int = int(np.max(table[table[:, 0] == places.JOINT, 1], initial=-1)) + 1
@@ -255,7 +254,6 @@ def _write_factor(
 
 def evaluate_factors(tape: Tape, q: Floats, results: Floats) -> None:
     """Fill `results` (N, factors, 1 + n) with value and gradient of each factor at q (N, n)."""
-    arrays.given(tape)
     count, n, factors = arrays.extent(q, 0), arrays.extent(q, 1), tape.factors
     if n < tape.joints:
         raise TypeError('the arrays of factors do not go together')

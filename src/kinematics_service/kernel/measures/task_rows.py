@@ -40,7 +40,6 @@ class TaskRows:
         rows_are_there = bool(np.all((axis >= 0) & (axis < 6)))
         if not (rows_are_there and 0 < generic_rank <= min(len(axis), len(column_scale))):
             raise TypeError('the arrays of a task do not go together')
-        self._arrays: tuple[object, ...] = axis, rotation, row_scale, column_scale
         self.joints, self.count = len(column_scale), len(axis)
         self.generic_rank: int = generic_rank
         self.axis: FlatIntegers = arrays.whole(axis, self.count)

@@ -13,7 +13,7 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers, Floats
+from ..layout.arrays import Flat, Floats
 from ..six_joints import complex_numbers, pairs
 from ..six_joints.complex_product import Product
 from ..six_joints.pairs import Complex
@@ -62,23 +62,6 @@ class CurveChart:
         How far the chart reaches, in units of the parameter's motion, and the tube's radius.
     """
 
-    n: int
-    rows: int
-    width: int
-    whole: bool
-    length: float
-    parameter: int
-    frame: int
-    h: float
-    r: float
-    inverse: float
-    second: float
-    turned: float
-    along: float
-    bending: float
-    cubic: float
-    left: float
-
     def __init__(
         self, screws: Floats, motion: Floats, centre: Floats, whole: bool, length: float
     ) -> None:
@@ -87,36 +70,18 @@ class CurveChart:
             raise TypeError('a self-motion has one joint more than its target has rows')
         self.whole, self.length = whole, length
         self.width = self.n + 1 + self.rows
-        self.screws: Flat = arrays.numbers(screws, 7 * self.n)
-        self.motion: Flat = arrays.numbers(motion, 16)
-        self.given: Flat = arrays.numbers(centre, 3)
-        self.product: Product = Product(self.n)
+        self.screws, self.given = arrays.numbers(screws, 7 * self.n), arrays.numbers(centre, 3)
+        self.motion = arrays.numbers(motion, 16)
+        self.product = Product(self.n)
         n = self.n
-        self.room: Flat = arrays.scratch(37 * n + 12 * self.width + 72)
-        self.t: Flat = self.room
-        self.linear: Flat = arrays.after(self.t, 2 * n)
-        self.angular: Flat = arrays.after(self.linear, 6 * n)
-        self.sizes: Flat = arrays.after(self.angular, 6 * n)
-        self.W: Flat = arrays.after(self.sizes, n)
-        self.w: Flat = arrays.after(self.W, 2 * 6 * self.width)
-        self.b: Flat = arrays.after(self.w, 2 * n)
-        self.c: Flat = arrays.after(self.b, 2 * n)
-        self.predicted: Flat = arrays.after(self.c, 2 * n)
-        self.kept: Flat = arrays.after(self.predicted, 2 * n)
-        self.turning: Flat = arrays.after(self.kept, n)
-        self.column: Flat = arrays.after(self.turning, 12 * n)
-        self.series: Flat = arrays.after(self.column, 12)
-        self.centre: Flat = arrays.after(self.series, 48)
-        self.order: FlatIntegers = arrays.as_whole(arrays.after(self.centre, 6))
-        self.used: FlatIntegers = arrays.whole_after(self.order, 6)
+        self.t, self.linear, self.angular, self.sizes = arrays.rooms(2 * n, 6 * n, 6 * n, n)
+        self.W, self.w, self.b, self.c = arrays.rooms(12 * self.width, 2 * n, 2 * n, 2 * n)
+        self.predicted, self.kept, self.turning = arrays.rooms(2 * n, n, 12 * n)
+        self.column, self.series, self.centre = arrays.rooms(12, 48, 6)
+        self.order, self.used = arrays.whole_rooms(6, n)
         self.parameter, self.frame, self.h, self.r = 0, 0, 0.0, 0.0
         self.inverse, self.second, self.turned = 0.0, 0.0, 0.0
         self.along, self.bending, self.cubic, self.left = 0.0, 0.0, 0.0, 0.0
-        self._arrays: tuple[object, ...] = screws, motion, centre
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
 
     def require(self, joint: int) -> None:
         """Raise TypeError if there is no such joint."""

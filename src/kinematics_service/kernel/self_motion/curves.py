@@ -35,7 +35,6 @@ def trace(chart: CurveChart, start: Floats, side: float, samples: Floats, closed
     closed : shape (1,)
         1 where the curve closed, 0 where it could not be followed or the room was used up.
     """
-    arrays.given(chart)
     n = chart.n
     most = arrays.extent(samples, 0)
     rows, how = arrays.results(samples, 2 * most * n), arrays.whole_results(closed, 1)
@@ -96,7 +95,6 @@ def follow(chart: CurveChart, t: Floats, joint: int, end: float, shortest: float
     shortest : rad or m
         Pieces that are shorter stop it.
     """
-    arrays.given(chart)
     n = chart.n
     at = arrays.results(t, 2 * n)
     chart.require(joint)
@@ -145,7 +143,6 @@ def spread(chart: CurveChart, begin: Floats, end: Floats, widths: Floats) -> boo
     widths : shape (n,), rad or m
         Of each screw.
     """
-    arrays.given(chart)
     n = chart.n
     first, last = arrays.numbers(begin, n), arrays.numbers(end, n)
     written, room = arrays.results(widths, n), arrays.scratch(2 * n)
@@ -179,7 +176,6 @@ def passes(chart: CurveChart, begin: Floats, end: Floats) -> bool:
     begin, end : shape (n,), rad or m
         Positions of the screws; full turns of joints that turn do not count.
     """
-    arrays.given(chart)
     n = chart.n
     first, last = arrays.numbers(begin, n), arrays.numbers(end, n)
     room = arrays.scratch(2 * n)
@@ -208,7 +204,6 @@ def fold_near(chart: CurveChart, t: Floats, joint: int) -> bool:
     joint
         Which of the screws.
     """
-    arrays.given(chart)
     n = chart.n
     at = arrays.results(t, 2 * n)
     chart.require(joint)
@@ -237,7 +232,6 @@ def fold_at(chart: CurveChart, t: Floats, joint: int, radius: float, fold: Float
         (rad or m) the joint may be and have exactly two solutions in the chart; up to which share
         of it these are; and how far any of them is from it, in units of u.
     """
-    arrays.given(chart)
     n = chart.n
     at, written = arrays.numbers(t, 2 * n), arrays.results(fold, 4)
     chart.require(joint)
@@ -285,7 +279,6 @@ def write_beside_fold(chart: CurveChart, joint: int, away: float, side: float, t
     t : shape (n, 2), rad or m
         Positions of the screws.
     """
-    arrays.given(chart)
     at = arrays.results(t, 2 * chart.n)
     chart.require(joint)
     # The joint moves by b s^2 / 2.
@@ -300,5 +293,4 @@ def write_beside_fold(chart: CurveChart, joint: int, away: float, side: float, t
 
 def holds(chart: CurveChart, t: Floats, share: float) -> bool:
     """Return whether a solution (n, 2) is on a chart's curve, up to a share of its reach."""
-    arrays.given(chart)
     return chart.holds(arrays.numbers(t, 2 * chart.n), share)

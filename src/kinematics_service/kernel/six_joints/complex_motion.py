@@ -4,7 +4,7 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays
-from ..layout.arrays import Flat, Numbers, Vector
+from ..layout.arrays import Numbers, Vector
 from . import complex_numbers, complex_product, pairs
 from .complex_product import Product
 from .pairs import Complex
@@ -74,23 +74,12 @@ class Motion:
         one is nearer by far.
     """
 
-    first: float
-    radius: float
-
     def __init__(self) -> None:
-        self.product: Product = Product(6)
-        self.R: Flat = self.product.R
-        self.p: Flat = self.product.p
-        self.axes: Flat = self.product.axes
-        self.points: Flat = self.product.points
-        self.J: Flat = arrays.scratch(12 * WIDTH + 12)
-        self.weights: Flat = arrays.after(self.J, 12 * WIDTH)
-        self.sizes: Flat = arrays.after(self.weights, 6)
+        self.product = Product(6)
+        self.R, self.p = self.product.R, self.product.p
+        self.axes, self.points = self.product.axes, self.product.points
+        self.J, self.weights, self.sizes = arrays.rooms(12 * WIDTH, 6, 6)
         self.first, self.radius = 0.0, 0.0
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.J)
 
     def improve(self, loop: SixScrews, t: Numbers) -> bool:
         """Move positions t (6 pairs) to a solution; return whether the steps ended at one."""

@@ -47,18 +47,10 @@ class Product:
     """
 
     def __init__(self, count: int) -> None:
-        self.count: int = count
-        self.room: Flat = arrays.scratch(24 + 30 * count + 4)
-        self.R: Flat = self.room
-        self.p: Flat = arrays.after(self.R, 18)
-        self.axes: Flat = arrays.after(self.p, 6)
-        self.points: Flat = arrays.after(self.axes, 6 * count)
-        self.frames: Flat = arrays.after(self.points, 6 * count)
-        self.turn: Flat = arrays.after(self.frames, 18 * count)
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        self.count = count
+        self.R, self.p, self.turn = arrays.rooms(18, 6, 4)
+        self.axes, self.points = arrays.rooms(6 * count, 6 * count)
+        (self.frames,) = arrays.rooms(18 * count)
 
     def multiply(self, screws: Flat, t: Numbers) -> None:
         """Fill in the product of screws (count, 7) at positions t (count pairs)."""

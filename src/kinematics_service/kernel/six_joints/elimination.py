@@ -41,26 +41,11 @@ class Elimination:
         last pivot that round-off is, as a share of what is left of the shortest one.
     """
 
-    count: int
-    rank: int
-    error: float
-
     def __init__(self) -> None:
-        self.room: Flat = arrays.scratch(1700)
-        self.line: Flat = self.room
-        self.goal: Flat = arrays.after(self.line, 15)
-        self.fifth: Flat = arrays.after(self.goal, 15)
-        self.fourth: Flat = arrays.after(self.fifth, 45)
-        self.left: Flat = arrays.after(self.fourth, 135)
-        self.first: Flat = arrays.after(self.left, 405)
-        self.right: Flat = arrays.after(self.first, 45)
-        self.table: Flat = arrays.after(self.right, 135)
-        self.equations: Flat = arrays.after(self.table, 490)
+        self.line, self.goal, self.fifth, self.fourth = arrays.rooms(15, 15, 45, 135)
+        self.left, self.first, self.right, self.table = arrays.rooms(405, 45, 135, 490)
+        (self.equations,) = arrays.rooms(EQUATIONS * LEFT)
         self.count, self.rank, self.error = 0, 0, 0.0
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
 
     def eliminate(self, loop: SixScrews) -> None:
         """Fill in the equations of a loop."""

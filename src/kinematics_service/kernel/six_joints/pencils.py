@@ -11,7 +11,7 @@ import math
 
 from ..forward import chain_pass
 from ..layout import arrays, places
-from ..layout.arrays import Flat, Numbers
+from ..layout.arrays import Numbers
 from . import pairs, trigonometric_samples
 from .elimination import Elimination
 from .pairs import Complex
@@ -46,28 +46,12 @@ class Pencil:
         How far round-off may have moved them.
     """
 
-    degree: int
-    count: int
-    noise: float
-    gap: float
-    error: float
-    pivot: float
-
     def __init__(self) -> None:
-        self.room: Flat = arrays.scratch(3 * 336 + 3 * SQUARE + 12 + 2 * SQUARE + 26 + 64 + 32)
-        self.rows: Flat = self.room
-        self.M: Flat = arrays.after(self.rows, 3 * 336)
-        self.columns: Flat = arrays.after(self.M, 3 * SQUARE)
-        self.work: Flat = arrays.after(self.columns, SIZE)
-        self.coefficients: Flat = arrays.after(self.work, 2 * SQUARE)
-        self.circle: Flat = arrays.after(self.coefficients, 26)
-        self.samples: Flat = arrays.after(self.circle, 64)
+        self.rows, self.M, self.columns = arrays.rooms(3 * 336, 3 * SQUARE, SIZE)
+        self.work, self.coefficients = arrays.rooms(2 * SQUARE, 26)
+        self.circle, self.samples = arrays.rooms(2 * MOST_SAMPLES, MOST_SAMPLES)
         self.degree, self.count = 0, 0
         self.noise, self.gap, self.error, self.pivot = 0.0, 0.0, 0.0, 0.0
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
 
     def build(self, elimination: Elimination, swapped: bool, slides: bool) -> None:
         """

@@ -21,7 +21,7 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers, Numbers, Vector
+from ..layout.arrays import Numbers, Vector
 from . import complex_motion, complex_numbers, pairs, trigonometric_samples
 from .complex_motion import Motion
 from .pairs import Complex
@@ -84,36 +84,14 @@ class SphericalLinkage:
         Round-off, as a share of the polynomial's largest value.
     """
 
-    turning: int
-    second: int
-    before: int
-    hidden: int
-    other: int
-    degree: int
-    across: bool
-    bent: float
-    reach: float
-    noise: float
-
     def __init__(self) -> None:
-        self.room: Flat = arrays.scratch(6 + 9 + 9 + 9 + 2 * SAMPLES + SAMPLES + 10 + 6 + 4 + 24)
-        self.order: FlatIntegers = arrays.as_whole(self.room)
-        self.way: Flat = arrays.after(self.room, 6)
-        self.E: Flat = arrays.after(self.way, 9)
-        self.F: Flat = arrays.after(self.E, 9)
-        self.circle: Flat = arrays.after(self.F, 9)
-        self.values: Flat = arrays.after(self.circle, 2 * SAMPLES)
-        self.coefficients: Flat = arrays.after(self.values, SAMPLES)
-        self.vector: Flat = arrays.after(self.coefficients, 10)
-        self.turn: Flat = arrays.after(self.vector, 6)
-        self.columns: Flat = arrays.after(self.turn, 4)
+        (self.order,) = arrays.whole_rooms(6)
+        self.way, self.E, self.F = arrays.rooms(9, 9, 9)
+        self.circle, self.values, self.coefficients = arrays.rooms(2 * SAMPLES, SAMPLES, 10)
+        self.vector, self.turn, self.columns = arrays.rooms(6, 4, 24)
         self.turning, self.second, self.before = 0, 0, 0
         self.hidden, self.other, self.degree = 0, 0, 0
         self.across, self.bent, self.reach, self.noise = False, 0.0, 0.0, 1.0
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
 
     def build(self, loop: SixScrews, swapped: bool) -> None:
         """Fill in the polynomial; `swapped`: of the second turning joint, not of the first."""
