@@ -41,7 +41,10 @@ OBJECTS = dict.fromkeys(('Floats', 'Integers', 'Bytes'), 'ndarray') | {'bytes': 
 TUPLES = {'(double, double)': 'Pair', '(double, double, double)': 'Triple'}
 # What gives an object rooms of its own, and what the addresses of arrays.
 ROOMS = {'arrays.rooms': 'double*', 'arrays.whole_rooms': 'long long*'}
-ADDRESSES = ('numbers', 'results', 'whole', 'whole_results', 'octets', 'octets_to_fill')
+ADDRESSES = [
+    *('arrays.numbers', 'arrays.results', 'arrays.whole', 'arrays.whole_results'),
+    *('arrays.octets', 'arrays.octets_to_fill'),
+]
 ONLY_PYTHON = (ast.GeneratorExp, ast.ListComp, ast.SetComp, ast.DictComp)
 # Compiled once more for processors with AVX2: with it the measures of one pose take 0.85 of the
 # time.
@@ -520,10 +523,13 @@ def rooms_of(init: ast.FunctionDef) -> list[ast.Assign]:
 
 
 def kept_by(init: ast.FunctionDef) -> list[str]:
-    """Return the arrays whose addresses `__init__` asks for."""
-    calls = [one for one in ast.walk(init) if isinstance(one, ast.Call) and one.args]
-    names = [(ast.unparse(call.func), ast.unparse(call.args[0])) for call in calls]
-    return [array for name, array in names if name in [f'arrays.{one}' for one in ADDRESSES]]
+    """Return the arrays whose addresses `__init__` asks for, but for those of its fields."""
+    pairs = [pair for one in init.body for pair in assigned(one)]
+    held = {ast.unparse(value) for target, value in pairs if isinstance(target, ast.Attribute)}
+    held |= {ast.unparse(one.value) for one in init.body if isinstance(one, ast.AnnAssign)}
+    calls = [one for one in ast.walk(init) if isinstance(one, ast.Call)]
+    arrays = [ast.unparse(one.args[0]) for one in calls if ast.unparse(one.func) in ADDRESSES]
+    return [array for array in arrays if array.partition('.')[0] not in {'self', *held}]
 
 
 def with_memory(init: ast.FunctionDef, keeps: bool) -> ast.FunctionDef:

@@ -117,8 +117,11 @@ def evaluate_one(arm: Arm, q: Floats, qdot: Floats, row: Floats) -> int:
         result[at + j] = positions[j]
         result[at + n + j] = rates[j]
     bad = evaluate_tail(arm.chain, result, at, False)
-    for i in range(places.ROW_TAIL):
-        result[at + 2 * n + i] = result[places.QUATERNION_AT + i]
+    arrays.copy(
+        arrays.after(result, at + 2 * n),
+        places.ROW_TAIL,
+        arrays.after(result, places.QUATERNION_AT),
+    )
     return bad
 
 

@@ -145,8 +145,7 @@ def _look_behind_loops(
         _write_way_out(arm, arrays.after(work, first * (1 + n)), measures)
     else:
         singularity.measure_row(arm.chain, arm.task, row, measures, work)
-    for j in range(n):
-        pose[j] = search.poses[j]
+    arrays.copy(pose, n, search.poses)
     judged[places.DECIDED] = 1.0 if search.complete else 0.0
     measures[places.DISTANCE] = min(search.distance, places.FARTHEST)
     _judge(arm, measures, places.FARTHEST if search.complete else estimate)

@@ -166,8 +166,7 @@ def _close(arm: Arm, memory: JointMemory, q: Flat, section: Flat) -> bool:
         failed = closing.close(arm.chain.closure, q, section)
     memory.is_closed = failed == 0
     if failed == 0:
-        for k in range(memory.closure):
-            memory.closed[k] = section[k]
+        arrays.copy(memory.closed, memory.closure, section)
     return failed == 0
 
 

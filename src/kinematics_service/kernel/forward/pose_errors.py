@@ -201,8 +201,7 @@ def _write_noise(errors: PoseErrors, row: Flat, in_tool_axes: bool, moved: Flat)
             rate[i] = row[places.JACOBIAN_AT + n * i + j] * errors.rates[j]
         if in_tool_axes:
             _turn_into_tool_axes(row, still, twist, rate)
-        for i in range(6):
-            moved[6 * j + i] = rate[i]
+        arrays.copy(arrays.after(moved, 6 * j), 6, rate)
 
 
 def _write_products(moved: Flat, count: int, covariance: Flat) -> None:
@@ -213,8 +212,7 @@ def _write_products(moved: Flat, count: int, covariance: Flat) -> None:
         for i in range(6):
             for j in range(6):
                 sums[6 * i + j] += one[i] * one[j]
-    for i in range(36):
-        covariance[i] = sums[i]
+    arrays.copy(covariance, 36, sums)
 
 
 def write_covariances(
@@ -248,8 +246,7 @@ def write_covariances(
     changed = arrays.after(work, 6 * causes)
     twist = arrays.after(row, places.JACOBIAN_AT + 6 * n)
     column, rate, before = [0.0] * 6, [0.0] * 6, [0.0] * 6
-    for k in range(12 * causes + 6 * n):
-        work[k] = 0.0
+    arrays.fill(work, 12 * causes + 6 * n, 0.0)
     element = 0
     for s in range(errors.screws):
         _write_column(errors, s, row, column)

@@ -234,9 +234,7 @@ def _with_parallel_axes(
 def _times(rows: int, columns: int, A: Flat, x: Flat, y: Numbers) -> None:
     # y = A x.
     for i in range(rows):
-        y[i] = 0.0
-        for j in range(columns):
-            y[i] += A[i * columns + j] * x[j]
+        y[i] = arrays.dot(arrays.after(A, i * columns), x, columns)
 
 
 class ClosedForm:
@@ -323,8 +321,7 @@ class ClosedForm:
             arm = [0.0] * 25
             goal = vectors.times_point(T, start)
             count = three_joints.first_three(self.screws, start, goal, turn, way, free, arm)
-            for k in range(3 * count):
-                found[k] = arm[k]
+            arrays.copy(found, 3 * count, arm)
             said[0] = arm[24]
             return count
         if self.way == places.SPHERICAL_WRIST:

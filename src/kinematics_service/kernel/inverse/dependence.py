@@ -22,15 +22,13 @@ def _write_free_motions(
     residual.evaluate(q, places.JACOBIAN)
     residual.write_columns(scales)
     for i in range(n):
-        for j in range(6):
-            W[i * width + j] = residual.columns[6 * i + j]
+        arrays.copy(arrays.after(W, i * width), 6, arrays.after(residual.columns, 6 * i))
         for j in range(n):
             W[i * width + 6 + j] = 1.0 if i == j else 0.0
     singular_values.orthogonalise(W, n, 6, 6 + n, 1)
     singular_values.sort_by_norm(W, sigma, n, 6, 6 + n, 1)
     for i in range(n):
-        for j in range(n):
-            motions[i * n + j] = W[i * width + 6 + j]
+        arrays.copy(arrays.after(motions, i * n), n, arrays.after(W, i * width + 6))
 
 
 def free_motions(

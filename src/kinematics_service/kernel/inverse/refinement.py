@@ -74,8 +74,7 @@ class Refinement:
             new = self.residual.square(self.trial, places.JACOBIAN)
             if new < square:
                 slow = slow + 1 if new > (1.0 - SLOW) * square else 0
-                for j in range(self.residual.n):
-                    q[j] = self.trial[j]
+                arrays.copy(q, self.residual.n, self.trial)
                 square = new
                 damping = min(0.1 * damping, square / (length * length))
                 fresh = True
@@ -96,13 +95,10 @@ class Refinement:
         self.residual.write_columns(self.scales)
         size = 0.0
         for i in range(n):
-            g[i] = 0.0
-            for k in range(6):
-                g[i] += columns[6 * i + k] * error[k]
+            column = arrays.after(columns, 6 * i)
+            g[i] = arrays.dot(column, error, 6)
             for j in range(i + 1):
-                A[i * n + j] = 0.0
-                for k in range(6):
-                    A[i * n + j] += columns[6 * i + k] * columns[6 * j + k]
+                A[i * n + j] = arrays.dot(column, arrays.after(columns, 6 * j), 6)
             size = max(size, A[i * n + i])
         # A joint at its bound that would go on is held; the others go where that is best.
         for i in range(n):

@@ -185,8 +185,8 @@ def parts_of_error(residual: Residual, q: Floats) -> tuple[float, float]:
     """Return the errors of q (n,) against its target in the rows that count: m, rad."""
     residual.square(arrays.numbers(q, residual.n), places.POSE)
     error, length = residual.error, residual.length()
-    angular = math.sqrt(error[3] * error[3] + error[4] * error[4] + error[5] * error[5])
-    linear = math.sqrt(error[0] * error[0] + error[1] * error[1] + error[2] * error[2])
+    turn = arrays.after(error, 3)
+    angular, linear = math.sqrt(arrays.dot(turn, turn, 3)), math.sqrt(arrays.dot(error, error, 3))
     return linear, angular / length if length > 0.0 else 0.0
 
 
@@ -204,5 +204,4 @@ def linearise(
     residual.write_columns(arrays.numbers(scales, n))
     for k in range(6):
         written[k] = residual.error[k] if square < places.INFINITY else places.INFINITY
-    for k in range(6 * n):
-        slopes[k] = residual.columns[k]
+    arrays.copy(slopes, 6 * n, residual.columns)

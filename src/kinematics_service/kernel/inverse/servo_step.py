@@ -145,11 +145,9 @@ class ServoOutput:
         self._write_matrix(rows, length)
         singular_values.orthogonalise(W, rows, length, length + rows, 1)
         singular_values.sort_by_norm(W, self.sigma, rows, length, length + rows, 1)
-        made, wanted = 0.0, 0.0
+        made, wanted = 0.0, arrays.dot(self.v, self.v, m)
         for j in range(count):
             self.u[free[j]] = 0.0
-        for k in range(m):
-            wanted += self.v[k] * self.v[k]
         for i in range(rows):
             row = arrays.after(W, i * width)
             turns = arrays.after(row, length)
@@ -185,8 +183,7 @@ class ServoOutput:
                 at = i * width + j if wide else j * width + i
                 self.W[at] = self.J[i * n + self.free[j]]
         for i in range(rows):
-            for j in range(length, width):
-                self.W[i * width + j] = 0.0
+            arrays.fill(arrays.after(self.W, i * width + length), rows, 0.0)
             self.W[i * width + length + i] = 1.0
 
     def worst(self, q: Flat) -> int:

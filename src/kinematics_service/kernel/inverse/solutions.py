@@ -227,10 +227,8 @@ def distinct(
     positions, left = arrays.numbers(q, rows * n), arrays.numbers(errors, rows)
     kept, times = arrays.whole_results(which, rows), arrays.whole_results(met, rows)
     found = SolutionCandidates(rows, n)
-    for k in range(rows * n):
-        found.q[k] = positions[k]
-    for k in range(rows):
-        found.errors[k] = left[k]
+    arrays.copy(found.q, rows * n, positions)
+    arrays.copy(found.errors, rows, left)
     count = found.keep_distinct(rows, residual, joints, proved)
     for k in range(count):
         kept[k], times[k] = found.which[k], found.met[k]

@@ -72,8 +72,7 @@ def _drop_beyond(joints: Joints, near: Flat, count: int, found: SolutionCandidat
         q, to = arrays.after(found.q, i * n), arrays.after(found.q, left * n)
         joints.represent(near, q)
         if joints.margin(q) > -BEYOND:
-            for j in range(n):
-                to[j] = q[j]
+            arrays.copy(to, n, q)
             left += 1
     return left
 

@@ -135,6 +135,24 @@ def after(numbers: Flat, place: int) -> Flat:
     return numbers[place:]
 
 
+def copy(to: Numbers, count: int, numbers: Numbers) -> None:
+    """Write the first `count` numbers of an array into another one."""
+    to[:count] = numbers[:count]  # type: ignore[assignment]
+
+
+def fill(to: Numbers, count: int, number: float) -> None:
+    """Write a number `count` times."""
+    to[:count] = [number] * count  # type: ignore[assignment]
+
+
+def dot(a: Numbers, b: Numbers, count: int) -> float:
+    """Return the sum of products of `count` numbers, in their order."""
+    total = 0.0
+    for k in range(count):
+        total += a[k] * b[k]
+    return total
+
+
 def whole_after(integers: FlatIntegers, place: int) -> FlatIntegers:
     """Return the whole numbers from an index on."""
     return integers[place:]

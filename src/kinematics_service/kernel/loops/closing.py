@@ -161,10 +161,8 @@ def _go(closure: Closure, q: Numbers, section: Flat) -> int:
         before = arrays.after(section, told_at)
         failed = _solve_all(closure.first, closure.groups, x, before, screws, slopes, told, 0)
         if failed == 0:
-            for i in range(variables):
-                section[i] = x[i]
-            for k in range(3 * closure.groups):
-                section[told_at + k] = told[k]
+            arrays.copy(section, variables, x)
+            arrays.copy(arrays.after(section, told_at), 3 * closure.groups, told)
             _couple(closure.first, closure.groups, n, section, screws, slopes)
             length = min(LONGEST, 2.0 * length)
         else:
@@ -181,8 +179,7 @@ def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: F
     # nearest; a bit of `other_ways` for each of the first of them that are to come from the other
     # side. Returns how many there are.
     ways = 0
-    for k in range(closure.width):
-        section[k] = numbers[k]
+    arrays.copy(section, closure.width, numbers)
     for j in range(closure.dof):
         away = q[j] - section[j]
         if closure.turns[j] == 0 or away == 0.0 or not abs(away) < places.LARGEST:
@@ -289,8 +286,7 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     numbers = arrays.results(section, section_width(dof, first))
     screws = arrays.after(numbers, told_at + 3 * known)
     failed = _assemble_all(first, groups, numbers, screws, slopes, told, 0)
-    for k in range(3 * groups):
-        numbers[told_at + k] = told[k]
+    arrays.copy(arrays.after(numbers, told_at), 3 * groups, told)
     if failed == 0:
         _couple(first, groups, dof, numbers, screws, slopes)
     return failed

@@ -100,8 +100,7 @@ def _run_tape(tape: Tape, n: int, q: Flat, steps: Flat, lanes: int, begin: int, 
         step = arrays.after(steps, i * width)
         value = arrays.after(step, n * lanes)
         if operation <= places.JOINT:
-            for k in range(n * lanes):
-                step[k] = 0.0
+            arrays.fill(step, n * lanes, 0.0)
             for lane in range(lanes):
                 value[lane] = number
                 if operation == places.JOINT:
@@ -266,6 +265,5 @@ def evaluate_factors(tape: Tape, q: Floats, results: Floats) -> None:
             one = arrays.after(result, (k * factors + f) * (1 + n))
             step = arrays.after(steps, tape.ends[f] * (n + 1))
             one[0] = step[n]
-            for j in range(n):
-                one[1 + j] = step[j]
+            arrays.copy(arrays.after(one, 1), n, step)
     arrays.give_back(steps)

@@ -212,21 +212,15 @@ def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
             used += W[j * width + k] * W[j * width + k]
         if used < least - 1e-9:
             axis, least = k, used
-    for k in range(length):
-        row[k] = 0.0
+    arrays.fill(row, length, 0.0)
     row[axis] = 1.0
     for _ in range(2):  # twice is enough (Kahan)
         for j in range(i):
             above = arrays.after(W, j * width)
-            along = 0.0
-            for k in range(length):
-                along += row[k] * above[k]
+            along = arrays.dot(row, above, length)
             for k in range(length):
                 row[k] -= along * above[k]
-    norm = 0.0
-    for k in range(length):
-        norm += row[k] * row[k]
-    norm = math.sqrt(norm)
+    norm = math.sqrt(arrays.dot(row, row, length))
     for k in range(length):
         row[k] /= norm
 

@@ -90,13 +90,11 @@ class CurveChart:
 
     def stand_at(self, positions: Flat) -> None:
         """Take positions (n pairs) for t."""
-        for j in range(2 * self.n):
-            self.t[j] = positions[j]
+        arrays.copy(self.t, 2 * self.n, positions)
 
     def write_place(self, positions: Flat) -> None:
         """Write t (n pairs)."""
-        for j in range(2 * self.n):
-            positions[j] = self.t[j]
+        arrays.copy(positions, 2 * self.n, self.t)
 
     def improve(self, parameter: int) -> bool:
         """
@@ -380,10 +378,9 @@ class CurveChart:
     def _differentiate(self) -> None:
         # Tangent, bend, and the norms that the chart's reach follows from.
         n, rows, width, W = self.n, self.rows, self.width, self.W
-        for j in range(2 * n):
-            self.w[j] = 0.0
-            self.b[j] = 0.0
-            self.c[j] = 0.0
+        arrays.fill(self.w, 2 * n, 0.0)
+        arrays.fill(self.b, 2 * n, 0.0)
+        arrays.fill(self.c, 2 * n, 0.0)
         self.w[2 * self.parameter] = 1.0
         left, inverse, sizes = 0.0, 0.0, 0.0
         for i in range(rows):
@@ -393,8 +390,7 @@ class CurveChart:
             for k in range(rows):
                 inverse += pairs.square_of(pairs.pair(W, width * i + n + 1 + k))
         second, turning = 0.0, 0.0
-        for k in range(12 * n):
-            self.turning[k] = 0.0
+        arrays.fill(self.turning, 12 * n, 0.0)
         for k in range(n):
             sizes += self.sizes[k]
             for j in range(k + 1):
@@ -489,8 +485,7 @@ class CurveChart:
         # The third derivative of the path: what is left of third order along w s + b s^2 / 2.
         n, x = self.n, self.series
         for of in range(4 if self.whole else 1):
-            for i in range(24):
-                x[i] = 0.0
+            arrays.fill(x, 24, 0.0)
             if of > 0:
                 x[2 * (of - 1)] = 1.0
             for i in range(n):
@@ -536,8 +531,7 @@ class CurveChart:
         _add_share(x, 9, (0.5 * square[0], 0.5 * square[1]), z)
         # Of the constant one.
         if is_point:
-            for i in range(6):
-                y[i] = self.linear[6 * j + i]
+            arrays.copy(y, 6, arrays.after(self.linear, 6 * j))
         else:
             _write_moved(axis, x, y)
         _add_share(x, 3, p, y)

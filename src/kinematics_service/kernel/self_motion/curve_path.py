@@ -84,10 +84,7 @@ class CurvePath:
 
     def times(self, row: Flat, v: Flat) -> float:
         """Return the sum of shares of what `v` has of each joint."""
-        total = 0.0
-        for j in range(self.n):
-            total += row[j] * v[j]
-        return total
+        return arrays.dot(row, v, self.n)
 
     def write_sums(self, v: Flat, sums: Flat) -> None:
         """Write what `v` has of each of what is looked at."""

@@ -55,8 +55,7 @@ class _CutCurve:
         """Write samples and marks in their order; return whether there was room."""
         n, samples = self.path.n, self.path.m
         self._stand(arrays.after(self.path.psi, (samples - 1) * n))
-        for i in range(self.k):
-            self.lap[i] = self.next_at[i]
+        arrays.copy(self.lap, self.k, self.next_at)
         self._stand(self.path.psi)
         for i in range(self.k):
             self.lap[i] -= self.next_at[i]
@@ -155,8 +154,7 @@ class _CutCurve:
 
     def _add(self, place: float, i: int, side: int) -> None:
         row = arrays.after(self.row(self.rows), 2)
-        for j in range(self.k):
-            row[j] = self.next_at[j]
+        arrays.copy(row, self.k, self.next_at)
         self._write_kind(place, i, side)
 
     def _write_kind(self, place: float, i: int, side: int) -> None:

@@ -54,8 +54,7 @@ def angle_left(
 
 def _turn_back(v: Numbers, axis: Vector, turn: Numbers) -> None:
     re, im = (v[0], v[2], v[4]), (v[1], v[3], v[5])
-    for i in range(6):
-        v[i] = 0.0
+    arrays.fill(v, 6, 0.0)
     # A row times the turn is the column turned back.
     complex_product.add_turned(v, re, 0, axis, turn)
     complex_product.add_turned(v, im, 1, axis, turn)

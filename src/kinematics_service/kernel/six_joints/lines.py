@@ -63,10 +63,8 @@ def carry(V: Numbers, T: Numbers) -> None:
 def write_parts(screws: Numbers, k: int, V: Numbers, parts: Flat) -> None:
     """Write the three parts (3, 15) of the line that screw k moves V to."""
     axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
-    for i in range(LINE):
-        parts[i] = V[i]
-        parts[LINE + i] = 0.0
-        parts[2 * LINE + i] = 0.0
+    arrays.copy(parts, LINE, V)
+    arrays.fill(arrays.after(parts, LINE), 2 * LINE, 0.0)
     if vectors.slides(screws, k):
         _write_slides(axis, V, parts)
         return
@@ -106,8 +104,7 @@ def write_invariants(screws: Numbers, k: int, V: Numbers, six: Numbers) -> None:
     """Write six numbers of what lines add up to that screw k leaves as they are."""
     axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
     moved = [0.0] * 15
-    for i in range(LINE):
-        moved[i] = V[i]
+    arrays.copy(moved, LINE, V)
     if vectors.slides(screws, k):
         side = vectors.across(axis)
         p = vectors.three(V, POINT)

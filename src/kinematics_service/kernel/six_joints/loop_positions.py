@@ -157,8 +157,7 @@ class Positions:
         _write_parts_of(third, False, self.three)
         _write_parts_of(fourth, vectors.slides(loop.screws, 3), self.fourth)
         _write_parts_of(fifth, vectors.slides(loop.screws, 4), self.fifth)
-        for i in range(30):
-            self.line[i] = 0.0
+        arrays.fill(self.line, 30, 0.0)
         for h in range(3):
             for a in range(3):
                 left = pairs.times(pairs.pair(self.three, h), pairs.pair(self.fourth, a))

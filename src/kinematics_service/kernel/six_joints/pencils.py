@@ -69,8 +69,9 @@ class Pencil:
         if 2 * count == SIZE:
             self.degree = DEGREE
             for k in range(3):
-                for i in range(SQUARE):
-                    self.M[SQUARE * k + i] = self.rows[336 * k + i]
+                arrays.copy(
+                    arrays.after(self.M, SQUARE * k), SQUARE, arrays.after(self.rows, 336 * k)
+                )
         else:
             self.degree = FULL_DEGREE
             self._compress(2 * count)
@@ -97,8 +98,7 @@ class Pencil:
 
     def _compress(self, count: int) -> None:
         # Twelve orthogonal combinations of the rows: those of the cosine transform.
-        for i in range(SQUARE * 3):
-            self.M[i] = 0.0
+        arrays.fill(self.M, SQUARE * 3, 0.0)
         for i in range(SIZE):
             for r in range(count):
                 _, share = chain_pass.sincos(places.PI * i * (2 * r + 1) / (2 * count))

@@ -232,8 +232,7 @@ class Roots:
                 if self.positions.missed[k] < least:
                     best, least = k, self.positions.missed[k]
             self.positions.missed[best] = places.INFINITY
-            for j in range(12):
-                self.t[j] = self.positions.t[12 * best + j]
+            arrays.copy(self.t, 12, arrays.after(self.positions.t, 12 * best))
             if self._take_candidate(z, bound):
                 taken = True
                 if only:
@@ -284,10 +283,8 @@ class Roots:
         for i in range(self.count):
             if self._are_one(i, radius, length):
                 return
-        for k in range(6):
-            self.scales[6 * self.count + k] = self.weights[k]
-        for j in range(12):
-            self.psi[12 * self.count + j] = self.one[j]
+        arrays.copy(arrays.after(self.scales, 6 * self.count), 6, self.weights)
+        arrays.copy(arrays.after(self.psi, 12 * self.count), 12, self.one)
         self.radii[self.count] = radius
         self.lengths[self.count] = length
         self.is_real[self.count] = 1 if real else 0
@@ -344,8 +341,7 @@ def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, said: Floats) -> i
     roots, found = Roots(), arrays.results(psi, 12 * MOST)
     about = arrays.results(said, 3)
     roots.find(arm, arrays.numbers(T, 16))
-    for k in range(12 * roots.count):
-        found[k] = roots.psi[k]
+    arrays.copy(found, 12 * roots.count, roots.psi)
     about[0], about[1] = roots.noise, roots.first_step
     about[2] = 1.0 if roots.proved else 0.0
     return roots.count
@@ -372,6 +368,5 @@ def followed_solutions(arm: SixJoints, T: Floats, count: int, psi: Floats) -> in
         raise TypeError('so many solutions six joints cannot have')
     roots, found = Roots(), arrays.results(psi, 12 * MOST)
     roots.follow(arm, arrays.numbers(T, 16), found, count)
-    for k in range(12 * roots.count):
-        found[k] = roots.psi[k]
+    arrays.copy(found, 12 * roots.count, roots.psi)
     return roots.count

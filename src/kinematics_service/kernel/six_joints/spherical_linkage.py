@@ -229,8 +229,7 @@ class SphericalLinkage:
 
     def write_positions(self, loop: SixScrews, motion: Motion, z: Complex, t: Numbers) -> bool:
         """Write the positions t (6 pairs) of a root z = e^(i t); return whether there are any."""
-        for k in range(12):
-            t[k] = 0.0
+        arrays.fill(t, 12, 0.0)
         pairs.put(t, self.hidden, complex_numbers.angle_of(z))
         if not complex_numbers.is_near(pairs.pair(t, self.hidden)):
             return False
