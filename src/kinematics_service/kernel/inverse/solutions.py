@@ -21,6 +21,12 @@ class Solutions:
 
     Parameters
     ----------
+    joints
+        Of the arm.
+    near : shape (n,), rad or m
+        Joint positions that solutions should be near.
+    proved
+        What misses the target by less is a solution, m.
     q : shape (N, n), rad or m
         Their joint positions, to be written.
 
@@ -34,21 +40,34 @@ class Solutions:
         Whether those are small, too, so that there are no other solutions.
     """
 
-    def __init__(self, q: Floats) -> None:
+    def __init__(self, joints: Joints, near: Floats, proved: float, q: Floats) -> None:
         self.most, self.n, self.count = arrays.extent(q, 0), arrays.extent(q, 1), 0
+        self.joints, self.near, self.proved = joints, arrays.numbers(near, self.n), proved
+        if self.joints.n != self.n:
+            raise TypeError('an arm and the room for its solutions do not go together')
         self.regular, self.sure, self.q = False, False, q
         self.rows = arrays.results(q, self.most * self.n)
         most = self.most
         self.misses, self.margins, self.shares = arrays.rooms(most, most, most)
         self.postures, self.beyond = arrays.whole_rooms(3 * most, most * self.n)
 
-    def take(self, k: int, joints: Joints, q: Flat, misses: float) -> None:
+    def require_fit(self, residual: Residual, joints: int, most: int) -> None:
+        """Refuse targets and forms of arms with other joints, and room for too few solutions."""
+        if residual.n != self.n or joints != self.n or self.most < most:
+            raise TypeError('a target, an arm and the room for its solutions do not go together')
+
+    def represent(self, q: Flat) -> bool:
+        """Turn q (n,) to where it is nearest; return whether it is inside the limits there."""
+        self.joints.represent(self.near, q)
+        return self.joints.are_inside(q)
+
+    def take(self, k: int, q: Flat, misses: float) -> None:
         """Take q (n,) as solution k, with its distance to the limits."""
         n = self.n
         for j in range(n):
             self.rows[k * n + j] = q[j]
-            self.beyond[k * n + j] = 1 if joints.space(j, q) < -places.AT_LIMIT else 0
-        self.margins[k] = joints.margin(q)
+            self.beyond[k * n + j] = 1 if self.joints.space(j, q) < -places.AT_LIMIT else 0
+        self.margins[k] = self.joints.margin(q)
         self.misses[k] = misses
         for i in range(3):
             self.postures[3 * k + i] = 0
@@ -188,12 +207,6 @@ class SolutionCandidates:
         left = math.sqrt(residual.square(self.halfway, places.POSE))
         length = residual.size()
         return left < max(AS_GOOD * length, 4.0 * self.errors[one])
-
-
-def require_fit(residual: Residual, joints: Joints, solution: Solutions, most: int) -> None:
-    """Refuse arguments of arms with different joints, and room for too few solutions."""
-    if joints.n != residual.n or solution.n != joints.n or solution.most < most:
-        raise TypeError('a target, an arm and the room for its solutions do not go together')
 
 
 def distinct(

@@ -150,7 +150,6 @@ def _third_joint(
 ) -> int:
     # Writes positions of joint 3 at which joints 1 and 2 have a solution, and their error behind
     # four; returns -1 if every position is one.
-    largest: float
     off: float
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     slides_2, slides_3 = vectors.slides(screws, 1), vectors.slides(screws, 2)

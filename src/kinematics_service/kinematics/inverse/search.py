@@ -37,8 +37,8 @@ class DistinctSolutions(NamedTuple):
 
     def joined(self, others: 'DistinctSolutions') -> 'DistinctSolutions':
         """Return these and others."""
-        q, errors = np.concatenate([self.q, others.q]), np.concatenate([self.errors, others.errors])
-        return DistinctSolutions(q, errors)
+        errors = np.concatenate([self.errors, others.errors])
+        return DistinctSolutions(np.concatenate([self.q, others.q]), errors)
 
 
 def no_solutions(robot: Robot) -> DistinctSolutions:

@@ -405,14 +405,9 @@ def _first_solution(problem: IkProblem) -> kernel.Solutions:
         return closed_solutions(problem, plan.closed, True, False)
     bounds = plan.limits if plan.redundant else None
     solution = room_for(1, problem)
-    kernel.first_solution(
-        refinement(problem.target, plan, True, bounds, held=True),
-        plan.joints,
-        problem.near,
-        problem.target.proved,
-        _starts(problem.robot, problem.target.rows, problem.target.axis, problem.seed),
-        solution,
-    )
+    refining = refinement(problem.target, plan, True, bounds, held=True)
+    tries = _starts(problem.robot, problem.target.rows, problem.target.axis, problem.seed)
+    kernel.first_solution(refining, tries, solution)
     return solution
 
 
