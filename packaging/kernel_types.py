@@ -287,13 +287,15 @@ class KernelTypes:
         constants = dict(pair for one in self.trees[file].body for pair in pairs_of(one))
         for init in (one for one in node.body if is_init(one)):
             given = {name: self._kind(value, {}, file) for name, value in constants.items()}
-            given |= {one.arg: self.c_type(one.annotation) for one in init.args.args}
+            given |= {one.arg: self.c_type(one.annotation) or 'object' for one in init.args.args}
             pairs = (pair for one in init.body for pair in assigned(one))
             for target, value in pairs:
                 given |= {f'self.{name}': kind for name, kind in found.items()}
-                if isinstance(target, ast.Attribute) and target.attr not in found:
-                    kind = self._kind(value, given, file)
-                    found |= {target.attr: kind} if kind else {}
+                kind = self._kind(value, given, file)
+                if isinstance(target, ast.Name):
+                    given[target.id] = kind
+                elif isinstance(target, ast.Attribute) and kind:
+                    found.setdefault(target.attr, kind)
             found |= {'_kept': ''} if kept_by(init) and '_arrays' not in found else {}
             found |= {'_room': 'double*'} if rooms_of(init) else {}
         return found
@@ -301,16 +303,16 @@ class KernelTypes:
     def _kind(self, value: ast.expr, given: Mapping[str, str], file: Path) -> str:
         # The type of what a field is set to, nothing where that does not say it.
         match value:
-            case ast.Constant(bool()):
-                return C_TYPES['bool']
-            case ast.Constant(int()):
-                return C_TYPES['int']
+            case ast.Constant(bool() | int() as one):
+                return C_TYPES[type(one).__name__]
             case ast.IfExp(_, one, _) | ast.UnaryOp(ast.USub(), one):
                 return self._kind(one, given, file)
             case ast.BinOp(one, operator, other):
                 kinds = {self._kind(one, given, file), self._kind(other, given, file)}
                 whole = kinds == {C_TYPES['int']} and not isinstance(operator, ast.Div)
                 return C_TYPES['int' if whole else 'float'] if whole or 'double' in kinds else ''
+            case ast.Call(ast.Name('len')):
+                return C_TYPES['int']
             case ast.Call(ast.Name(name)) if name in self.classes:
                 return name
             case ast.Call(function) if ast.unparse(function).startswith('math.'):

@@ -36,7 +36,7 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
         arrays.extent(q, 1) != n
         or arrays.extent(qdot, 1) != n
         or arrays.extent(rows, 0) != count
-        or arrays.extent(rows, 1) < _width(chain, depth)
+        or arrays.extent(rows, 1) < chain.widths[depth]
     ):
         raise TypeError('the arrays of an evaluation do not go together')
     each = 0 if arrays.extent(qdot, 0) == 1 else n
@@ -48,12 +48,6 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
     arrays.take_back(lock)
     arrays.give_back(work)
     return stopped
-
-
-def _width(chain: Chain, depth: int) -> int:
-    if depth >= places.ALL_FRAMES:
-        return chain.width
-    return chain.frames_at if depth == places.JACOBIAN else chain.pose_width
 
 
 def _evaluate_rows(

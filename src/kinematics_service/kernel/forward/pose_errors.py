@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Numbers
+from ..layout.arrays import Flat, Floats, Integers, Numbers
 from .chain import Chain
 
 # The numbers of two covariances, of the pose and of the twist, 6 x 6 each.
@@ -97,18 +97,16 @@ class PoseErrors:
             array.setflags(write=False)
         if not _goes_together(chain, table):
             raise TypeError('the arrays of what may be off do not go together')
-        self.chain: Chain = chain
-        self.table: PoseErrorTable = table
-        self.screws: int = len(table.frame)
+        self.chain, self.table, self.screws = chain, table, len(table.frame)
         self.causes: int = table.spread.shape[1]
         self.reaches: Integers = _reaches(table.spread)
-        self.frame: FlatIntegers = arrays.whole(table.frame, self.screws)
-        self.screw: Flat = arrays.numbers(table.screw, 6 * self.screws)
-        self.gear: FlatIntegers = arrays.whole(table.gear, self.screws)
-        self.spread: Flat = arrays.numbers(table.spread, self.screws * self.causes)
-        self.rates: Flat = arrays.numbers(table.rates, chain.dof)
-        self.floor: Flat = arrays.numbers(table.floor, 6)
-        self.reach: FlatIntegers = arrays.whole(self.reaches, 2 * self.screws)
+        self.frame = arrays.whole(table.frame, self.screws)
+        self.screw = arrays.numbers(table.screw, 6 * self.screws)
+        self.gear = arrays.whole(table.gear, self.screws)
+        self.spread = arrays.numbers(table.spread, self.screws * self.causes)
+        self.rates = arrays.numbers(table.rates, chain.dof)
+        self.floor = arrays.numbers(table.floor, 6)
+        self.reach = arrays.whole(self.reaches, 2 * self.screws)
 
 
 def room(errors: PoseErrors) -> int:

@@ -88,25 +88,24 @@ def _solve_all(
     group: LoopGroup,
     left: int,
     x: Numbers,
-    before: Flat,
+    before: Numbers,
+    known: bool,
     screws: Flat,
     slopes: Numbers,
     told: Numbers,
     at: int,
 ) -> int:
     # This group and those after it. Returns 0, or their number where it failed, counted from the
-    # last; `before` tells of the pose before. Told of each: determinant, residual, steps.
-    steps = _solve(group, x, CORRECTION, screws, slopes, told, at)
-    if steps < 0:
+    # last; `before` tells of the pose before, if it is known. Told of each: determinant, residual,
+    # steps.
+    steps = _solve(group, x, CORRECTION if known else ROUGH, screws, slopes, told, at)
+    if steps < 0 or known and not SHRUNK < told[at] / before[at] < GROWN:
         return left
-    ratio = told[at] / before[at]
-    if not SHRUNK < ratio < GROWN:
-        return left
-    told[at + 2] = before[at + 2] + steps
+    told[at + 2] = before[at + 2] + steps if known else 0.0
     if left == 1:
         return 0
-    following = arrays.after(screws, 6 * group.entries)
-    return _solve_all(group.following, left - 1, x, before, following, slopes, told, at + 3)
+    behind = arrays.after(screws, 6 * group.entries)
+    return _solve_all(group.following, left - 1, x, before, known, behind, slopes, told, at + 3)
 
 
 def _couple(
@@ -159,7 +158,9 @@ def _go(closure: Closure, q: Numbers, section: Flat) -> int:
             for j in range(n):
                 x[n + i] += section[closure.coupling_at + i * n + j] * (x[j] - section[j])
         before = arrays.after(section, told_at)
-        failed = _solve_all(closure.first, closure.groups, x, before, screws, slopes, told, 0)
+        failed = _solve_all(
+            closure.first, closure.groups, x, before, True, screws, slopes, told, 0
+        )
         if failed == 0:
             arrays.copy(section, variables, x)
             arrays.copy(arrays.after(section, told_at), 3 * closure.groups, told)
@@ -242,25 +243,6 @@ def close_next(closure: Closure, last: Flat, q: Flat, section: Flat) -> int:
     return close(closure, q, section)
 
 
-def _assemble_all(
-    group: LoopGroup,
-    left: int,
-    section: Flat,
-    screws: Flat,
-    slopes: Numbers,
-    told: Numbers,
-    at: int,
-) -> int:
-    steps = _solve(group, section, ROUGH, screws, slopes, told, at)
-    told[at + 2] = 0.0
-    if steps < 0:
-        return left
-    if left == 1:
-        return 0
-    following = arrays.after(screws, 6 * group.entries)
-    return _assemble_all(group.following, left - 1, section, following, slopes, told, at + 3)
-
-
 def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     """
     Complete a section whose variables are nearly those of closed loops.
@@ -285,7 +267,7 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     told_at = 2 * first.variables + passive * dof
     numbers = arrays.results(section, section_width(dof, first))
     screws = arrays.after(numbers, told_at + 3 * known)
-    failed = _assemble_all(first, groups, numbers, screws, slopes, told, 0)
+    failed = _solve_all(first, groups, numbers, told, False, screws, slopes, told, 0)
     arrays.copy(arrays.after(numbers, told_at), 3 * groups, told)
     if failed == 0:
         _couple(first, groups, dof, numbers, screws, slopes)

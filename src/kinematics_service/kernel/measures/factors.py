@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..forward import chain_pass
 from ..layout import arrays, blocks, places
-from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Numbers
+from ..layout.arrays import Flat, Floats, Integers, Numbers
 from .task_rows import TaskRows
 
 
@@ -69,14 +69,13 @@ class Tape:
         if len(table) != len(constants) or not _goes_together(table, ends):
             raise TypeError('the arrays of a tape do not go together')
         begins = _begins(table, ends)
-        self.steps: int = len(constants)
-        self.factors: int = len(ends)
+        self.steps, self.factors = len(constants), len(ends)
         self.joints: int = int(np.max(table[table[:, 0] == places.JOINT, 1], initial=-1)) + 1
         self.dependences: npt.NDArray[np.bool_] = _dependences(table, self.joints)[ends]
-        self.operations: FlatIntegers = arrays.whole(operations, 3 * self.steps)
-        self.constants: Flat = arrays.numbers(constants, self.steps)
-        self.begins: FlatIntegers = arrays.whole(begins, self.factors)
-        self.ends: FlatIntegers = arrays.whole(ends, self.factors)
+        self.operations = arrays.whole(operations, 3 * self.steps)
+        self.constants = arrays.numbers(constants, self.steps)
+        self.begins = arrays.whole(begins, self.factors)
+        self.ends = arrays.whole(ends, self.factors)
 
 
 def run_tape(tape: Tape, n: int, q: Flat, steps: Flat) -> None:

@@ -127,9 +127,7 @@ def _swap(numbers: Flat, first: int, second: int, count: int, lanes: int) -> Non
     # Swaps, in one lane, `count` numbers from one index on with those from another.
     for column in range(count):
         k = column * lanes
-        x = numbers[first + k]
-        numbers[first + k] = numbers[second + k]
-        numbers[second + k] = x
+        numbers[first + k], numbers[second + k] = numbers[second + k], numbers[first + k]
 
 
 def sort_by_norm(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> None:
@@ -286,14 +284,11 @@ def least_pivot(A: Flat, count: int, length: int) -> float:
             return 0.0
         if row != k:
             for j in range(k, length):
-                x = A[k * length + j]
-                A[k * length + j] = A[row * length + j]
-                A[row * length + j] = x
+                A[k * length + j], A[row * length + j] = A[row * length + j], A[k * length + j]
         if column != k:
             for i in range(count):
-                x = A[i * length + k]
-                A[i * length + k] = A[i * length + column]
-                A[i * length + column] = x
+                row_i = arrays.after(A, i * length)
+                row_i[k], row_i[column] = row_i[column], row_i[k]
         for i in range(k + 1, count):
             factor = A[i * length + k] / A[k * length + k]
             for j in range(k + 1, length):

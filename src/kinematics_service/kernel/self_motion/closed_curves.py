@@ -414,9 +414,8 @@ def _sort(at: Numbers, which: WholeNumbers, count: int) -> None:
     for i in range(1, count):
         for k in range(i, 0, -1):
             if at[k] < at[k - 1]:
-                x, mark = at[k], which[k]
-                at[k], which[k] = at[k - 1], which[k - 1]
-                at[k - 1], which[k - 1] = x, mark
+                at[k], at[k - 1] = at[k - 1], at[k]
+                which[k], which[k - 1] = which[k - 1], which[k]
 
 
 def closed_curves(

@@ -176,13 +176,12 @@ class _CutCurve:
     def _exchange(self, a: int, b: int) -> None:
         first, second = self.row(a), self.row(b)
         for j in range(self.wide):
-            x = first[j]
-            first[j] = second[j]
-            second[j] = x
+            first[j], second[j] = second[j], first[j]
         for j in range(2):
-            kind = self.kinds[2 * a + j]
-            self.kinds[2 * a + j] = self.kinds[2 * b + j]
-            self.kinds[2 * b + j] = kind
+            self.kinds[2 * a + j], self.kinds[2 * b + j] = (
+                self.kinds[2 * b + j],
+                self.kinds[2 * a + j],
+            )
 
     def _keep(self, i: int) -> None:
         # Keeps row i behind those kept. Where both are one place, a limit stands for a sample or

@@ -177,12 +177,8 @@ class CurvePoint:
     def _exchange_columns(self, a: int, b: int) -> None:
         W, wide, joints = self.W, self.n + 1, self.joints
         for i in range(self.rows):
-            x = W[wide * i + a]
-            W[wide * i + a] = W[wide * i + b]
-            W[wide * i + b] = x
-        k = joints[a]
-        joints[a] = joints[b]
-        joints[b] = k
+            W[wide * i + a], W[wide * i + b] = W[wide * i + b], W[wide * i + a]
+        joints[a], joints[b] = joints[b], joints[a]
 
     def _take_pivot(self, k: int, first: int, count: int) -> bool:
         # Brings the largest number of the columns left into row k, makes it 1, and brings its

@@ -3,7 +3,7 @@
 import math
 
 from ..layout import arrays
-from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
+from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Numbers
 from ..six_joints import complex_numbers, pairs
 from . import charts
 from .charts import CurveChart
@@ -38,20 +38,19 @@ def trace(chart: CurveChart, start: Floats, side: float, samples: Floats, closed
     n = chart.n
     most = arrays.extent(samples, 0)
     rows, how = arrays.results(samples, 2 * most * n), arrays.whole_results(closed, 1)
-    begin, room = arrays.numbers(start, n), arrays.scratch(2 * n)
-    _put_real(begin, n, chart.t)
+    first = [0.0] * 14
+    _put_real(arrays.numbers(start, n), n, chart.t)
     count = 0
     how[0] = 0
     lock = arrays.let_go()
     if chart.improve(charts.ANY):
-        count = _traced(chart, side, room, rows, most, how)
+        count = _traced(chart, side, first, rows, most, how)
     arrays.take_back(lock)
-    arrays.give_back(room)
     return count
 
 
 def _traced(
-    chart: CurveChart, side: float, first: Flat, rows: Flat, most: int, how: FlatIntegers
+    chart: CurveChart, side: float, first: Numbers, rows: Flat, most: int, how: FlatIntegers
 ) -> int:
     n, sign, before = chart.n, side, -1
     chart.write_place(first)
@@ -143,17 +142,13 @@ def spread(chart: CurveChart, begin: Floats, end: Floats, widths: Floats) -> boo
     widths : shape (n,), rad or m
         Of each screw.
     """
-    n = chart.n
-    first, last = arrays.numbers(begin, n), arrays.numbers(end, n)
-    written, room = arrays.results(widths, n), arrays.scratch(2 * n)
-    _put_real(first, n, chart.t)
-    _put_real(last, n, room)
-    found = chart.open(charts.ANY, charts.RADIUS) and chart.bend_further(charts.RADIUS)
-    found = found and chart.holds(room, 1.0)
+    n, other = chart.n, [0.0] * 14
+    written = arrays.results(widths, n)
+    found = _holds_both(chart, begin, end, True, other)
     if found:
         # The path is w s + b s^2 / 2 + c s^3 / 6 + R(s), |R| <= r (s / h)^4 by Schwarz. From their
         # chords the square is S^2 / 8 away at most, the cube S^3 / (9 sqrt(3)), R twice itself.
-        S = abs(chart.along_parameter(room))
+        S = abs(chart.along_parameter(other))
         x = S / chart.h
         rest = 2.0 * chart.r * x * x * x * x + 4.0 * chart.left
         for j in range(n):
@@ -161,7 +156,6 @@ def spread(chart: CurveChart, begin: Floats, end: Floats, widths: Floats) -> boo
             cube = math.sqrt(pairs.square_of(pairs.pair(chart.c, j)))
             way = S * S * (bend / 8.0 + S * cube / 15.5) + rest
             written[j] = way / chart.sizes[j]
-    arrays.give_back(room)
     return found
 
 
@@ -176,17 +170,20 @@ def passes(chart: CurveChart, begin: Floats, end: Floats) -> bool:
     begin, end : shape (n,), rad or m
         Positions of the screws; full turns of joints that turn do not count.
     """
-    n = chart.n
-    first, last = arrays.numbers(begin, n), arrays.numbers(end, n)
-    room = arrays.scratch(2 * n)
-    _put_real(first, n, chart.t)
-    _put_real(last, n, room)
-    found = chart.open(charts.ANY, charts.RADIUS) and chart.holds(room, 1.0)
-    arrays.give_back(room)
-    return found
+    other = [0.0] * 14
+    return _holds_both(chart, begin, end, False, other)
 
 
-def _put_real(positions: Flat, n: int, t: Flat) -> None:
+def _holds_both(chart: CurveChart, begin: Floats, end: Floats, bent: bool, other: Numbers) -> bool:
+    # Whether a chart at a solution holds another one, which is written as pairs.
+    _put_real(arrays.numbers(begin, chart.n), chart.n, chart.t)
+    _put_real(arrays.numbers(end, chart.n), chart.n, other)
+    if not chart.open(charts.ANY, charts.RADIUS) or bent and not chart.bend_further(charts.RADIUS):
+        return False
+    return chart.holds(other, 1.0)
+
+
+def _put_real(positions: Flat, n: int, t: Numbers) -> None:
     for j in range(n):
         t[2 * j], t[2 * j + 1] = positions[j], 0.0
 

@@ -124,11 +124,8 @@ class Motion:
             axis, reach = 0.0, 0.0
             for i in range(3):
                 axis += pairs.square_of(pairs.pair(self.axes, 3 * j + i))
-                arm = pairs.plus(
-                    pairs.pair(self.p, i),
-                    -1.0,
-                    pairs.pair(self.points, 3 * j + i),
-                )
+                point = pairs.pair(self.points, 3 * j + i)
+                arm = pairs.plus(pairs.pair(self.p, i), -1.0, point)
                 reach += pairs.square_of(arm)
             size = 1.0 + math.sqrt(reach) / unit
             turning += axis
@@ -243,30 +240,24 @@ class Motion:
                     best, p = square, i
             if not 0.0 < best < 1e300:
                 return False
+            row = arrays.after(J, 2 * WIDTH * k)
             if p != k:
-                row, other = arrays.after(J, 2 * WIDTH * k), arrays.after(J, 2 * WIDTH * p)
+                other = arrays.after(J, 2 * WIDTH * p)
                 for j in range(2 * k, 2 * width):
                     row[j], other[j] = other[j], row[j]
             inverse = pairs.over((1.0, 0.0), pairs.pair(J, WIDTH * k + k))
             for i in range(k + 1, 6):
                 share = pairs.times(pairs.pair(J, WIDTH * i + k), inverse)
-                self._subtract(i, k, k + 1, width, share[0], share[1])
+                pairs.subtract(arrays.after(J, 2 * WIDTH * i), row, k + 1, width, share)
             for j in range(k + 1, width):
                 at = WIDTH * k + j
                 pairs.put(J, at, pairs.times(pairs.pair(J, at), inverse))
         for k in range(5, 0, -1):
+            row = arrays.after(J, 2 * WIDTH * k)
             for i in range(k):
                 share = pairs.pair(J, WIDTH * i + k)
-                self._subtract(i, k, 6, width, share[0], share[1])
+                pairs.subtract(arrays.after(J, 2 * WIDTH * i), row, 6, width, share)
         return True
-
-    def _subtract(self, i: int, k: int, start: int, width: int, re: float, im: float) -> None:
-        # Row i less a multiple of row k, from a column on.
-        to, row = arrays.after(self.J, 2 * WIDTH * i), arrays.after(self.J, 2 * WIDTH * k)
-        for j in range(start, width):
-            x, y = row[2 * j], row[2 * j + 1]
-            to[2 * j] -= re * x - im * y
-            to[2 * j + 1] -= re * y + im * x
 
     def _largest_step(self) -> float:
         largest = 0.0

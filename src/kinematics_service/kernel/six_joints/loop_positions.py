@@ -45,10 +45,7 @@ def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
             if not slides:
                 # e^(-3i t/2), e^(-i t/2), e^(i t/2), e^(3i t/2).
                 k = 0 if i in (1, 2) else 2
-                cosine, sine = (
-                    pairs.pair(x, 3 * k + b),
-                    pairs.pair(x, 3 * (k + 1) + b),
-                )
+                cosine, sine = pairs.pair(x, 3 * k + b), pairs.pair(x, 3 * k + 3 + b)
                 value = _rotated(cosine, sine, -1.0 if i < 2 else 1.0)
             pairs.put(terms, 4 * b + i, value)
     return _ratio(terms, 3, 4)

@@ -131,8 +131,6 @@ class Pencil:
 
     def sample(self) -> None:
         """Fill in the coefficients of the determinant, its largest sample 1, and their noise."""
-        largest: float
-        minor: float
         count = SAMPLES if self.degree == DEGREE else MOST_SAMPLES
         trigonometric_samples.write_circle(count, self.circle)
         largest, minor = 0.0, 0.0
@@ -220,9 +218,6 @@ class Pencil:
 
         Twelve combinations of more equations are singular at angles that solve none of these.
         """
-        left: Complex
-        missed: float
-        terms: float
         inverse = pairs.over((1.0, 0.0), z)
         c = (0.5 * (z[0] + inverse[0]), 0.5 * (z[1] + inverse[1]))
         s = (0.5 * (z[1] - inverse[1]), -0.5 * (z[0] - inverse[0]))
@@ -268,14 +263,11 @@ class Pencil:
 
     def _clear_column(self, k: int) -> None:
         W = self.work
+        row = arrays.after(W, 24 * k)
         inverse = pairs.over((1.0, 0.0), pairs.pair(W, 13 * k))
         for i in range(k + 1, SIZE):
             share = pairs.times(pairs.pair(W, SIZE * i + k), inverse)
-            re, im = share[0], share[1]
-            for j in range(k + 1, SIZE):
-                x, y = W[24 * k + 2 * j], W[24 * k + 2 * j + 1]
-                W[24 * i + 2 * j] -= re * x - im * y
-                W[24 * i + 2 * j + 1] -= re * y + im * x
+            pairs.subtract(arrays.after(W, 24 * i), row, k + 1, SIZE, share)
 
     def _substitute(self) -> None:
         # Back substitution with 1 as the last number; x[i] is left in W[i][0].

@@ -44,7 +44,6 @@ class SixScrews:
 
     def close(self, screws: Flat, T: Numbers, first: int, backwards: bool) -> None:
         """Begin the loop of an arm's screws and motion at one of them, forwards or backwards."""
-        axis: Vector
         back = [0.0] * 12
         write_inverse(T, back)
         for k in range(12):
@@ -100,8 +99,5 @@ class SixScrews:
             foot = (share * v[0], share * v[1], share * v[2])
             self._put(k, axis, foot, self.screws[7 * k + 6])
         moved = vectors.plus(vectors.times_point(self.goal, origin), -1.0, origin)
-        self.goal[3], self.goal[7], self.goal[11] = (
-            share * moved[0],
-            share * moved[1],
-            share * moved[2],
-        )
+        self.goal[3], self.goal[7] = share * moved[0], share * moved[1]
+        self.goal[11] = share * moved[2]

@@ -22,7 +22,7 @@ import math
 from ..forward import vectors
 from ..layout import arrays, places
 from ..layout.arrays import Numbers, Vector
-from . import complex_motion, complex_numbers, pairs, trigonometric_samples
+from . import complex_motion, complex_numbers, lines, pairs, trigonometric_samples
 from .complex_motion import Motion
 from .pairs import Complex
 from .six_screws import SixScrews
@@ -33,10 +33,6 @@ ROUND_OFF, ROOT_THIRD = 1e-15, math.sqrt(1.0 / 3.0)
 ACROSS = 1e-12
 
 
-def _put(V: Numbers, at: int, v: Vector) -> None:
-    V[at], V[at + 1], V[at + 2] = v[0], v[1], v[2]
-
-
 def _mean(p: int, turn: int) -> float:
     # What a value at so many thirds of a turn counts in the coefficient of 1, cos, or sin.
     if p == 0:
@@ -44,15 +40,6 @@ def _mean(p: int, turn: int) -> float:
     if p == 1:
         return 2.0 / 3.0 if turn == 0 else -1.0 / 3.0
     return 0.0 if turn == 0 else ROOT_THIRD if turn == 1 else -ROOT_THIRD
-
-
-def _cross(a: Numbers, b: Numbers, to: Numbers) -> None:
-    # Of complex vectors (3 pairs).
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        value = pairs.times(pairs.pair(a, j), pairs.pair(b, k))
-        other = pairs.times(pairs.pair(a, k), pairs.pair(b, j))
-        pairs.put(to, i, pairs.plus(value, -1.0, other))
 
 
 def _dot(a: Numbers, b: Numbers) -> Complex:
@@ -148,9 +135,9 @@ class SphericalLinkage:
         tool = (loop.goal[3], loop.goal[7], loop.goal[11])
         left = vectors.plus(tool, -1.0, a)
         left = vectors.plus(left, 1.0, vectors.times_vector(loop.goal, end))
-        _put(self.way, 0, left)
-        _put(self.way, 3, carried)
-        _put(self.way, 6, twice)
+        lines.put(self.way, 0, left)
+        lines.put(self.way, 3, carried)
+        lines.put(self.way, 6, twice)
         self.reach = math.sqrt(vectors.dot(left, left)) + math.sqrt(vectors.dot(end, end))
         self.reach += math.sqrt(vectors.dot(carried, carried))
         self.reach += math.sqrt(vectors.dot(twice, twice)) + 3.0 * abs(self.bent)
@@ -205,7 +192,6 @@ class SphericalLinkage:
         self.vector[1] = vectors.dot(vectors.cross(slide, x), way) - self.bent * last
 
     def _sample(self, degree: int) -> None:
-        largest: float
         E, F, largest, steepest = self.E, self.F, 0.0, 0.0
         trigonometric_samples.write_circle(SAMPLES, self.circle)
         for n in range(SAMPLES):
@@ -258,7 +244,7 @@ class SphericalLinkage:
             C[2 * k] += self.E[k]
             C[6 + 2 * k] += self.F[k]
         V = arrays.after(C, 12)
-        _cross(C, arrays.after(C, 6), V)
+        pairs.write_cross(C, arrays.after(C, 6), V)
         first, unit = pairs.pair(V, 0), (V[2] - V[5], V[3] + V[4])
         if pairs.square_of(first) == 0.0:
             return False
@@ -279,11 +265,13 @@ class SphericalLinkage:
         if self.turning == 4:
             # Nothing is left along the normal of two; its conjugate is never in their plane.
             normal = arrays.after(M, 12)
-            _cross(M, arrays.after(M, 6), normal)
+            pairs.write_cross(M, arrays.after(M, 6), normal)
             for i in range(3):
                 normal[2 * i + 1] = -normal[2 * i + 1]
         for k in range(6 - self.turning):
-            _cross(arrays.after(M, 6 * ((k + 1) % 3)), arrays.after(M, 6 * ((k + 2) % 3)), C)
+            pairs.write_cross(
+                arrays.after(M, 6 * ((k + 1) % 3)), arrays.after(M, 6 * ((k + 2) % 3)), C
+            )
             under = _dot(arrays.after(M, 6 * k), C)
             if pairs.square_of(under) < TINY:
                 return False
