@@ -3,13 +3,15 @@ The kernel's source for the compiler: a .pyx of the files that are compiled toge
 what others use of them, with the types of their annotations.
 
 A function is C where all its annotations are in this vocabulary and its body has nothing that only
-Python can do; Python sees those that `kernel/__init__.py` exports. A class without a base is a C
-structure of the fields that are annotated, in its body or where `__init__` sets them; Python sees
-the numbers and objects of one that is exported. What a function keeps for itself is found by the
-compiler, or annotated.
+Python can do; Python sees those that `kernel/__init__.py` exports, and they refuse None where they
+take an object. A class without a base is a C structure of the fields that are annotated, or that
+`__init__` sets to what has a type of C; Python sees the numbers and objects of one that is
+exported. It keeps the arrays that it has addresses of, and gives back the rooms that it was given.
+What a function keeps for itself is found by the compiler, or annotated.
 """
 
 import ast
+import copy
 import functools
 import hashlib
 import re
@@ -37,6 +39,12 @@ C_TYPES = {
 }
 OBJECTS = dict.fromkeys(('Floats', 'Integers', 'Bytes'), 'ndarray') | {'bytes': 'bytes'}
 TUPLES = {'(double, double)': 'Pair', '(double, double, double)': 'Triple'}
+# What gives an object rooms of its own, and what the addresses of arrays.
+ROOMS = {'arrays.rooms': 'double*', 'arrays.whole_rooms': 'long long*'}
+ADDRESSES = [
+    *('arrays.numbers', 'arrays.results', 'arrays.whole', 'arrays.whole_results'),
+    *('arrays.octets', 'arrays.octets_to_fill'),
+]
 ONLY_PYTHON = (ast.GeneratorExp, ast.ListComp, ast.SetComp, ast.DictComp)
 # Compiled once more for processors with AVX2: with it the measures of one pose take 0.85 of the
 # time.
@@ -90,8 +98,8 @@ class KernelTypes:
             if isinstance(node, ast.ImportFrom)
             for alias in node.names
         }
-        nodes = [node for tree in self.trees.values() for node in tree.body]
-        self.classes = {node.name for node in nodes if is_structure(node)}
+        nodes = [(node, file) for file, tree in self.trees.items() for node in tree.body]
+        self.classes = {node.name: (node, file) for node, file in nodes if is_structure(node)}
         arrays = (folder / 'layout' / 'arrays.pxd').read_text(encoding='utf-8')
         declared = re.findall(r'(\w+)\([^()]*\) (except|noexcept)', arrays)
         self._of_arrays = {f'arrays.{name}': how == 'except' for name, how in declared}
@@ -261,9 +269,10 @@ class KernelTypes:
         exported = node.name in self.exported
         lines = [] if node.name in OPEN else ['@cython.final']
         lines.append(f'cdef class {node.name}:')
-        for name, annotation in fields(node).items():
-            kind = self.c_type(annotation).replace('ndarray', '') or 'object'
-            access = 'public ' if 'Public[' in ast.unparse(annotation) else 'readonly '
+        for name, kind in self._fields(node, file).items():
+            kind = kind.replace('ndarray', '') or 'object'
+            is_public = 'Public[' in ast.unparse(fields(node).get(name, ast.Constant(None)))
+            access = 'public ' if is_public else 'readonly '
             seen = exported and '*' not in kind and not name.startswith('_')
             lines.append(f'    cdef {access if seen else ""}{kind} {name}')
         for method in node.body:
@@ -272,10 +281,69 @@ class KernelTypes:
                 lines += [f'    {line}' for line in declared]
         return lines
 
+    def _fields(self, node: ast.ClassDef, file: Path) -> dict[str, str]:
+        # Their types: of annotations, or of what `__init__` sets them to.
+        found = {name: self.c_type(annotation) for name, annotation in fields(node).items()}
+        constants = dict(pair for one in self.trees[file].body for pair in pairs_of(one))
+        for init in (one for one in node.body if is_init(one)):
+            given = {name: self._kind(value, {}, file) for name, value in constants.items()}
+            given |= {one.arg: self.c_type(one.annotation) or 'object' for one in init.args.args}
+            pairs = (pair for one in init.body for pair in assigned(one))
+            for target, value in pairs:
+                given |= {f'self.{name}': kind for name, kind in found.items()}
+                kind = self._kind(value, given, file)
+                if isinstance(target, ast.Name):
+                    given[target.id] = kind
+                elif isinstance(target, ast.Attribute) and kind:
+                    found.setdefault(target.attr, kind)
+            found |= {'_kept': ''} if kept_by(init) and '_arrays' not in found else {}
+            found |= {'_room': 'double*'} if rooms_of(init) else {}
+        return found
+
+    def _kind(self, value: ast.expr, given: Mapping[str, str], file: Path) -> str:
+        # The type of what a field is set to, nothing where that does not say it.
+        match value:
+            case ast.Constant(bool() | int() as one):
+                return C_TYPES[type(one).__name__]
+            case ast.IfExp(_, one, _) | ast.UnaryOp(ast.USub(), one):
+                return self._kind(one, given, file)
+            case ast.BinOp(one, operator, other):
+                kinds = {self._kind(one, given, file), self._kind(other, given, file)}
+                whole = kinds == {C_TYPES['int']} and not isinstance(operator, ast.Div)
+                return C_TYPES['int' if whole else 'float'] if whole or 'double' in kinds else ''
+            case ast.Call(ast.Name('len')):
+                return C_TYPES['int']
+            case ast.Call(ast.Name(name)) if name in self.classes:
+                return name
+            case ast.Call(function) if ast.unparse(function).startswith('math.'):
+                return C_TYPES['float']
+            case ast.Call(function):
+                node, *_ = self._functions.get(called(value, file.stem, ''), (None,))
+                return ROOMS.get(ast.unparse(function)) or self.c_type(node and node.returns)
+            case ast.Attribute(one, name) if (of := self._kind(one, given, file)) in self.classes:
+                return self._fields(*self.classes[of]).get(name, '')
+        return given.get(ast.unparse(value), kind_of(value))
+
+    def _doors(self, node: ast.FunctionDef, owner: ast.ClassDef | None) -> list[str]:
+        # The objects that Python gives to a function, or for a class: it may give None.
+        if owner and not is_init(node) or (owner or node).name not in self.exported:
+            return []
+        return [
+            one.arg
+            for one in node.args.args
+            if self.c_type(one.annotation) in self.classes
+            and 'None' not in ast.unparse(one.annotation)
+        ]
+
     def _class(self, node: ast.ClassDef, new: ast.ClassDef, file: Path) -> list[str]:
         lines = [] if node.name in OPEN else ['@cython.final']
         lines.append(f'cdef class {node.name}:')
+        keeps = '_arrays' not in fields(node)
         for one, renamed in zip(node.body, new.body):
+            if is_init(one):
+                renamed = with_memory(renamed, keeps)
+                if rooms_of(one):
+                    lines += ['    def __dealloc__(self):', '        arrays.give_back(self._room)']
             if isinstance(one, ast.FunctionDef):
                 lines += [f'    {line}' for line in self._defined(one, renamed, file, node)]
             elif not isinstance(one, ast.AnnAssign):
@@ -286,6 +354,10 @@ class KernelTypes:
         self, node: ast.FunctionDef, new: ast.FunctionDef, file: Path, owner: ast.ClassDef | None
     ) -> list[str]:
         lines = [] if node.name.startswith('__') else self._function(node, file, owner)
+        if doors := self._doors(node, owner):
+            new, at = copy.copy(new), 1 if ast.get_docstring(new) else 0
+            refusals = [f'arrays.given({name})' for name in doors]
+            new.body = [*new.body[:at], *ast.parse('\n'.join(refusals)).body, *new.body[at:]]
         return [*lines, *indented(new.body)] if lines else ast.unparse(new).splitlines()
 
     def _function(
@@ -340,7 +412,7 @@ class KernelTypes:
         for one in ast.walk(node):
             if isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name):
                 annotated[one.target.id] = self.c_type(one.annotation)
-            elif isinstance(one, ast.Assign):
+            elif isinstance(one, ast.stmt):
                 pairs = [(name, kind_of(value)) for name, value in pairs_of(one)]
                 found |= {name: kind for name, kind in pairs if kind}
         return found | annotated
@@ -375,6 +447,7 @@ class KernelTypes:
             if file.stem not in self.included
         }
         found |= {key for key, names in calls.items() if 'raise' in names}
+        found |= {key for key, (node, _, of) in self._functions.items() if self._doors(node, of)}
         while more := {key for key, names in calls.items() if names & found} - found:
             found |= more
         return found
@@ -426,8 +499,8 @@ def calls_without_lock(node: ast.FunctionDef) -> list[ast.Call]:
 
 
 def is_structure(node: ast.stmt) -> bool:
-    """Return whether a statement is a class without a base and with fields."""
-    return isinstance(node, ast.ClassDef) and not node.bases and bool(fields(node))
+    """Return whether a statement is a class without a base."""
+    return isinstance(node, ast.ClassDef) and not node.bases
 
 
 def fields(node: ast.ClassDef) -> dict[str, ast.expr]:
@@ -440,12 +513,65 @@ def fields(node: ast.ClassDef) -> dict[str, ast.expr]:
     }
 
 
-def pairs_of(node: ast.Assign) -> list[tuple[str, ast.expr]]:
-    """Return each name that an assignment sets, with its value."""
+def is_init(node: ast.stmt) -> bool:
+    """Return whether a statement is what begins an object."""
+    return isinstance(node, ast.FunctionDef) and node.name == '__init__'
+
+
+def rooms_of(init: ast.FunctionDef) -> list[ast.Assign]:
+    """Return the statements of `__init__` that give the object rooms."""
+    calls = [one for one in init.body if isinstance(getattr(one, 'value', None), ast.Call)]
+    return [one for one in calls if ast.unparse(one.value.func) in ROOMS]
+
+
+def kept_by(init: ast.FunctionDef) -> list[str]:
+    """Return the arrays whose addresses `__init__` asks for, but for those of its fields."""
+    pairs = [pair for one in init.body for pair in assigned(one)]
+    held = {ast.unparse(value) for target, value in pairs if isinstance(target, ast.Attribute)}
+    held |= {ast.unparse(one.value) for one in init.body if isinstance(one, ast.AnnAssign)}
+    calls = [one for one in ast.walk(init) if isinstance(one, ast.Call)]
+    arrays = [ast.unparse(one.args[0]) for one in calls if ast.unparse(one.func) in ADDRESSES]
+    return [array for array in arrays if array.partition('.')[0] not in {'self', *held}]
+
+
+def with_memory(init: ast.FunctionDef, keeps: bool) -> ast.FunctionDef:
+    """
+    Return `__init__` with one piece of memory for all rooms, one behind the other, and the arrays
+    kept that the object has addresses of.
+    """
+    rooms, lines, place = rooms_of(init), [], '0'
+    at = init.body.index(rooms[0]) if rooms else 0
+    if rooms != init.body[at : at + len(rooms)]:
+        raise TypeError(f'rooms are not asked for together: {ast.unparse(rooms[0])}')
+    for one in rooms:
+        whole = ast.unparse(one.value.func) == 'arrays.whole_rooms'
+        for (name, _), count in zip(assigned(one), one.value.args, strict=True):
+            room = f'arrays.after(self._room, {place})'
+            lines.append(f'{ast.unparse(name)} = {f"arrays.as_whole({room})" if whole else room}')
+            place += f' + ({ast.unparse(count)})'
+    lines[:0] = [f'self._room = arrays.scratch({place})'] if rooms else []
+    arrays = ', '.join(dict.fromkeys(kept_by(init)))
+    last = ast.parse(f'self._kept = ({arrays},)' if keeps and arrays else '').body
+    new = copy.copy(init)
+    behind = init.body[at + len(rooms) :]
+    new.body = [*init.body[:at], *ast.parse('\n'.join(lines)).body, *behind, *last]
+    return new
+
+
+def assigned(node: ast.stmt) -> list[tuple[ast.expr, ast.expr]]:
+    """Return what a statement sets, each with its value; several results, with their call."""
+    if not isinstance(node, ast.Assign):
+        return []
     target, value = node.targets[0], node.value
-    several = isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple)
-    pairs = zip(target.elts, value.elts) if several else [(target, value)]
-    return [(name.id, one) for name, one in pairs if isinstance(name, ast.Name)]
+    if not isinstance(target, ast.Tuple):
+        return [(target, value)]
+    several = value.elts if isinstance(value, ast.Tuple) else [value] * len(target.elts)
+    return list(zip(target.elts, several))
+
+
+def pairs_of(node: ast.stmt) -> list[tuple[str, ast.expr]]:
+    """Return each name that a statement sets, with its value."""
+    return [(name.id, one) for name, one in assigned(node) if isinstance(name, ast.Name)]
 
 
 def kind_of(value: ast.expr) -> str:
@@ -455,6 +581,8 @@ def kind_of(value: ast.expr) -> str:
             return f'{"double" if isinstance(zero, float) else "long long"}[{count}]'
         case ast.List([ast.Constant(float())]):
             return 'double[1]'
+        case ast.Constant(float()) | ast.UnaryOp(ast.USub(), ast.Constant(float())):
+            return 'double'
         case ast.Compare() | ast.BoolOp() | ast.UnaryOp(ast.Not()) | ast.Constant(bool()):
             return 'bint'
         case ast.Tuple([_, _]):
@@ -469,7 +597,7 @@ def numbers(body: list[ast.stmt], shared: set[str], others: bool = False) -> lis
     Return the declarations of a file's constants that are written as numbers: of those that are
     shared, or of the others.
     """
-    pairs = [pair for one in body if isinstance(one, ast.Assign) for pair in pairs_of(one)]
+    pairs = [pair for one in body for pair in pairs_of(one)]
     lines = []
     for name, value in pairs:
         leaves = [one for one in ast.walk(value) if isinstance(one, ast.Constant | ast.Name)]

@@ -479,6 +479,7 @@ cdef class Sum:
 class Table(NamedTuple):
     room: Floats
 cpdef double total(Sum one, ndarray rows):
+    arrays.given(one)
     return sums_mean(arrays.numbers(rows), 3)
 cdef double sums_mean(double* row, Py_ssize_t count) noexcept nogil:
     return row[0]
@@ -550,6 +551,71 @@ def test_the_compilers_source_has_the_types_of_the_annotations(small_kernel):
     (folder / 'layout/places.py').write_text('FIRST = 1\n')
     assert types().source('_sums').partition('\n')[::2] != (head, source)
     assert types().source('_sums').partition('\n')[2] == source
+
+
+WITH_MEMORY = """
+    def __init__(self, rows: Floats, sum: Sum, other: 'Sum | None', scale: float):
+        self.count, self.scale = rows.size, 2.0 * scale
+        self.sum, self.most, self.size = sum, sum.most, 3 + sum.most
+        self.whole, self.mean = scale > 1.0, mean(rows, 3)
+        self.rows = arrays.numbers(rows, 3)
+        self.a, self.b = arrays.rooms(3, self.size)
+        (self.c,) = arrays.whole_rooms(self.size)
+        self.last = LEAST
+"""
+
+
+@in_clone
+def test_a_class_keeps_its_arrays_and_gives_its_rooms_back(small_kernel):
+    types, folder = small_kernel
+    file = folder / 'sums.py'
+    file.write_text(f'{file.read_text()}\nclass Room:{WITH_MEMORY}')
+    arrays = 'def numbers(array: Floats, count: int) -> Flat:\n    return array\n'
+    (folder / 'layout/arrays.py').write_text(arrays)
+    (folder / '__init__.py').write_text('from .sums import Room as Room\n')
+    head, _, fields = types().declarations('_sums').partition('cdef class Room:\n')
+    # What an attribute of Python is set to has no type of C: the compiler would say so.
+    assert fields.splitlines()[:12] == [
+        f'    cdef {field}'
+        for field in (
+            'readonly double scale',
+            'readonly Sum sum',
+            'readonly Py_ssize_t most',
+            'readonly Py_ssize_t size',
+            'readonly bint whole',
+            'readonly double mean',
+            'double* rows',
+            'double* a',
+            'double* b',
+            'long long* c',
+            'readonly double last',
+            'object _kept',
+        )
+    ]
+    assert fields.splitlines()[12] == '    cdef double* _room'
+    body = types().source('_sums').partition('cdef class Room:\n')[2]
+    for lines in (
+        ['def __dealloc__(self):', '    arrays.give_back(self._room)'],
+        [
+            'self._room = arrays.scratch(0 + 3 + self.size + self.size)',
+            'self.a = arrays.after(self._room, 0)',
+            'self.b = arrays.after(self._room, 0 + 3)',
+            'self.c = arrays.as_whole(arrays.after(self._room, 0 + 3 + self.size))',
+            'self.last = SUMS_LEAST',
+            'self._kept = (rows,)',
+        ],
+    ):
+        assert [line.strip() for line in lines] == [
+            line.strip()
+            for line in body.splitlines()
+            if line.strip() in [one.strip() for one in lines]
+        ]
+    # Of what Python gives only what may be None is not refused.
+    assert body.count('arrays.given') == body.count('arrays.given(sum)') == 1
+    # One piece of memory: nothing comes between.
+    file.write_text(file.read_text().replace('(self.c,)', 'self.d = 1\n        (self.c,)'))
+    with pytest.raises(TypeError, match='rooms are not asked for together'):
+        types().source('_sums')
 
 
 @in_clone

@@ -410,16 +410,9 @@ def details(random: np.random.Generator):
     table = np.column_stack([turning.axes, turning.points, np.zeros(6)])
     arm = kernel.SixJoints(table, inverse(turning.home), np.eye(6), options[:1], 16)
     plan, target = plan_for(robot, ROW_NAMES), ik_target_of(robot, T)
-    solutions = kernel.Solutions(np.zeros((kernel.MOST_CANDIDATES, 6)))
-    kernel.eliminated_solutions(
-        arm,
-        refinement(target, plan),
-        plan.joints,
-        np.zeros(6),
-        PROVED,
-        solutions,
-        np.zeros(3, int),
-    )
+    q = np.zeros((kernel.MOST_CANDIDATES, 6))
+    solutions = kernel.Solutions(plan.joints, np.zeros(6), PROVED, q)
+    kernel.eliminated_solutions(arm, refinement(target, plan), solutions, np.zeros(3, int))
 
 
 def wide_arm() -> Robot:

@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from .layout.arrays import given
+
 # If it is set, to anything, the kernel's source runs as plain Python: for coverage, a debugger,
 # and as a second way to compute every number.
 VARIABLE = 'KINEMATICS_UNCOMPILED'
@@ -89,8 +91,13 @@ def without_warnings(names: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _quiet(function: Callable[..., Any]) -> Callable[..., Any]:
+    kinds = [kind for name, kind in function.__annotations__.items() if name != 'return']
+
     @functools.wraps(function)
     def call(*arguments: Any) -> Any:
+        for one, kind in zip(arguments, kinds):
+            if one is None and isinstance(kind, type):
+                given(one)
         with np.errstate(all='ignore'):
             return function(*arguments)
 

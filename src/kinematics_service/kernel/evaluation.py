@@ -31,13 +31,12 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
         chain.screws_at, frames 4 x 4 each at chain.frames_at. Rows of J and the twist:
         vx vy vz wx wy wz of the tool's origin.
     """
-    arrays.given(chain)
     count, n = arrays.extent(q, 0), chain.dof
     if (
         arrays.extent(q, 1) != n
         or arrays.extent(qdot, 1) != n
         or arrays.extent(rows, 0) != count
-        or arrays.extent(rows, 1) < _width(chain, depth)
+        or arrays.extent(rows, 1) < chain.widths[depth]
     ):
         raise TypeError('the arrays of an evaluation do not go together')
     each = 0 if arrays.extent(qdot, 0) == 1 else n
@@ -49,12 +48,6 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
     arrays.take_back(lock)
     arrays.give_back(work)
     return stopped
-
-
-def _width(chain: Chain, depth: int) -> int:
-    if depth >= places.ALL_FRAMES:
-        return chain.width
-    return chain.frames_at if depth == places.JACOBIAN else chain.pose_width
 
 
 def _evaluate_rows(
@@ -107,7 +100,6 @@ def evaluate_one(arm: Arm, q: Floats, qdot: Floats, row: Floats) -> int:
         Its length tells how much of it is filled: a depth of `evaluate`. The arguments are few,
         because a call spends as much time on each of them as on a joint.
     """
-    arrays.given(arm)
     n = arm.chain.dof
     if arrays.size(q) != n or arrays.size(qdot) != n:
         return -2
@@ -119,8 +111,11 @@ def evaluate_one(arm: Arm, q: Floats, qdot: Floats, row: Floats) -> int:
         result[at + j] = positions[j]
         result[at + n + j] = rates[j]
     bad = evaluate_tail(arm.chain, result, at, False)
-    for i in range(places.ROW_TAIL):
-        result[at + 2 * n + i] = result[places.QUATERNION_AT + i]
+    arrays.copy(
+        arrays.after(result, at + 2 * n),
+        places.ROW_TAIL,
+        arrays.after(result, places.QUATERNION_AT),
+    )
     return bad
 
 

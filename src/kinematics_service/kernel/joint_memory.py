@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .layout import arrays, places
-from .layout.arrays import Flat, FlatIntegers, Floats, Integers, Nanoseconds, Public
+from .layout.arrays import Floats, Integers, Nanoseconds, Public
 
 
 class JointColumns(NamedTuple):
@@ -49,21 +49,8 @@ class JointColumns(NamedTuple):
 def _empty_columns(joints: int, closure: int) -> JointColumns:
     numbers = np.zeros((3, joints))
     integers = np.zeros((7, joints), dtype=np.int64)
-    return JointColumns(
-        position=numbers[0],
-        before=numbers[1],
-        velocity=numbers[2],
-        differenced=integers[0],
-        known=integers[1],
-        stamped=integers[2],
-        wraps=integers[3],
-        stamp=integers[4],
-        arrival=integers[5],
-        jump_count=integers[6],
-        jumps=np.zeros((joints, places.JUMPS_KEPT), dtype=np.int64),
-        last_quaternion=np.zeros(4),
-        closed=np.zeros(closure),
-    )
+    jumps = np.zeros((joints, places.JUMPS_KEPT), dtype=np.int64)
+    return JointColumns._make([*numbers, *integers, jumps, np.zeros(4), np.zeros(closure)])
 
 
 class JointMemory:
@@ -93,9 +80,6 @@ class JointMemory:
         Whether the loops closed at the last answer.
     """
 
-    joints: int
-    closure: int
-
     def __init__(self, joints: int, closure: int = 0) -> None:
         columns = _empty_columns(joints, closure)
         self.columns: JointColumns = columns
@@ -104,19 +88,19 @@ class JointMemory:
         self.timeout: Public[Nanoseconds] = 0
         self.velocity_source: Public[int] = places.AUTO
         self.is_new_tool: Public[bool] = True
-        self.position: Flat = arrays.results(columns.position, joints)
-        self.before: Flat = arrays.results(columns.before, joints)
-        self.velocity: Flat = arrays.results(columns.velocity, joints)
-        self.differenced: FlatIntegers = arrays.whole_results(columns.differenced, joints)
-        self.known: FlatIntegers = arrays.whole_results(columns.known, joints)
-        self.stamped: FlatIntegers = arrays.whole_results(columns.stamped, joints)
-        self.wraps: FlatIntegers = arrays.whole_results(columns.wraps, joints)
-        self.stamp: FlatIntegers = arrays.whole_results(columns.stamp, joints)
-        self.arrival: FlatIntegers = arrays.whole_results(columns.arrival, joints)
-        self.jump_count: FlatIntegers = arrays.whole_results(columns.jump_count, joints)
-        self.jumps: FlatIntegers = arrays.whole_results(columns.jumps, places.JUMPS_KEPT * joints)
-        self.last_quaternion: Flat = arrays.results(columns.last_quaternion, 4)
-        self.closed: Flat = arrays.results(columns.closed, closure)
+        self.position = arrays.results(columns.position, joints)
+        self.before = arrays.results(columns.before, joints)
+        self.velocity = arrays.results(columns.velocity, joints)
+        self.differenced = arrays.whole_results(columns.differenced, joints)
+        self.known = arrays.whole_results(columns.known, joints)
+        self.stamped = arrays.whole_results(columns.stamped, joints)
+        self.wraps = arrays.whole_results(columns.wraps, joints)
+        self.stamp = arrays.whole_results(columns.stamp, joints)
+        self.arrival = arrays.whole_results(columns.arrival, joints)
+        self.jump_count = arrays.whole_results(columns.jump_count, joints)
+        self.jumps = arrays.whole_results(columns.jumps, places.JUMPS_KEPT * joints)
+        self.last_quaternion = arrays.results(columns.last_quaternion, 4)
+        self.closed = arrays.results(columns.closed, closure)
         clear(self)
 
 
@@ -145,11 +129,11 @@ class OurJoints:
         if min(joints.min(initial=0), places_of.min(initial=0)) < 0:
             raise ValueError('joints and their places are counted from 0')
         self.table: tuple[Any, ...] = (joints, places_of)
-        self.count: int = arrays.size(joints)
+        self.count = arrays.size(joints)
         self.joints_needed: int = int(joints.max(initial=-1)) + 1
         self.places_needed: int = int(places_of.max(initial=-1)) + 1
-        self.joint: FlatIntegers = arrays.whole(joints, 0)
-        self.place: FlatIntegers = arrays.whole(places_of, self.count)
+        self.joint = arrays.whole(joints, 0)
+        self.place = arrays.whole(places_of, self.count)
 
 
 def clear(memory: JointMemory) -> None:
@@ -167,5 +151,4 @@ def clear(memory: JointMemory) -> None:
 
 def forget(memory: JointMemory) -> None:
     """Forget the states of all joints."""
-    arrays.given(memory)
     clear(memory)

@@ -145,8 +145,7 @@ def _look_behind_loops(
         _write_way_out(arm, arrays.after(work, first * (1 + n)), measures)
     else:
         singularity.measure_row(arm.chain, arm.task, row, measures, work)
-    for j in range(n):
-        pose[j] = search.poses[j]
+    arrays.copy(pose, n, search.poses)
     judged[places.DECIDED] = 1.0 if search.complete else 0.0
     measures[places.DISTANCE] = min(search.distance, places.FARTHEST)
     _judge(arm, measures, places.FARTHEST if search.complete else estimate)
@@ -372,7 +371,6 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
         robot file, value and gradient of each; the
         singular pose that was found nearest (n,).
     """
-    arrays.given(arm)
     _check_rows(arm, rows, measures)
     count, row_width = arrays.extent(rows, 0), arrays.extent(rows, 1)
     table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * arm.chain.dof)
@@ -399,7 +397,6 @@ def find_nearest(
     in_order
         Whether they are poses of a motion, of which the search has seen those before.
     """
-    arrays.given(search)
     arm = search.arm
     _check_rows(arm, rows, measures)
     count, row_width = arrays.extent(rows, 0), arrays.extent(rows, 1)
@@ -418,7 +415,6 @@ def measure_one(search: NearestSearch, row: Floats, measures: Floats) -> None:
     Do `measure` and `find_nearest` for one row, after which its q stands, as `evaluate_one` has
     it.
     """
-    arrays.given(search)
     arm = search.arm
     tail = 2 * arm.chain.dof + places.ROW_TAIL
     evaluated = arrays.numbers(row, arm.chain.frames_at + tail)

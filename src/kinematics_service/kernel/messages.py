@@ -45,10 +45,8 @@ class IncomingForm:
         ours: OurJoints,
     ) -> None:
         self.table: tuple[Any, ...] = (fixed, same)
-        self.ours: OurJoints = ours
-        self.size: int = arrays.size(fixed)
+        self.ours, self.size, self.stamp_at = ours, arrays.size(fixed), stamp_at
         self.stamp: Nanoseconds = 0
-        self.stamp_at: int = stamp_at
         self.positions_at: int = positions.start
         self.velocities_at: int = velocities.start
         self.position_count: int = (positions.stop - positions.start) // 8
@@ -58,8 +56,8 @@ class IncomingForm:
         counts = (self.position_count - ours.places_needed, self.velocity_count)
         if min(begins) < 0 or max(ends) > self.size or min(counts) < 0:
             raise ValueError('a place outside of the message')
-        self.fixed: FlatBytes = arrays.octets(fixed, self.size)
-        self.same: FlatBytes = arrays.octets(same, self.size)
+        self.fixed = arrays.octets(fixed, self.size)
+        self.same = arrays.octets(same, self.size)
 
 
 def _fits(form: IncomingForm, data: FlatBytes) -> bool:
@@ -106,9 +104,6 @@ def observe_bytes(
     answers
         What is filled with the state, as `fill_messages` does it.
     """
-    arrays.given(search)
-    arrays.given(memory)
-    arrays.given(form)
     arm = search.arm
     if len(data) != form.size:
         return places.NOT_THIS_FORM

@@ -166,8 +166,7 @@ def _close(arm: Arm, memory: JointMemory, q: Flat, section: Flat) -> bool:
         failed = closing.close(arm.chain.closure, q, section)
     memory.is_closed = failed == 0
     if failed == 0:
-        for k in range(memory.closure):
-            memory.closed[k] = section[k]
+        arrays.copy(memory.closed, memory.closure, section)
     return failed == 0
 
 
@@ -251,9 +250,6 @@ def observe(
         As `evaluate_one` fills it, but the quaternion at its end with its sign continuous over
         time. If the width is 0, q and qdot only.
     """
-    arrays.given(arm)
-    arrays.given(memory)
-    arrays.given(ours)
     at = arrays.size(row) - 2 * memory.joints - places.ROW_TAIL
     check_fit(arm, memory, ours, arrays.size(positions), at)
     return take(

@@ -8,7 +8,7 @@ from .forward import pose_errors
 from .forward.chain import Chain
 from .forward.pose_errors import PoseErrors
 from .layout import arrays, places
-from .layout.arrays import Bytes, Flat, FlatBytes, FlatIntegers, Floats, Integers, Nanoseconds
+from .layout.arrays import Bytes, Flat, Floats, Integers, Nanoseconds
 
 TOO_FEW = 'a state has fewer numbers than the messages take'
 
@@ -66,19 +66,16 @@ class OutgoingMessages:
         of_twist: bool = False,
     ) -> None:
         size = arrays.size(table.data)
-        self.table: OutgoingTable = table
-        self.errors: PoseErrors | None = errors
-        self.of_pose: bool = of_pose
-        self.of_twist: bool = of_twist
+        self.table, self.errors = table, errors
+        self.of_pose, self.of_twist = of_pose, of_twist
         self.found: Floats = np.zeros(0 if errors is None else pose_errors.COVARIANCES)
-        self.covariances: Flat = arrays.results(self.found, 0)
-        self.stamped: int = arrays.size(table.stamps)
-        self.count: int = arrays.size(table.targets)
+        self.covariances = arrays.results(self.found, 0)
+        self.stamped, self.count = arrays.size(table.stamps), arrays.size(table.targets)
         self.needed: int = int(table.sources.max(initial=-1)) + 1
-        self.data: FlatBytes = arrays.octets_to_fill(table.data, 0)
-        self.stamps: FlatIntegers = arrays.whole(table.stamps, 0)
-        self.targets: FlatIntegers = arrays.whole(table.targets, 0)
-        self.sources: FlatIntegers = arrays.whole(table.sources, self.count)
+        self.data = arrays.octets_to_fill(table.data, 0)
+        self.stamps = arrays.whole(table.stamps, 0)
+        self.targets = arrays.whole(table.targets, 0)
+        self.sources = arrays.whole(table.sources, self.count)
         for begins in (table.stamps, table.targets):
             if begins.min(initial=0) < 0 or begins.max(initial=0) + 8 > size and begins.size:
                 raise ValueError('a place outside of the messages')
@@ -101,7 +98,6 @@ def fill_messages(
     row, measures
         Together at least `messages.needed` numbers.
     """
-    arrays.given(messages)
     size, measured = arrays.size(row), arrays.size(measures)
     if messages.needed > size + measured:
         raise TypeError(TOO_FEW)

@@ -306,10 +306,6 @@ def _refusal(
         loop, sentence = why_not_closed(robot, q)
         if loop:
             return LoopError(sentence, 'q', [shape], shape, row, loop)
-    return _not_finite(row, q, qdot, shape)
-
-
-def _not_finite(row: int, q: Floats, qdot: Floats, shape: tuple[int, ...]) -> JointVectorError:
     # Neither is named where both are finite and what follows of them is not.
     named = [name for name, given in (('q', q), ('qdot', qdot)) if not np.isfinite(given).all()]
     return JointVectorError(

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
+from ..layout.arrays import Floats, Integers
 
 
 class ChainTable(NamedTuple):
@@ -131,8 +131,7 @@ class Chain:
         self.groups: int = 0 if closure is None else closure.groups
         self.table: ChainTable = table
         self.dof: int = n
-        self.elements: int = len(table.theta_0)
-        self.entries: int = len(table.joint)
+        self.elements, self.entries = len(table.theta_0), len(table.joint)
         self.frames: int = len(table.frame_parent)
         self.form: int = _form(table) if closure is None else places.CLOSED
         # If entry k is joint k, the screws of the entries are J itself and share its columns.
@@ -151,15 +150,15 @@ class Chain:
         self.at_rest: Floats = np.zeros(n)
         self.at_rest.setflags(write=False)
 
-        self.before: Flat = arrays.numbers(table.before, 12 * self.elements + 12)
-        self.theta_0: Flat = arrays.numbers(table.theta_0, self.elements)
-        self.d_0: Flat = arrays.numbers(table.d_0, self.elements)
-        self.first_entry: FlatIntegers = arrays.whole(table.first_entry, self.elements + 1)
-        self.joint: FlatIntegers = arrays.whole(table.joint, self.entries)
-        self.by_theta: Flat = arrays.numbers(table.by_theta, self.entries)
-        self.by_d: Flat = arrays.numbers(table.by_d, self.entries)
-        self.frame_parent: FlatIntegers = arrays.whole(table.frame_parent, self.frames)
-        self.frame_offset: Flat = arrays.numbers(table.frame_offset, 12 * self.frames)
+        self.before = arrays.numbers(table.before, 12 * self.elements + 12)
+        self.theta_0 = arrays.numbers(table.theta_0, self.elements)
+        self.d_0 = arrays.numbers(table.d_0, self.elements)
+        self.first_entry = arrays.whole(table.first_entry, self.elements + 1)
+        self.joint = arrays.whole(table.joint, self.entries)
+        self.by_theta = arrays.numbers(table.by_theta, self.entries)
+        self.by_d = arrays.numbers(table.by_d, self.entries)
+        self.frame_parent = arrays.whole(table.frame_parent, self.frames)
+        self.frame_offset = arrays.numbers(table.frame_offset, 12 * self.frames)
 
     def __reduce__(self) -> tuple[type, tuple[ChainTable, Any]]:
         """Rebuild by the constructor."""
@@ -192,9 +191,6 @@ class Loop:
         Of both chains.
     """
 
-    count: int
-    row: int
-
     def __init__(
         self,
         there: Chain,
@@ -215,12 +211,10 @@ class Loop:
             raise TypeError('the parts of a loop do not go together')
         self.arguments: tuple[Any, ...] = there, back, axes, row, following
         axes.setflags(write=False)
-        self.there: Chain = there
-        self.back: Chain = back
+        self.there, self.back, self.row, self.count = there, back, row, count
         self.following: Loop = following  # type: ignore[assignment]  # nobody asks for one behind the last
-        self.count, self.row = count, row
-        self.entries: int = there.entries + back.entries
-        self.axis: FlatIntegers = arrays.whole(axes, count)
+        self.entries = there.entries + back.entries
+        self.axis = arrays.whole(axes, count)
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
         """Rebuild by the constructor."""
@@ -266,11 +260,6 @@ class LoopGroup:
         A determinant of the residual's slopes times this has no unit.
     """
 
-    loop: Loop
-    loops: int
-    first: int
-    size: float
-
     def __init__(
         self,
         loop: Loop,
@@ -283,7 +272,7 @@ class LoopGroup:
         self.arguments: tuple[Any, ...] = loop, loops, first, size, units, following
         self.loop, self.loops, self.first, self.size = loop, loops, first, size
         self.following: LoopGroup = following  # type: ignore[assignment]
-        self.variables: int = loop.there.dof
+        self.variables = loop.there.dof
         members = self.members()
         self.count: int = sum(one.count for one in members)
         self.entries: int = sum(one.entries for one in members)
@@ -302,9 +291,9 @@ class LoopGroup:
         self.spans: Floats = np.where(axes < 3, size, 1.0)
         for array in (units, self.spans):
             array.setflags(write=False)
-        self.unit: Flat = arrays.numbers(units, self.variables)
-        self.span: Flat = arrays.numbers(self.spans, self.count)
-        self.scale: float = 1.0
+        self.unit = arrays.numbers(units, self.variables)
+        self.span = arrays.numbers(self.spans, self.count)
+        self.scale = 1.0
         for i in range(self.count):
             self.scale *= float(units[first + i]) / float(self.spans[i])
 
@@ -369,10 +358,6 @@ class Closure:
         Where the screws begin.
     """
 
-    dof: int
-    variables: int
-    passive: int
-
     def __init__(self, dof: int, first: LoopGroup, turns: Integers, start: Floats) -> None:
         variables = first.variables
         passive = variables - dof
@@ -390,15 +375,12 @@ class Closure:
         for array in (turns, start):
             array.setflags(write=False)
         self.dof, self.variables, self.passive = dof, variables, passive
-        self.first: LoopGroup = first
-        self.groups: int = len(groups)
+        self.first, self.groups, self.width = first, len(groups), width
         self.loops: int = sum(group.loops for group in groups)
-        self.width: int = width
-        self.coupling_at: int = 2 * variables
-        self.told_at: int = 2 * variables + passive * dof
-        self.screws_at: int = self.told_at + 3 * self.groups
-        self.turns: FlatIntegers = arrays.whole(turns, dof)
-        self.start: Flat = arrays.numbers(start, width)
+        self.coupling_at, self.told_at = 2 * variables, 2 * variables + passive * dof
+        self.screws_at = self.told_at + 3 * self.groups
+        self.turns = arrays.whole(turns, dof)
+        self.start = arrays.numbers(start, width)
 
     def assembled(self) -> Floats:
         """Return the joint positions at which the loops are known to close, shape (n,)."""

@@ -155,12 +155,9 @@ def _times_screw(T: Numbers, sines: Numbers, cosines: Numbers, d: Numbers, lanes
 
 
 def _write_motion(T: Numbers, row: Flat, lanes: int) -> None:
-    for k in range(12 * lanes):
-        row[k] = T[k]
-    for k in range(12 * lanes, 15 * lanes):
-        row[k] = 0.0
-    for k in range(15 * lanes, 16 * lanes):
-        row[k] = 1.0
+    arrays.copy(row, 12 * lanes, T)
+    arrays.fill(arrays.after(row, 12 * lanes), 3 * lanes, 0.0)
+    arrays.fill(arrays.after(row, 15 * lanes), lanes, 1.0)
 
 
 def write_quaternion(T: Numbers, row: Flat, at: int) -> None:
@@ -217,8 +214,7 @@ def _write_frames(chain: Chain, element: int, frame: int, T: Numbers, row: Flat)
     # element.
     pose = [0.0] * 12
     while frame < chain.frames and chain.frame_parent[frame] == element:
-        for i in range(12):
-            pose[i] = T[i]
+        arrays.copy(pose, 12, T)
         _times(pose, arrays.after(chain.frame_offset, 12 * frame), 1)
         _write_motion(pose, arrays.after(row, chain.frames_at + 16 * frame), 1)
         frame += 1
@@ -375,8 +371,7 @@ def _write_screws(
     step = chain.entries * lanes
     screws = arrays.after(rows, chain.screws_at * lanes)
     twists = arrays.after(rows, (places.JACOBIAN_AT + 6 * chain.dof) * lanes)
-    for k in range(6 * lanes):
-        twist[k] = 0.0
+    arrays.fill(twist, 6 * lanes, 0.0)
     for e in range(chain.entries):
         by_theta, by_d = chain.by_theta[e], chain.by_d[e]
         at = arrays.after(screws, e * lanes)
@@ -425,8 +420,7 @@ def add_up_screws(chain: Chain, screws: Flat, row: Flat) -> None:
 def _add_up_screws(chain: Chain, screws: Flat, rows: Flat, lanes: int) -> None:
     n = chain.dof
     J = arrays.after(rows, places.JACOBIAN_AT * lanes)
-    for k in range(6 * n * lanes):
-        J[k] = 0.0
+    arrays.fill(J, 6 * n * lanes, 0.0)
     for e in range(chain.entries):
         for i in range(6):
             column = arrays.after(J, (i * n + chain.joint[e]) * lanes)

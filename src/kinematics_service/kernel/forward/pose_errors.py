@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Numbers
+from ..layout.arrays import Flat, Floats, Integers, Numbers
 from .chain import Chain
 
 # The numbers of two covariances, of the pose and of the twist, 6 x 6 each.
@@ -97,18 +97,16 @@ class PoseErrors:
             array.setflags(write=False)
         if not _goes_together(chain, table):
             raise TypeError('the arrays of what may be off do not go together')
-        self.chain: Chain = chain
-        self.table: PoseErrorTable = table
-        self.screws: int = len(table.frame)
+        self.chain, self.table, self.screws = chain, table, len(table.frame)
         self.causes: int = table.spread.shape[1]
         self.reaches: Integers = _reaches(table.spread)
-        self.frame: FlatIntegers = arrays.whole(table.frame, self.screws)
-        self.screw: Flat = arrays.numbers(table.screw, 6 * self.screws)
-        self.gear: FlatIntegers = arrays.whole(table.gear, self.screws)
-        self.spread: Flat = arrays.numbers(table.spread, self.screws * self.causes)
-        self.rates: Flat = arrays.numbers(table.rates, chain.dof)
-        self.floor: Flat = arrays.numbers(table.floor, 6)
-        self.reach: FlatIntegers = arrays.whole(self.reaches, 2 * self.screws)
+        self.frame = arrays.whole(table.frame, self.screws)
+        self.screw = arrays.numbers(table.screw, 6 * self.screws)
+        self.gear = arrays.whole(table.gear, self.screws)
+        self.spread = arrays.numbers(table.spread, self.screws * self.causes)
+        self.rates = arrays.numbers(table.rates, chain.dof)
+        self.floor = arrays.numbers(table.floor, 6)
+        self.reach = arrays.whole(self.reaches, 2 * self.screws)
 
 
 def room(errors: PoseErrors) -> int:
@@ -201,8 +199,7 @@ def _write_noise(errors: PoseErrors, row: Flat, in_tool_axes: bool, moved: Flat)
             rate[i] = row[places.JACOBIAN_AT + n * i + j] * errors.rates[j]
         if in_tool_axes:
             _turn_into_tool_axes(row, still, twist, rate)
-        for i in range(6):
-            moved[6 * j + i] = rate[i]
+        arrays.copy(arrays.after(moved, 6 * j), 6, rate)
 
 
 def _write_products(moved: Flat, count: int, covariance: Flat) -> None:
@@ -213,8 +210,7 @@ def _write_products(moved: Flat, count: int, covariance: Flat) -> None:
         for i in range(6):
             for j in range(6):
                 sums[6 * i + j] += one[i] * one[j]
-    for i in range(36):
-        covariance[i] = sums[i]
+    arrays.copy(covariance, 36, sums)
 
 
 def write_covariances(
@@ -248,8 +244,7 @@ def write_covariances(
     changed = arrays.after(work, 6 * causes)
     twist = arrays.after(row, places.JACOBIAN_AT + 6 * n)
     column, rate, before = [0.0] * 6, [0.0] * 6, [0.0] * 6
-    for k in range(12 * causes + 6 * n):
-        work[k] = 0.0
+    arrays.fill(work, 12 * causes + 6 * n, 0.0)
     element = 0
     for s in range(errors.screws):
         _write_column(errors, s, row, column)
@@ -298,7 +293,6 @@ def covariances(
     q, qdot : shape (N, n), rad or m, rad/s or m/s
         Where they were evaluated.
     """
-    arrays.given(errors)
     n, count, width = errors.chain.dof, arrays.extent(rows, 0), arrays.extent(rows, 1)
     if width < errors.chain.width:
         raise TypeError('the arrays of covariances do not go together')

@@ -31,6 +31,22 @@ def _circle_roots_or(
     return 1
 
 
+def _turns_to(
+    axis: Vector,
+    v: Vector,
+    sign: float,
+    w: Vector,
+    height: float,
+    error: float,
+    free: float,
+    found: Numbers,
+) -> int:
+    # The angles by which v, turned about an axis, or backwards, is at a height along w.
+    still = vectors.dot(w, axis) * vectors.dot(axis, v)
+    A, B = vectors.dot(w, v) - still, sign * vectors.dot(w, vectors.cross(axis, v))
+    return _circle_roots_or(A, B, height - still, error, free, found)
+
+
 def _wrist(
     screws: Numbers, T: Numbers, arm: Numbers, turn: float, free: Numbers, found: Numbers
 ) -> int:
@@ -39,16 +55,8 @@ def _wrist(
     a, b = vectors.axis_of(screws, 3), vectors.axis_of(screws, 4)
     c = vectors.axis_of(screws, 5)
     goal = _back(screws, arm, 3, vectors.times_vector(T, c))
-    ab, bc = vectors.dot(a, b), vectors.dot(b, c)
     fifths = [0.0] * 3
-    count = _circle_roots_or(
-        vectors.dot(a, c) - ab * bc,
-        vectors.dot(a, vectors.cross(b, c)),
-        vectors.dot(a, goal) - ab * bc,
-        4.0 * turn,
-        free[4],
-        fifths,
-    )
+    count = _turns_to(b, c, 1.0, a, vectors.dot(a, goal), 4.0 * turn, free[4], fifths)
     side = vectors.across(c)
     goal_side = _back(screws, arm, 3, vectors.times_vector(T, side))
     found[6] = fifths[2]
@@ -62,181 +70,10 @@ def _wrist(
     return count
 
 
-def _with_wrist(
-    screws: Numbers,
-    T: Numbers,
-    point: Vector,
-    turn: float,
-    way: float,
-    free: Numbers,
-    found: Numbers,
-    said: Numbers,
-) -> int:
-    # Axes 4 to 6 meet in `point`, so joints 1 to 3 alone bring it to its place.
-    arms, wrists, arm = [0.0] * 25, [0.0] * 7, [0.0] * 3
-    count = 0
-    goal = vectors.times_point(T, point)
-    known = three_joints.first_three(screws, point, goal, turn, way, free, arms)
-    said[0] = arms[24]
-    for i in range(known):
-        for k in range(3):
-            arm[k] = arms[3 * i + k]
-        doubled = _wrist(screws, T, arm, turn + 3.0 * arms[24], free, wrists)
-        said[0] = max(said[0], wrists[6])
-        for j in range(doubled):
-            for k in range(3):
-                found[6 * count + k] = arm[k]
-                found[6 * count + 3 + k] = wrists[3 * j + k]
-            count += 1
-    return count
-
-
-def _first_joint(
-    screws: Numbers, T: Numbers, point: Vector, way: float, free: float, found: Numbers
-) -> int:
-    # The height of `point` along axis 2, which joints 2 to 4 do not change, gives joint 1:
-    # z . (turned(z1, x, ...)) of the goal taken back by joint 1 is the height at rest.
-    z1, z = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
-    o1 = vectors.point_of(screws, 0)
-    goal = vectors.plus(vectors.times_point(T, point), -1.0, o1)
-    still = vectors.dot(z, z1) * vectors.dot(z1, goal)
-    return _circle_roots_or(
-        vectors.dot(z, goal) - still,
-        -vectors.dot(z, vectors.cross(z1, goal)),
-        vectors.dot(z, vectors.plus(point, -1.0, o1)) - still,
-        4.0 * way,
-        free,
-        found,
-    )
-
-
-def _fifth_joint(screws: Numbers, seen: Vector, turn: float, free: float, found: Numbers) -> int:
-    # The direction of axis 2 as the tool sees it gives joints 5 and 6, which turn it into z.
-    z, z5, z6 = vectors.axis_of(screws, 1), vectors.axis_of(screws, 4), vectors.axis_of(screws, 5)
-    still = vectors.dot(z6, z5) * vectors.dot(z5, z)
-    return _circle_roots_or(
-        vectors.dot(z6, z) - still,
-        -vectors.dot(z6, vectors.cross(z5, z)),
-        vectors.dot(z6, seen) - still,
-        4.0 * turn,
-        free,
-        found,
-    )
-
-
-def _plane_arm(
-    screws: Numbers,
-    T: Numbers,
-    first: float,
-    fifth: float,
-    sixth: float,
-    way: float,
-    free: Numbers,
-    found: Numbers,
-    said: Numbers,
-) -> int:
-    # G = E1^-1 T E6^-1 E5^-1 moves within the plane across z: its turn, and where it brings the
-    # point of axis 4. Joints 2, 3 and 4 are an arm in that plane.
-    z1, z = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
-    z5, z6 = vectors.axis_of(screws, 4), vectors.axis_of(screws, 5)
-    o2, o3, o4 = (
-        vectors.point_of(screws, 1),
-        vectors.point_of(screws, 2),
-        vectors.point_of(screws, 3),
-    )
-    thirds = [0.0] * 3
-    start = vectors.moved(screws, 5, -sixth, vectors.moved(screws, 4, -fifth, o4))
-    goal = vectors.moved(screws, 0, -first, vectors.times_point(T, start))
-    side = vectors.across(z)
-    side_now = vectors.turned(z6, -sixth, vectors.turned(z5, -fifth, side))
-    side_now = vectors.turned(z1, -first, vectors.times_vector(T, side_now))
-    total = vectors.angle(z, side, side_now, 0.0)
-    to_goal = vectors.plus(goal, -1.0, o2)
-    upper, lower = vectors.plus(o3, -1.0, o2), vectors.plus(o4, -1.0, o3)
-    upper = vectors.plus(upper, -vectors.dot(upper, z), z)
-    lower = vectors.plus(lower, -vectors.dot(lower, z), z)
-    height = vectors.dot(to_goal, z)
-    reach = vectors.dot(to_goal, to_goal) - height * height
-    size = math.sqrt(vectors.dot(upper, upper)) + math.sqrt(vectors.dot(lower, lower))
-    size += math.sqrt(max(reach, 0.0))
-    count = _circle_roots_or(
-        2.0 * vectors.dot(upper, lower),
-        2.0 * vectors.dot(upper, vectors.cross(z, lower)),
-        reach - vectors.dot(upper, upper) - vectors.dot(lower, lower),
-        4.0 * size * way,
-        free[2],
-        thirds,
-    )
-    said[0] = max(said[0], thirds[2])
-    if count > 0:
-        said[0] = max(said[0], roots.turn_error(z, to_goal, 2.0 * way + size * thirds[2]))
-    for k in range(count):
-        bent = vectors.plus(upper, 1.0, vectors.turned(z, thirds[k], lower))
-        second = vectors.angle(z, bent, to_goal, free[1])
-        found[6 * k] = first
-        found[6 * k + 1] = second
-        found[6 * k + 2] = thirds[k]
-        found[6 * k + 3] = total - second - thirds[k]
-        found[6 * k + 4] = fifth
-        found[6 * k + 5] = sixth
-    return count
-
-
-def _with_parallel_axes(
-    screws: Numbers,
-    T: Numbers,
-    point: Vector,
-    turn: float,
-    way: float,
-    free: Numbers,
-    found: Flat,
-    said: Numbers,
-) -> int:
-    # Axes 2, 3, 4 are parallel, 5 and 6 meet in `point`.
-    z1, z = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
-    z5, z6 = vectors.axis_of(screws, 4), vectors.axis_of(screws, 5)
-    firsts, fifths = [0.0] * 3, [0.0] * 3
-    count = 0
-    to_goal = vectors.plus(vectors.times_point(T, point), -1.0, vectors.point_of(screws, 0))
-    to_wrist = vectors.plus(vectors.point_of(screws, 3), -1.0, point)
-    lever = math.sqrt(vectors.dot(to_goal, to_goal)) + math.sqrt(vectors.dot(to_wrist, to_wrist))
-    known = _first_joint(screws, T, point, way, free[0], firsts)
-    said[0] = firsts[2]
-    for i in range(known):
-        # R^T (z as joint 1 turns it), which joints 6 and 5 must turn into z.
-        z_now = vectors.turned(z1, firsts[i], z)
-        seen = (
-            T[0] * z_now[0] + T[4] * z_now[1] + T[8] * z_now[2],
-            T[1] * z_now[0] + T[5] * z_now[1] + T[9] * z_now[2],
-            T[2] * z_now[0] + T[6] * z_now[1] + T[10] * z_now[2],
-        )
-        doubled = _fifth_joint(screws, seen, turn + firsts[2], free[4], fifths)
-        said[0] = max(said[0], fifths[2])
-        for j in range(doubled):
-            sixth = vectors.angle(z6, seen, vectors.turned(z5, -fifths[j], z), free[5])
-            off = roots.turn_error(z6, seen, 2.0 * turn + firsts[2] + fifths[2])
-            said[0] = max(said[0], off)
-            off = way + lever * (firsts[2] + fifths[2] + off)
-            count += _plane_arm(
-                screws,
-                T,
-                firsts[i],
-                fifths[j],
-                sixth,
-                off,
-                free,
-                arrays.after(found, 6 * count),
-                said,
-            )
-    return count
-
-
 def _times(rows: int, columns: int, A: Flat, x: Flat, y: Numbers) -> None:
     # y = A x.
     for i in range(rows):
-        y[i] = 0.0
-        for j in range(columns):
-            y[i] += A[i * columns + j] * x[j]
+        y[i] = arrays.dot(arrays.after(A, i * columns), x, columns)
 
 
 class ClosedForm:
@@ -262,12 +99,6 @@ class ClosedForm:
         It includes round-off.
     """
 
-    way: int
-    error: float
-    size: float
-    n: int
-    k: int
-
     def __init__(
         self,
         way: int,
@@ -279,17 +110,14 @@ class ClosedForm:
         to_screws: Floats,
         error: float,
     ) -> None:
-        self.way, self.error, self.size = way, error, 0.0
-        self.backwards: bool = backwards
+        self.way, self.backwards, self.error, self.size = way, backwards, error, 0.0
         self.n, self.k = arrays.extent(to_joints, 0), arrays.extent(to_joints, 1)
         if self.k != (3 if self.way == places.POSITION_3 else 6):
             raise TypeError('a closed form has three screws for a position, six for a pose')
-        self.screws: Flat = arrays.numbers(screws, 7 * self.k)
-        self.point: Flat = arrays.numbers(point, 3)
-        self.home_inverse: Flat = arrays.numbers(home_inverse, 16)
-        self.to_joints: Flat = arrays.numbers(to_joints, self.n * self.k)
-        self.to_screws: Flat = arrays.numbers(to_screws, self.n * self.k)
-        self._arrays: tuple[object, ...] = screws, point, home_inverse, to_joints, to_screws
+        self.screws, self.point = arrays.numbers(screws, 7 * self.k), arrays.numbers(point, 3)
+        self.home_inverse = arrays.numbers(home_inverse, 16)
+        self.to_joints = arrays.numbers(to_joints, self.n * self.k)
+        self.to_screws = arrays.numbers(to_screws, self.n * self.k)
         for k in range(self.k):
             at = vectors.point_of(self.screws, k)
             self.size = max(self.size, math.sqrt(vectors.dot(at, at)))
@@ -332,13 +160,128 @@ class ClosedForm:
             arm = [0.0] * 25
             goal = vectors.times_point(T, start)
             count = three_joints.first_three(self.screws, start, goal, turn, way, free, arm)
-            for k in range(3 * count):
-                found[k] = arm[k]
+            arrays.copy(found, 3 * count, arm)
             said[0] = arm[24]
             return count
         if self.way == places.SPHERICAL_WRIST:
-            return _with_wrist(self.screws, T, start, turn, way, free, found, said)
-        return _with_parallel_axes(self.screws, T, start, turn, way, free, found, said)
+            return self._with_wrist(T, turn, way, free, found, said)
+        return self._with_parallel_axes(T, turn, way, free, found, said)
+
+    def _with_wrist(
+        self, T: Numbers, turn: float, way: float, free: Numbers, found: Numbers, said: Numbers
+    ) -> int:
+        # Axes 4 to 6 meet in the point, so joints 1 to 3 alone bring it to its place.
+        arms, wrists, arm = [0.0] * 25, [0.0] * 7, [0.0] * 3
+        count, point = 0, vectors.three(self.point, 0)
+        goal = vectors.times_point(T, point)
+        known = three_joints.first_three(self.screws, point, goal, turn, way, free, arms)
+        said[0] = arms[24]
+        for i in range(known):
+            for k in range(3):
+                arm[k] = arms[3 * i + k]
+            doubled = _wrist(self.screws, T, arm, turn + 3.0 * arms[24], free, wrists)
+            said[0] = max(said[0], wrists[6])
+            for j in range(doubled):
+                for k in range(3):
+                    found[6 * count + k] = arm[k]
+                    found[6 * count + 3 + k] = wrists[3 * j + k]
+                count += 1
+        return count
+
+    def _with_parallel_axes(
+        self, T: Numbers, turn: float, way: float, free: Numbers, found: Flat, said: Numbers
+    ) -> int:
+        # Axes 2, 3, 4 are parallel, 5 and 6 meet in the point.
+        screws, point = self.screws, vectors.three(self.point, 0)
+        o1, z1 = vectors.point_of(screws, 0), vectors.axis_of(screws, 0)
+        z = vectors.axis_of(screws, 1)
+        z5, z6 = vectors.axis_of(screws, 4), vectors.axis_of(screws, 5)
+        firsts, fifths = [0.0] * 3, [0.0] * 3
+        count = 0
+        to_goal = vectors.plus(vectors.times_point(T, point), -1.0, o1)
+        to_wrist = vectors.plus(vectors.point_of(screws, 3), -1.0, point)
+        lever = math.sqrt(vectors.dot(to_goal, to_goal))
+        lever += math.sqrt(vectors.dot(to_wrist, to_wrist))
+        # The height of the point along axis 2, which joints 2 to 4 do not change, gives joint 1:
+        # that of the goal taken back by joint 1 is the height at rest.
+        height = vectors.dot(z, vectors.plus(point, -1.0, o1))
+        known = _turns_to(z1, to_goal, -1.0, z, height, 4.0 * way, free[0], firsts)
+        said[0] = firsts[2]
+        for i in range(known):
+            # R^T (z as joint 1 turns it), axis 2 as the tool sees it, which joints 6 and 5 must
+            # turn into z.
+            z_now = vectors.turned(z1, firsts[i], z)
+            seen = (
+                T[0] * z_now[0] + T[4] * z_now[1] + T[8] * z_now[2],
+                T[1] * z_now[0] + T[5] * z_now[1] + T[9] * z_now[2],
+                T[2] * z_now[0] + T[6] * z_now[1] + T[10] * z_now[2],
+            )
+            off, height = 4.0 * (turn + firsts[2]), vectors.dot(z6, seen)
+            doubled = _turns_to(z5, z, -1.0, z6, height, off, free[4], fifths)
+            said[0] = max(said[0], fifths[2])
+            for j in range(doubled):
+                sixth = vectors.angle(z6, seen, vectors.turned(z5, -fifths[j], z), free[5])
+                off = roots.turn_error(z6, seen, 2.0 * turn + firsts[2] + fifths[2])
+                said[0] = max(said[0], off)
+                off = way + lever * (firsts[2] + fifths[2] + off)
+                to = arrays.after(found, 6 * count)
+                count += self._plane_arm(T, firsts[i], fifths[j], sixth, off, free, to, said)
+        return count
+
+    def _plane_arm(
+        self,
+        T: Numbers,
+        first: float,
+        fifth: float,
+        sixth: float,
+        way: float,
+        free: Numbers,
+        found: Numbers,
+        said: Numbers,
+    ) -> int:
+        # G = E1^-1 T E6^-1 E5^-1 moves within the plane across z: its turn, and where it brings
+        # the point of axis 4. Joints 2, 3 and 4 are an arm in that plane.
+        screws = self.screws
+        z1, z = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
+        z5, z6 = vectors.axis_of(screws, 4), vectors.axis_of(screws, 5)
+        o2, o3 = vectors.point_of(screws, 1), vectors.point_of(screws, 2)
+        o4 = vectors.point_of(screws, 3)
+        thirds = [0.0] * 3
+        start = vectors.moved(screws, 5, -sixth, vectors.moved(screws, 4, -fifth, o4))
+        goal = vectors.moved(screws, 0, -first, vectors.times_point(T, start))
+        side = vectors.across(z)
+        side_now = vectors.turned(z6, -sixth, vectors.turned(z5, -fifth, side))
+        side_now = vectors.turned(z1, -first, vectors.times_vector(T, side_now))
+        total = vectors.angle(z, side, side_now, 0.0)
+        to_goal = vectors.plus(goal, -1.0, o2)
+        upper, lower = vectors.plus(o3, -1.0, o2), vectors.plus(o4, -1.0, o3)
+        upper = vectors.plus(upper, -vectors.dot(upper, z), z)
+        lower = vectors.plus(lower, -vectors.dot(lower, z), z)
+        height = vectors.dot(to_goal, z)
+        reach = vectors.dot(to_goal, to_goal) - height * height
+        size = math.sqrt(vectors.dot(upper, upper)) + math.sqrt(vectors.dot(lower, lower))
+        size += math.sqrt(max(reach, 0.0))
+        count = _circle_roots_or(
+            2.0 * vectors.dot(upper, lower),
+            2.0 * vectors.dot(upper, vectors.cross(z, lower)),
+            reach - vectors.dot(upper, upper) - vectors.dot(lower, lower),
+            4.0 * size * way,
+            free[2],
+            thirds,
+        )
+        said[0] = max(said[0], thirds[2])
+        if count > 0:
+            said[0] = max(said[0], roots.turn_error(z, to_goal, 2.0 * way + size * thirds[2]))
+        for k in range(count):
+            bent = vectors.plus(upper, 1.0, vectors.turned(z, thirds[k], lower))
+            second = vectors.angle(z, bent, to_goal, free[1])
+            found[6 * k] = first
+            found[6 * k + 1] = second
+            found[6 * k + 2] = thirds[k]
+            found[6 * k + 3] = total - second - thirds[k]
+            found[6 * k + 4] = fifth
+            found[6 * k + 5] = sixth
+        return count
 
 
 def inverse_candidates(
@@ -362,7 +305,6 @@ def inverse_candidates(
     said : shape (1,)
         How far they are from solutions, rad; infinite where one may be missing.
     """
-    arrays.given(form)
     return form.candidates(
         arrays.numbers(T, 16),
         0.0,

@@ -8,31 +8,6 @@ from ..measures import singular_values
 from .residuals import Residual
 
 
-def _write_free_motions(
-    residual: Residual,
-    scales: Flat,
-    q: Flat,
-    W: Flat,
-    sigma: Flat,
-    motions: Flat,
-) -> None:
-    # Of one row of `free_motions`, with room W (n, 6 + n).
-    n = residual.n
-    width = 6 + n
-    residual.evaluate(q, places.JACOBIAN)
-    residual.write_columns(scales)
-    for i in range(n):
-        for j in range(6):
-            W[i * width + j] = residual.columns[6 * i + j]
-        for j in range(n):
-            W[i * width + 6 + j] = 1.0 if i == j else 0.0
-    singular_values.orthogonalise(W, n, 6, 6 + n, 1)
-    singular_values.sort_by_norm(W, sigma, n, 6, 6 + n, 1)
-    for i in range(n):
-        for j in range(n):
-            motions[i * n + j] = W[i * width + 6 + j]
-
-
 def free_motions(
     residual: Residual, scales: Floats, q: Floats, sigma: Floats, motions: Floats
 ) -> None:
@@ -52,20 +27,25 @@ def free_motions(
     motions : shape (N, n, n)
         Unit joint motions, scaled, one row per singular value.
     """
-    arrays.given(residual)
     n, count = residual.n, arrays.extent(q, 0)
+    width = 6 + n
     counted, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)
     values, turns = arrays.results(sigma, count * n), arrays.results(motions, count * n * n)
-    W = arrays.scratch(n * (6 + n))
+    W = arrays.scratch(n * width)
     for k in range(count):
-        _write_free_motions(
-            residual,
-            counted,
-            arrays.after(positions, k * n),
-            W,
-            arrays.after(values, k * n),
-            arrays.after(turns, k * n * n),
-        )
+        residual.evaluate(arrays.after(positions, k * n), places.JACOBIAN)
+        residual.write_columns(counted)
+        for i in range(n):
+            row = arrays.after(W, i * width)
+            arrays.copy(row, 6, arrays.after(residual.columns, 6 * i))
+            arrays.fill(arrays.after(row, 6), n, 0.0)
+            row[6 + i] = 1.0
+        found = arrays.after(values, k * n)
+        singular_values.orthogonalise(W, n, 6, width, 1)
+        singular_values.sort_by_norm(W, found, n, 6, width, 1)
+        for i in range(n):
+            motion = arrays.after(turns, (k * n + i) * n)
+            arrays.copy(motion, n, arrays.after(W, i * width + 6))
     arrays.give_back(W)
 
 
@@ -91,7 +71,6 @@ def pivots(residual: Residual, scales: Floats, q: Floats, shares: Floats) -> Non
     residual, scales, q
         As for `free_motions`; the share is 0, too, if there are more joints than rows.
     """
-    arrays.given(residual)
     n, count = residual.n, arrays.extent(q, 0)
     counted, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)
     result = arrays.results(shares, count)

@@ -21,11 +21,9 @@ class Joints:
     """
 
     def __init__(self, scales: Floats, periods: Floats, limits: Floats) -> None:
-        self.n: int = arrays.size(scales)
-        self.scales: Flat = arrays.numbers(scales, self.n)
-        self.periods: Flat = arrays.numbers(periods, self.n)
-        self.limits: Flat = arrays.numbers(limits, 2 * self.n)
-        self._arrays: tuple[object, ...] = scales, periods, limits
+        self.n = arrays.size(scales)
+        self.scales, self.periods = arrays.numbers(scales, self.n), arrays.numbers(periods, self.n)
+        self.limits = arrays.numbers(limits, 2 * self.n)
 
     def without_turns(self, j: int, away: float) -> float:
         """Return a way of joint j without the full turns in it."""
@@ -93,7 +91,6 @@ def representatives(joints: Joints, near: Floats, q: Floats) -> None:
     q : shape (N, n), rad or m
         Overwritten.
     """
-    arrays.given(joints)
     count, n = arrays.extent(q, 0), joints.n
     middle, rows = arrays.numbers(near, n), arrays.results(q, count * n)
     for k in range(count):

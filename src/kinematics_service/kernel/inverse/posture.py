@@ -88,7 +88,6 @@ def postures(form: ClosedForm, q: Floats, signs: Integers) -> None:
     signs : shape (N, 3)
         The postures.
     """
-    arrays.given(form)
     count = arrays.extent(q, 0)
     positions = arrays.numbers(q, count * form.n)
     result = arrays.whole_results(signs, 3 * count)

@@ -40,24 +40,11 @@ class Refinement:
         damping: float,
         steps: int,
     ) -> None:
-        arrays.given(residual)
-        self.residual: Residual = residual
+        self.residual, self.damping, self.steps = residual, damping, steps
         n = self.residual.n
-        self.scales: Flat = arrays.numbers(scales, n)
-        self.limits: Flat = arrays.numbers(limits, 2 * n)
-        self.damping: float = damping
-        self.steps: int = steps
-        self.room: Flat = arrays.scratch(2 * n * n + 3 * n)
-        self.A: Flat = self.room
-        self.L: Flat = arrays.after(self.A, n * n)
-        self.g: Flat = arrays.after(self.L, n * n)
-        self.step: Flat = arrays.after(self.g, n)
-        self.trial: Flat = arrays.after(self.step, n)
-        self._arrays: tuple[object, ...] = scales, limits
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        self.scales, self.limits = arrays.numbers(scales, n), arrays.numbers(limits, 2 * n)
+        self.A, self.L = arrays.rooms(n * n, n * n)
+        self.g, self.step, self.trial = arrays.rooms(n, n, n)
 
     def refine_one(self, q: Flat) -> float:
         """Refine joint positions (n,) where they are, and return what is left: see `refine`."""
@@ -87,8 +74,7 @@ class Refinement:
             new = self.residual.square(self.trial, places.JACOBIAN)
             if new < square:
                 slow = slow + 1 if new > (1.0 - SLOW) * square else 0
-                for j in range(self.residual.n):
-                    q[j] = self.trial[j]
+                arrays.copy(q, self.residual.n, self.trial)
                 square = new
                 damping = min(0.1 * damping, square / (length * length))
                 fresh = True
@@ -109,13 +95,10 @@ class Refinement:
         self.residual.write_columns(self.scales)
         size = 0.0
         for i in range(n):
-            g[i] = 0.0
-            for k in range(6):
-                g[i] += columns[6 * i + k] * error[k]
+            column = arrays.after(columns, 6 * i)
+            g[i] = arrays.dot(column, error, 6)
             for j in range(i + 1):
-                A[i * n + j] = 0.0
-                for k in range(6):
-                    A[i * n + j] += columns[6 * i + k] * columns[6 * j + k]
+                A[i * n + j] = arrays.dot(column, arrays.after(columns, 6 * j), 6)
             size = max(size, A[i * n + i])
         # A joint at its bound that would go on is held; the others go where that is best.
         for i in range(n):
@@ -157,7 +140,6 @@ def refine(refinement: Refinement, q: Floats, errors: Floats) -> None:
     errors : shape (N,), m
         What is left: the norm of the weighted rows.
     """
-    arrays.given(refinement)
     count = arrays.extent(q, 0)
     positions = arrays.results(q, count * refinement.residual.n)
     left = arrays.results(errors, count)

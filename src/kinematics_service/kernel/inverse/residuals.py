@@ -91,9 +91,6 @@ class Residual:
         How large the arm is, m.
     """
 
-    tool_axis: int
-    reach: float
-
     def __init__(
         self,
         chain: Chain,
@@ -103,25 +100,15 @@ class Residual:
         tool_axis: int,
         reach: float,
     ) -> None:
-        arrays.given(chain)
         if not -1 <= tool_axis <= 2:
             raise TypeError('a tool has three axes')
-        self.tool_axis, self.reach = tool_axis, reach
-        self.chain: Chain = chain
-        self.pose: Flat = arrays.numbers(pose, 16)
-        self.axes: Flat = arrays.numbers(axes, 9)
-        self.weights: Flat = arrays.numbers(weights, 6)
-        self.n: int = self.chain.dof
-        self.still: Flat = arrays.numbers(self.chain.at_rest, self.n)
-        self.room: Flat = arrays.scratch(6 + 6 * self.n + self.chain.frames_at)
-        self.error: Flat = self.room
-        self.columns: Flat = arrays.after(self.error, 6)
-        self.row: Flat = arrays.after(self.columns, 6 * self.n)
-        self._arrays: tuple[object, ...] = pose, axes, weights
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        self.chain, self.tool_axis, self.reach = chain, tool_axis, reach
+        self.pose, self.axes = arrays.numbers(pose, 16), arrays.numbers(axes, 9)
+        self.weights = arrays.numbers(weights, 6)
+        self.n = self.chain.dof
+        self.still = arrays.numbers(self.chain.at_rest, self.n)
+        self.error, self.columns = arrays.rooms(6, 6 * self.n)
+        (self.row,) = arrays.rooms(self.chain.frames_at)
 
     def evaluate(self, q: Flat, depth: int) -> bool:
         """
@@ -196,11 +183,10 @@ class Residual:
 
 def parts_of_error(residual: Residual, q: Floats) -> tuple[float, float]:
     """Return the errors of q (n,) against its target in the rows that count: m, rad."""
-    arrays.given(residual)
     residual.square(arrays.numbers(q, residual.n), places.POSE)
     error, length = residual.error, residual.length()
-    angular = math.sqrt(error[3] * error[3] + error[4] * error[4] + error[5] * error[5])
-    linear = math.sqrt(error[0] * error[0] + error[1] * error[1] + error[2] * error[2])
+    turn = arrays.after(error, 3)
+    angular, linear = math.sqrt(arrays.dot(turn, turn, 3)), math.sqrt(arrays.dot(error, error, 3))
     return linear, angular / length if length > 0.0 else 0.0
 
 
@@ -212,12 +198,10 @@ def linearise(
 
     Where a loop does not close the errors are infinite.
     """
-    arrays.given(residual)
     n = residual.n
     written, slopes = arrays.results(error, 6), arrays.results(columns, 6 * n)
     square = residual.square(arrays.numbers(q, n), places.JACOBIAN)
     residual.write_columns(arrays.numbers(scales, n))
     for k in range(6):
         written[k] = residual.error[k] if square < places.INFINITY else places.INFINITY
-    for k in range(6 * n):
-        slopes[k] = residual.columns[k]
+    arrays.copy(slopes, 6 * n, residual.columns)

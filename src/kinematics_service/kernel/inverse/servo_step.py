@@ -3,7 +3,7 @@
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers, Floats
+from ..layout.arrays import Flat, Floats
 from ..measures import singular_values
 from ..measures.task_rows import TaskRows
 
@@ -29,9 +29,6 @@ class Servo:
         Limits of positions, infinite if there are none; of velocities, finite.
     """
 
-    m: int
-    n: int
-
     def __init__(
         self,
         task: TaskRows,
@@ -42,16 +39,11 @@ class Servo:
         limits: Floats,
         fastest: Floats,
     ) -> None:
-        arrays.given(task)
-        self.task: TaskRows = task
+        self.task, self.length, self.horizon = task, length, horizon
+        self.damping, self.damped_below = damping, damped_below
         self.m, self.n = self.task.count, self.task.joints
-        self.damping: float = damping
-        self.damped_below: float = damped_below
-        self.length: float = length
-        self.horizon: float = horizon
-        self.limits: Flat = arrays.numbers(limits, 2 * self.n)
-        self.fastest: Flat = arrays.numbers(fastest, self.n)
-        self._arrays: tuple[object, ...] = limits, fastest
+        self.limits = arrays.numbers(limits, 2 * self.n)
+        self.fastest = arrays.numbers(fastest, self.n)
 
     def upper(self, q: Flat, j: int) -> float:
         """Return the largest velocity of joint j towards its upper limit."""
@@ -87,36 +79,16 @@ class ServoOutput:
         The joint whose velocity limit asked for that, or -1.
     """
 
-    damping: float
-    least_singular_value: float
-    followed: float
-    shortened: float
-    slowest: int
-    largest: float
-    count: int
-
     def __init__(self, servo: Servo, qdot: Floats) -> None:
-        arrays.given(servo)
-        self.servo: Servo = servo
+        self.servo, self.qdot = servo, qdot
         m, n = self.servo.m, self.servo.n
         least = min(m, n)
-        self.qdot: Floats = qdot
-        self.rates: Flat = arrays.results(qdot, n)
+        self.rates = arrays.results(qdot, n)
         self.damping, self.least_singular_value, self.followed = 0.0, -1.0, 1.0
-        self.shortened, self.slowest = 1.0, -1
-        self.largest, self.count = 0.0, n
-        self.room: Flat = arrays.scratch(m * n + m + 4 * n + least * (1 + m + n))
-        self.J: Flat = self.room
-        self.v: Flat = arrays.after(self.J, m * n)
-        self.u: Flat = arrays.after(self.v, m)
-        self.sigma: Flat = arrays.after(self.u, n)
-        self.W: Flat = arrays.after(self.sigma, least)
-        self.free: FlatIntegers = arrays.as_whole(arrays.after(self.W, least * (m + n)))
-        self.held: FlatIntegers = arrays.whole_after(self.free, n)
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        self.shortened, self.slowest, self.largest, self.count = 1.0, -1, 0.0, self.servo.n
+        self.J, self.v, self.u = arrays.rooms(m * n, m, n)
+        self.sigma, self.W = arrays.rooms(least, least * (m + n))
+        self.free, self.held = arrays.whole_rooms(n, n)
 
     def begin(self) -> None:
         """Reset an earlier step: all joints are free, and none moves."""
@@ -173,11 +145,9 @@ class ServoOutput:
         self._write_matrix(rows, length)
         singular_values.orthogonalise(W, rows, length, length + rows, 1)
         singular_values.sort_by_norm(W, self.sigma, rows, length, length + rows, 1)
-        made, wanted = 0.0, 0.0
+        made, wanted = 0.0, arrays.dot(self.v, self.v, m)
         for j in range(count):
             self.u[free[j]] = 0.0
-        for k in range(m):
-            wanted += self.v[k] * self.v[k]
         for i in range(rows):
             row = arrays.after(W, i * width)
             turns = arrays.after(row, length)
@@ -213,8 +183,7 @@ class ServoOutput:
                 at = i * width + j if wide else j * width + i
                 self.W[at] = self.J[i * n + self.free[j]]
         for i in range(rows):
-            for j in range(length, width):
-                self.W[i * width + j] = 0.0
+            arrays.fill(arrays.after(self.W, i * width + length), rows, 0.0)
             self.W[i * width + length + i] = 1.0
 
     def worst(self, q: Flat) -> int:

@@ -50,22 +50,6 @@ def _keep_to_limits(step: ServoOutput, q: Flat) -> None:
         step.rates[j] = min(max(step.rates[j] * share, lower), upper)
 
 
-def _fill(step: ServoOutput, q: Flat, row: Flat, twist: Flat) -> None:
-    step.begin()
-    size: float = 0.0
-    for i in range(6):
-        size = max(size, abs(twist[i]))
-    step.write_task(row, twist, size)
-    if not step.largest > 0.0:
-        step.damping, step.least_singular_value = 1.0, 0.0
-        step.followed = 0.0 if size > 0.0 else 1.0
-        return
-    step.solve()
-    _shorten_alike(step, size)
-    _hold_back(step, q)
-    _keep_to_limits(step, q)
-
-
 def servo(step: ServoOutput, q: Floats, row: Floats, twist: Floats) -> None:
     """
     Fill a step with joint velocities for a twist, as far as the arm allows.
@@ -79,7 +63,17 @@ def servo(step: ServoOutput, q: Floats, row: Floats, twist: Floats) -> None:
     twist : shape (6,), m/s and rad/s
         In base axes, at the tool's origin.
     """
-    arrays.given(step)
-    n = step.servo.n
+    n, size = step.servo.n, 0.0
     positions, wanted = arrays.numbers(q, n), arrays.numbers(twist, 6)
-    _fill(step, positions, arrays.numbers(row, places.JACOBIAN_AT + 6 * n), wanted)
+    step.begin()
+    for i in range(6):
+        size = max(size, abs(wanted[i]))
+    step.write_task(arrays.numbers(row, places.JACOBIAN_AT + 6 * n), wanted, size)
+    if not step.largest > 0.0:
+        step.damping, step.least_singular_value = 1.0, 0.0
+        step.followed = 0.0 if size > 0.0 else 1.0
+        return
+    step.solve()
+    _shorten_alike(step, size)
+    _hold_back(step, positions)
+    _keep_to_limits(step, positions)

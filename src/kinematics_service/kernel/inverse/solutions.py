@@ -4,7 +4,7 @@ import math
 from typing import TypeVar
 
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
+from ..layout.arrays import Flat, Floats, Integers
 from .joints import Joints
 from .residuals import Residual
 
@@ -21,6 +21,12 @@ class Solutions:
 
     Parameters
     ----------
+    joints
+        Of the arm.
+    near : shape (n,), rad or m
+        Joint positions that solutions should be near.
+    proved
+        What misses the target by less is a solution, m.
     q : shape (N, n), rad or m
         Their joint positions, to be written.
 
@@ -34,35 +40,34 @@ class Solutions:
         Whether those are small, too, so that there are no other solutions.
     """
 
-    count: int
-    regular: bool
-    sure: bool
-    most: int
-    n: int
-
-    def __init__(self, q: Floats) -> None:
+    def __init__(self, joints: Joints, near: Floats, proved: float, q: Floats) -> None:
         self.most, self.n, self.count = arrays.extent(q, 0), arrays.extent(q, 1), 0
-        self.regular, self.sure = False, False
-        self.q: Floats = q
-        self.rows: Flat = arrays.results(q, self.most * self.n)
-        self.room: Flat = arrays.scratch(self.most * (self.n + 6))
-        self.misses: Flat = self.room
-        self.margins: Flat = arrays.after(self.misses, self.most)
-        self.shares: Flat = arrays.after(self.margins, self.most)
-        self.postures: FlatIntegers = arrays.as_whole(arrays.after(self.shares, self.most))
-        self.beyond: FlatIntegers = arrays.whole_after(self.postures, 3 * self.most)
+        self.joints, self.near, self.proved = joints, arrays.numbers(near, self.n), proved
+        if self.joints.n != self.n:
+            raise TypeError('an arm and the room for its solutions do not go together')
+        self.regular, self.sure, self.q = False, False, q
+        self.rows = arrays.results(q, self.most * self.n)
+        most = self.most
+        self.misses, self.margins, self.shares = arrays.rooms(most, most, most)
+        self.postures, self.beyond = arrays.whole_rooms(3 * most, most * self.n)
 
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+    def require_fit(self, residual: Residual, joints: int, most: int) -> None:
+        """Refuse targets and forms of arms with other joints, and room for too few solutions."""
+        if residual.n != self.n or joints != self.n or self.most < most:
+            raise TypeError('a target, an arm and the room for its solutions do not go together')
 
-    def take(self, k: int, joints: Joints, q: Flat, misses: float) -> None:
+    def represent(self, q: Flat) -> bool:
+        """Turn q (n,) to where it is nearest; return whether it is inside the limits there."""
+        self.joints.represent(self.near, q)
+        return self.joints.are_inside(q)
+
+    def take(self, k: int, q: Flat, misses: float) -> None:
         """Take q (n,) as solution k, with its distance to the limits."""
         n = self.n
         for j in range(n):
             self.rows[k * n + j] = q[j]
-            self.beyond[k * n + j] = 1 if joints.space(j, q) < -places.AT_LIMIT else 0
-        self.margins[k] = joints.margin(q)
+            self.beyond[k * n + j] = 1 if self.joints.space(j, q) < -places.AT_LIMIT else 0
+        self.margins[k] = self.joints.margin(q)
         self.misses[k] = misses
         for i in range(3):
             self.postures[3 * k + i] = 0
@@ -154,18 +159,9 @@ class SolutionCandidates:
     """
 
     def __init__(self, most: int, n: int) -> None:
-        self.n: int = n
-        self.room: Flat = arrays.scratch(most * (n + 4) + n)
-        self.q: Flat = self.room
-        self.errors: Flat = arrays.after(self.q, most * n)
-        self.away: Flat = arrays.after(self.errors, most)
-        self.halfway: Flat = arrays.after(self.away, most)
-        self.which: FlatIntegers = arrays.as_whole(arrays.after(self.halfway, n))
-        self.met: FlatIntegers = arrays.whole_after(self.which, most)
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        self.n = n
+        self.q, self.errors, self.away, self.halfway = arrays.rooms(most * n, most, most, n)
+        self.which, self.met = arrays.whole_rooms(most, most)
 
     def sort_by_error(self, count: int) -> None:
         """Sort the first rows by their errors; rows with equal errors keep their order."""
@@ -213,15 +209,6 @@ class SolutionCandidates:
         return left < max(AS_GOOD * length, 4.0 * self.errors[one])
 
 
-def require_fit(residual: Residual, joints: Joints, solution: Solutions, most: int) -> None:
-    """Refuse arguments of arms with different joints, and room for too few solutions."""
-    arrays.given(joints)
-    arrays.given(residual)
-    arrays.given(solution)
-    if joints.n != residual.n or solution.n != joints.n or solution.most < most:
-        raise TypeError('a target, an arm and the room for its solutions do not go together')
-
-
 def distinct(
     residual: Residual,
     joints: Joints,
@@ -249,16 +236,12 @@ def distinct(
     which, met : shape (N,)
         Rows kept, and the number of rows that each represents.
     """
-    arrays.given(residual)
-    arrays.given(joints)
     n, rows = joints.n, arrays.extent(q, 0)
     positions, left = arrays.numbers(q, rows * n), arrays.numbers(errors, rows)
     kept, times = arrays.whole_results(which, rows), arrays.whole_results(met, rows)
     found = SolutionCandidates(rows, n)
-    for k in range(rows * n):
-        found.q[k] = positions[k]
-    for k in range(rows):
-        found.errors[k] = left[k]
+    arrays.copy(found.q, rows * n, positions)
+    arrays.copy(found.errors, rows, left)
     count = found.keep_distinct(rows, residual, joints, proved)
     for k in range(count):
         kept[k], times[k] = found.which[k], found.met[k]

@@ -49,8 +49,7 @@ def take_target(target: Floats, pose: Floats) -> int:
         for i in range(3):
             written[4 * i + 3] = wanted[i]
         return places.FINE
-    for k in range(16):
-        written[k] = wanted[k]
+    arrays.copy(written, 16, wanted)
     from_rotation = off(wanted)
     if from_rotation > NEARLY_ROTATION or wanted[15] != 1.0:
         return places.NOT_RIGID

@@ -13,7 +13,7 @@ and then a solution may be missing. `turn` is the error of directions, `way` tha
 import math
 
 from ..forward import vectors
-from ..layout import places
+from ..layout import arrays, places
 from ..layout.arrays import Numbers, Vector
 from . import roots
 
@@ -120,8 +120,7 @@ def _eliminated(
 
 def _write_coefficients(slides: bool, g: Numbers, c: Numbers) -> None:
     # Of the polynomial whose values g were taken at five positions of joint 3.
-    for k in range(10):
-        c[k] = 0.0
+    arrays.fill(c, 10, 0.0)
     if slides:
         c[0] = g[2]
         c[2] = (g[0] - 8.0 * g[1] + 8.0 * g[3] - g[4]) / 12.0
@@ -151,7 +150,6 @@ def _third_joint(
 ) -> int:
     # Writes positions of joint 3 at which joints 1 and 2 have a solution, and their error behind
     # four; returns -1 if every position is one.
-    largest: float
     off: float
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     slides_2, slides_3 = vectors.slides(screws, 1), vectors.slides(screws, 2)
@@ -310,8 +308,7 @@ def first_three(
     # orthogonal.
     o1 = vectors.point_of(screws, 0)
     here, F, G = [0.0] * 21, [0.0] * 10, [0.0] * 10
-    for k in range(21):
-        here[k] = screws[k]
+    arrays.copy(here, 21, screws)
     for k in range(3):
         here[7 * k + 3] -= o1[0]
         here[7 * k + 4] -= o1[1]

@@ -143,6 +143,26 @@ cdef inline double* after(double* numbers, Py_ssize_t place) noexcept nogil:
     return numbers + place
 
 
+cdef inline void copy(double* to, Py_ssize_t count, double* numbers) noexcept nogil:
+    cdef Py_ssize_t k
+    for k in range(count):
+        to[k] = numbers[k]
+
+
+cdef inline void fill(double* to, Py_ssize_t count, double number) noexcept nogil:
+    cdef Py_ssize_t k
+    for k in range(count):
+        to[k] = number
+
+
+cdef inline double dot(double* a, double* b, Py_ssize_t count) noexcept nogil:
+    cdef Py_ssize_t k
+    cdef double total = 0.0
+    for k in range(count):
+        total += a[k] * b[k]
+    return total
+
+
 cdef inline long long* whole_after(long long* integers, Py_ssize_t place) noexcept nogil:
     return integers + place
 

@@ -59,47 +59,57 @@ def extent(array: npt.NDArray[Any], axis: int) -> int:
     return array.shape[axis]
 
 
-def numbers(array: Floats, count: int) -> Floats:
+def numbers(array: Floats, count: int) -> Flat:
     """Return the numbers of an array that has at least `count`."""
     return _flat(array, count, np.float64, 'float64', False)  # type: ignore[no-any-return]
 
 
-def results(array: Floats, count: int) -> Floats:
+def results(array: Floats, count: int) -> Flat:
     """Return the numbers of an array that has at least `count`, to be written."""
     return _flat(array, count, np.float64, 'float64', True)  # type: ignore[no-any-return]
 
 
-def whole(array: Integers, count: int) -> Integers:
+def whole(array: Integers, count: int) -> FlatIntegers:
     """Return the whole numbers of an array that has at least `count`."""
     return _flat(array, count, np.int64, 'int64', False)  # type: ignore[no-any-return]
 
 
-def whole_results(array: Integers, count: int) -> Integers:
+def whole_results(array: Integers, count: int) -> FlatIntegers:
     """Return the whole numbers of an array that has at least `count`, to be written."""
     return _flat(array, count, np.int64, 'int64', True)  # type: ignore[no-any-return]
 
 
-def octets(array: Bytes, count: int) -> Bytes:
+def octets(array: Bytes, count: int) -> FlatBytes:
     """Return the bytes of an array that has at least `count`."""
     return _flat(array, count, np.uint8, 'uint8', False)  # type: ignore[no-any-return]
 
 
-def octets_to_fill(array: Bytes, count: int) -> Bytes:
+def octets_to_fill(array: Bytes, count: int) -> FlatBytes:
     """Return the bytes of an array that has at least `count`, to be written."""
     return _flat(array, count, np.uint8, 'uint8', True)  # type: ignore[no-any-return]
 
 
-def octets_of(data: bytes) -> Bytes:
+def octets_of(data: bytes) -> FlatBytes:
     """Return the bytes of a message."""
     return np.frombuffer(data, np.uint8)
 
 
-def scratch(count: int) -> Floats:
+def scratch(count: int) -> Flat:
     """Return room for numbers, to be given back."""
     return np.zeros(count)
 
 
-def give_back(room: Floats) -> None:
+def rooms(*counts: int) -> list[Flat]:
+    """Return rooms for numbers, which an object is given by its `__init__`, and gives back."""
+    return [np.zeros(count) for count in counts]
+
+
+def whole_rooms(*counts: int) -> list[FlatIntegers]:
+    """Return the same for whole numbers."""
+    return [np.zeros(count, dtype=np.int64) for count in counts]
+
+
+def give_back(room: Flat) -> None:
     """Give back the memory from `scratch`."""
 
 
@@ -120,17 +130,35 @@ def take_back(lock: np.errstate) -> None:
     lock.__exit__(None, None, None)
 
 
-def after(numbers: Floats, place: int) -> Floats:
+def after(numbers: Flat, place: int) -> Flat:
     """Return the numbers from an index on."""
     return numbers[place:]
 
 
-def whole_after(integers: Integers, place: int) -> Integers:
+def copy(to: Numbers, count: int, numbers: Numbers) -> None:
+    """Write the first `count` numbers of an array into another one."""
+    to[:count] = numbers[:count]  # type: ignore[assignment]
+
+
+def fill(to: Numbers, count: int, number: float) -> None:
+    """Write a number `count` times."""
+    to[:count] = [number] * count  # type: ignore[assignment]
+
+
+def dot(a: Numbers, b: Numbers, count: int) -> float:
+    """Return the sum of products of `count` numbers, in their order."""
+    total = 0.0
+    for k in range(count):
+        total += a[k] * b[k]
+    return total
+
+
+def whole_after(integers: FlatIntegers, place: int) -> FlatIntegers:
     """Return the whole numbers from an index on."""
     return integers[place:]
 
 
-def as_whole(numbers: Floats) -> Integers:
+def as_whole(numbers: Flat) -> FlatIntegers:
     """Return the same bits as whole numbers."""
     return numbers.view(np.int64)
 

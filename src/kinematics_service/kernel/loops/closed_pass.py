@@ -26,8 +26,7 @@ def evaluate_closed(chain: Chain, qdot: Flat, depth: int, row: Flat) -> float:
     x = arrays.after(row, chain.closure_at)
     rates = arrays.after(x, variables)
     coupling = arrays.after(rates, variables)
-    for j in range(n):
-        rates[j] = qdot[j]
+    arrays.copy(rates, n, qdot)
     for i in range(variables - n):
         rate = 0.0
         for j in range(n):
@@ -43,8 +42,7 @@ def _add_up_screws(chain: Chain, screws: Flat, coupling: Flat, row: Flat) -> Non
     # J = J_open [1; C]: a passive variable's screw counts for each joint that it follows.
     n, entries = chain.dof, chain.entries
     J = arrays.after(row, places.JACOBIAN_AT)
-    for k in range(6 * n):
-        J[k] = 0.0
+    arrays.fill(J, 6 * n, 0.0)
     for e in range(entries):
         variable = chain.joint[e]
         if variable < n:

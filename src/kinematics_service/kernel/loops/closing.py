@@ -88,25 +88,24 @@ def _solve_all(
     group: LoopGroup,
     left: int,
     x: Numbers,
-    before: Flat,
+    before: Numbers,
+    known: bool,
     screws: Flat,
     slopes: Numbers,
     told: Numbers,
     at: int,
 ) -> int:
     # This group and those after it. Returns 0, or their number where it failed, counted from the
-    # last; `before` tells of the pose before. Told of each: determinant, residual, steps.
-    steps = _solve(group, x, CORRECTION, screws, slopes, told, at)
-    if steps < 0:
+    # last; `before` tells of the pose before, if it is known. Told of each: determinant, residual,
+    # steps.
+    steps = _solve(group, x, CORRECTION if known else ROUGH, screws, slopes, told, at)
+    if steps < 0 or known and not SHRUNK < told[at] / before[at] < GROWN:
         return left
-    ratio = told[at] / before[at]
-    if not SHRUNK < ratio < GROWN:
-        return left
-    told[at + 2] = before[at + 2] + steps
+    told[at + 2] = before[at + 2] + steps if known else 0.0
     if left == 1:
         return 0
-    following = arrays.after(screws, 6 * group.entries)
-    return _solve_all(group.following, left - 1, x, before, following, slopes, told, at + 3)
+    behind = arrays.after(screws, 6 * group.entries)
+    return _solve_all(group.following, left - 1, x, before, known, behind, slopes, told, at + 3)
 
 
 def _couple(
@@ -159,12 +158,12 @@ def _go(closure: Closure, q: Numbers, section: Flat) -> int:
             for j in range(n):
                 x[n + i] += section[closure.coupling_at + i * n + j] * (x[j] - section[j])
         before = arrays.after(section, told_at)
-        failed = _solve_all(closure.first, closure.groups, x, before, screws, slopes, told, 0)
+        failed = _solve_all(
+            closure.first, closure.groups, x, before, True, screws, slopes, told, 0
+        )
         if failed == 0:
-            for i in range(variables):
-                section[i] = x[i]
-            for k in range(3 * closure.groups):
-                section[told_at + k] = told[k]
+            arrays.copy(section, variables, x)
+            arrays.copy(arrays.after(section, told_at), 3 * closure.groups, told)
             _couple(closure.first, closure.groups, n, section, screws, slopes)
             length = min(LONGEST, 2.0 * length)
         else:
@@ -181,8 +180,7 @@ def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: F
     # nearest; a bit of `other_ways` for each of the first of them that are to come from the other
     # side. Returns how many there are.
     ways = 0
-    for k in range(closure.width):
-        section[k] = numbers[k]
+    arrays.copy(section, closure.width, numbers)
     for j in range(closure.dof):
         away = q[j] - section[j]
         if closure.turns[j] == 0 or away == 0.0 or not abs(away) < places.LARGEST:
@@ -245,25 +243,6 @@ def close_next(closure: Closure, last: Flat, q: Flat, section: Flat) -> int:
     return close(closure, q, section)
 
 
-def _assemble_all(
-    group: LoopGroup,
-    left: int,
-    section: Flat,
-    screws: Flat,
-    slopes: Numbers,
-    told: Numbers,
-    at: int,
-) -> int:
-    steps = _solve(group, section, ROUGH, screws, slopes, told, at)
-    told[at + 2] = 0.0
-    if steps < 0:
-        return left
-    if left == 1:
-        return 0
-    following = arrays.after(screws, 6 * group.entries)
-    return _assemble_all(group.following, left - 1, section, following, slopes, told, at + 3)
-
-
 def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     """
     Complete a section whose variables are nearly those of closed loops.
@@ -280,7 +259,6 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     section : shape (Closure.width,)
         As `Closure` says.
     """
-    arrays.given(first)
     known = len(groups_from(first))
     told, slopes = [0.0] * 72, [0.0] * 324
     passive = first.variables - dof
@@ -289,9 +267,8 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     told_at = 2 * first.variables + passive * dof
     numbers = arrays.results(section, section_width(dof, first))
     screws = arrays.after(numbers, told_at + 3 * known)
-    failed = _assemble_all(first, groups, numbers, screws, slopes, told, 0)
-    for k in range(3 * groups):
-        numbers[told_at + k] = told[k]
+    failed = _solve_all(first, groups, numbers, told, False, screws, slopes, told, 0)
+    arrays.copy(arrays.after(numbers, told_at), 3 * groups, told)
     if failed == 0:
         _couple(first, groups, dof, numbers, screws, slopes)
     return failed
@@ -312,7 +289,6 @@ def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
     closed : shape (N,)
         0 where the loops close, or the number of the group that does not, counted from the last.
     """
-    arrays.given(chain)
     arrays.given(chain.closure)
     count, n, width = arrays.extent(q, 0), chain.dof, chain.closure.width
     if arrays.extent(q, 1) != n or arrays.extent(sections, 1) != width:

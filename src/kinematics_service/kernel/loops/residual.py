@@ -113,8 +113,7 @@ def write_slopes(group: LoopGroup, screws: Flat, slopes: Numbers) -> None:
     """
     Fill the slopes (p, p) of the residual by the group's own passive variables.
     """
-    for i in range(group.count * group.count):
-        slopes[i] = 0.0
+    arrays.fill(slopes, group.count * group.count, 0.0)
     _write_slopes(group.loop, group.loops, group.first, group.count, screws, slopes)
 
 

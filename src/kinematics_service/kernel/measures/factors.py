@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..forward import chain_pass
 from ..layout import arrays, blocks, places
-from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Numbers
+from ..layout.arrays import Flat, Floats, Integers, Numbers
 from .task_rows import TaskRows
 
 
@@ -69,15 +69,13 @@ class Tape:
         if len(table) != len(constants) or not _goes_together(table, ends):
             raise TypeError('the arrays of a tape do not go together')
         begins = _begins(table, ends)
-        self._arrays: tuple[object, ...] = operations, constants, ends, begins
-        self.steps: int = len(constants)
-        self.factors: int = len(ends)
+        self.steps, self.factors = len(constants), len(ends)
         self.joints: int = int(np.max(table[table[:, 0] == places.JOINT, 1], initial=-1)) + 1
         self.dependences: npt.NDArray[np.bool_] = _dependences(table, self.joints)[ends]
-        self.operations: FlatIntegers = arrays.whole(operations, 3 * self.steps)
-        self.constants: Flat = arrays.numbers(constants, self.steps)
-        self.begins: FlatIntegers = arrays.whole(begins, self.factors)
-        self.ends: FlatIntegers = arrays.whole(ends, self.factors)
+        self.operations = arrays.whole(operations, 3 * self.steps)
+        self.constants = arrays.numbers(constants, self.steps)
+        self.begins = arrays.whole(begins, self.factors)
+        self.ends = arrays.whole(ends, self.factors)
 
 
 def run_tape(tape: Tape, n: int, q: Flat, steps: Flat) -> None:
@@ -101,8 +99,7 @@ def _run_tape(tape: Tape, n: int, q: Flat, steps: Flat, lanes: int, begin: int, 
         step = arrays.after(steps, i * width)
         value = arrays.after(step, n * lanes)
         if operation <= places.JOINT:
-            for k in range(n * lanes):
-                step[k] = 0.0
+            arrays.fill(step, n * lanes, 0.0)
             for lane in range(lanes):
                 value[lane] = number
                 if operation == places.JOINT:
@@ -255,7 +252,6 @@ def _write_factor(
 
 def evaluate_factors(tape: Tape, q: Floats, results: Floats) -> None:
     """Fill `results` (N, factors, 1 + n) with value and gradient of each factor at q (N, n)."""
-    arrays.given(tape)
     count, n, factors = arrays.extent(q, 0), arrays.extent(q, 1), tape.factors
     if n < tape.joints:
         raise TypeError('the arrays of factors do not go together')
@@ -268,6 +264,5 @@ def evaluate_factors(tape: Tape, q: Floats, results: Floats) -> None:
             one = arrays.after(result, (k * factors + f) * (1 + n))
             step = arrays.after(steps, tape.ends[f] * (n + 1))
             one[0] = step[n]
-            for j in range(n):
-                one[1 + j] = step[j]
+            arrays.copy(arrays.after(one, 1), n, step)
     arrays.give_back(steps)

@@ -36,8 +36,7 @@ def _write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat, lanes:
     # g_f = w_f . sum_behind(v_e x Yv + w_e x Yw) + v_f . sum_before(Yv x w_e): two running sums.
     step = chain.entries * lanes
     before, behind = [0.0] * 48, [0.0] * 48  # three numbers of LANES poses
-    for k in range(chain.variables * lanes):
-        gradient[k] = 0.0
+    arrays.fill(gradient, chain.variables * lanes, 0.0)
     for k in range(3 * lanes):
         before[k] = behind[k] = 0.0
     for k in range(chain.elements):
@@ -115,8 +114,7 @@ def _write_closed(
     weights = arrays.after(total, variables)
     mu = arrays.after(weights, 6 * variables)
     free = arrays.after(mu, passive * n)
-    for k in range(6 * n):
-        weights[k] = Y[k]
+    arrays.copy(weights, 6 * n, Y)
     for a in range(passive):
         for i in range(6):
             weights[6 * (n + a) + i] = 0.0
@@ -124,8 +122,7 @@ def _write_closed(
                 weights[6 * (n + a) + i] += coupling[a * n + j] * Y[6 * j + i]
     write_of_screws(chain, screws, weights, total)
     # What the passive variables' screws are weighted with: J_psi^T Y.
-    for k in range(passive * n):
-        mu[k] = 0.0
+    arrays.fill(mu, passive * n, 0.0)
     for e in range(chain.entries):
         a = chain.joint[e] - n
         if a >= 0:
@@ -198,8 +195,7 @@ def _add_loops(
     # Of a group, each in the axes where its chains begin.
     n, first = closure.dof, group.first
     own = arrays.after(mu, (first - n + loop.row) * n)
-    for k in range(6 * closure.variables):
-        weights[k] = 0.0
+    arrays.fill(weights, 6 * closure.variables, 0.0)
     for i in range(loop.count):
         axis = loop.axis[i]
         for j in range(n):
@@ -296,8 +292,7 @@ def _write_determinant(
     slopes = _behind_screws(closure, free)
     residual.write_slopes(group, screws, slopes)
     determinant = linear_equations.factorise(slopes, count, order)
-    for k in range(variables):
-        total[k] = 0.0
+    arrays.fill(total, variables, 0.0)
     _add_inverse(
         group.loop, group.loops, group, determinant, slopes, order, screws, weights, total, free
     )
@@ -324,8 +319,7 @@ def _add_inverse(
 ) -> None:
     # The slopes of each loop of a group, weighted with the columns of det slopes^-1.
     gap = [0.0] * 18
-    for k in range(6 * group.variables):
-        weights[k] = 0.0
+    arrays.fill(weights, 6 * group.variables, 0.0)
     for i in range(loop.count):
         for k in range(group.count):
             gap[k] = determinant if k == loop.row + i else 0.0

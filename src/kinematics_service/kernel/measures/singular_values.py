@@ -127,9 +127,7 @@ def _swap(numbers: Flat, first: int, second: int, count: int, lanes: int) -> Non
     # Swaps, in one lane, `count` numbers from one index on with those from another.
     for column in range(count):
         k = column * lanes
-        x = numbers[first + k]
-        numbers[first + k] = numbers[second + k]
-        numbers[second + k] = x
+        numbers[first + k], numbers[second + k] = numbers[second + k], numbers[first + k]
 
 
 def sort_by_norm(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> None:
@@ -212,21 +210,15 @@ def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
             used += W[j * width + k] * W[j * width + k]
         if used < least - 1e-9:
             axis, least = k, used
-    for k in range(length):
-        row[k] = 0.0
+    arrays.fill(row, length, 0.0)
     row[axis] = 1.0
     for _ in range(2):  # twice is enough (Kahan)
         for j in range(i):
             above = arrays.after(W, j * width)
-            along = 0.0
-            for k in range(length):
-                along += row[k] * above[k]
+            along = arrays.dot(row, above, length)
             for k in range(length):
                 row[k] -= along * above[k]
-    norm = 0.0
-    for k in range(length):
-        norm += row[k] * row[k]
-    norm = math.sqrt(norm)
+    norm = math.sqrt(arrays.dot(row, row, length))
     for k in range(length):
         row[k] /= norm
 
@@ -292,14 +284,11 @@ def least_pivot(A: Flat, count: int, length: int) -> float:
             return 0.0
         if row != k:
             for j in range(k, length):
-                x = A[k * length + j]
-                A[k * length + j] = A[row * length + j]
-                A[row * length + j] = x
+                A[k * length + j], A[row * length + j] = A[row * length + j], A[k * length + j]
         if column != k:
             for i in range(count):
-                x = A[i * length + k]
-                A[i * length + k] = A[i * length + column]
-                A[i * length + column] = x
+                row_i = arrays.after(A, i * length)
+                row_i[k], row_i[column] = row_i[column], row_i[k]
         for i in range(k + 1, count):
             factor = A[i * length + k] / A[k * length + k]
             for j in range(k + 1, length):

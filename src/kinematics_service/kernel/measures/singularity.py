@@ -128,8 +128,9 @@ def _write_determinant(n: int, W: Flat, spare: Flat, measures: Flat, lanes: int)
     # Of the unscaled J_t in W, which is left as it is.
     determinants = arrays.after(measures, places.DETERMINANT * lanes)
     for i in range(n):
-        for k in range(n * lanes):
-            spare[i * n * lanes + k] = W[i * 2 * n * lanes + k]
+        arrays.copy(
+            arrays.after(spare, i * n * lanes), n * lanes, arrays.after(W, i * 2 * n * lanes)
+        )
     singular_values.write_determinant(spare, n, determinants, lanes)
     for lane in range(lanes):
         measures[places.MANIPULABILITY * lanes + lane] = abs(determinants[lane])
@@ -193,10 +194,8 @@ def _fill_slopes(
     wide = n > m
     length, width = max(m, n), m + n
     weights, along = [0.0] * 16, [0.0] * 16  # one number of LANES poses
-    for k in range(6 * n * lanes):
-        Y[k] = 0.0
-    for k in range(6 * lanes):
-        left[k] = 0.0
+    arrays.fill(Y, 6 * n * lanes, 0.0)
+    arrays.fill(left, 6 * lanes, 0.0)
     for r in range(first, last + 1):
         direction = arrays.after(W, r * width * lanes)
         for lane in range(lanes):
@@ -260,8 +259,7 @@ def _write_direction(
     # Which direction of the tool is lost first, in base axes, and by which joint motion.
     m = task.count
     wide, length = n > m, max(m, n)
-    for k in range(6 * lanes):
-        lost[k] = 0.0
+    arrays.fill(lost, 6 * lanes, 0.0)
     for i in range(m):
         component = arrays.after(direction, (length + i if wide else i) * lanes)
         for lane in range(lanes):

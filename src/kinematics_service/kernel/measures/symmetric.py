@@ -38,8 +38,6 @@ def diagonalise(H: Flat, Z: Flat, size: int) -> None:
 
     They are the rows of Z, in no order; H[i, i] is the eigenvalue of row i.
     """
-    largest: float
-    worst: float
     for i in range(size):
         for j in range(size):
             Z[i * size + j] = 1.0 if i == j else 0.0

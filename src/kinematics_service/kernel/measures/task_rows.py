@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..layout import arrays
-from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
+from ..layout.arrays import Floats, Integers
 
 
 class TaskRows:
@@ -26,9 +26,6 @@ class TaskRows:
         Weights of a unit of each row and of each joint.
     """
 
-    joints: int
-    count: int
-
     def __init__(
         self,
         generic_rank: int,
@@ -40,10 +37,8 @@ class TaskRows:
         rows_are_there = bool(np.all((axis >= 0) & (axis < 6)))
         if not (rows_are_there and 0 < generic_rank <= min(len(axis), len(column_scale))):
             raise TypeError('the arrays of a task do not go together')
-        self._arrays: tuple[object, ...] = axis, rotation, row_scale, column_scale
-        self.joints, self.count = len(column_scale), len(axis)
-        self.generic_rank: int = generic_rank
-        self.axis: FlatIntegers = arrays.whole(axis, self.count)
-        self.rotation: Flat = arrays.numbers(rotation, 9)
-        self.row_scale: Flat = arrays.numbers(row_scale, self.count)
-        self.column_scale: Flat = arrays.numbers(column_scale, self.joints)
+        self.joints, self.count, self.generic_rank = len(column_scale), len(axis), generic_rank
+        self.axis = arrays.whole(axis, self.count)
+        self.rotation = arrays.numbers(rotation, 9)
+        self.row_scale = arrays.numbers(row_scale, self.count)
+        self.column_scale = arrays.numbers(column_scale, self.joints)

@@ -13,7 +13,7 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers, Floats
+from ..layout.arrays import Flat, Floats, Numbers
 from ..six_joints import complex_numbers, pairs
 from ..six_joints.complex_product import Product
 from ..six_joints.pairs import Complex
@@ -62,23 +62,6 @@ class CurveChart:
         How far the chart reaches, in units of the parameter's motion, and the tube's radius.
     """
 
-    n: int
-    rows: int
-    width: int
-    whole: bool
-    length: float
-    parameter: int
-    frame: int
-    h: float
-    r: float
-    inverse: float
-    second: float
-    turned: float
-    along: float
-    bending: float
-    cubic: float
-    left: float
-
     def __init__(
         self, screws: Floats, motion: Floats, centre: Floats, whole: bool, length: float
     ) -> None:
@@ -87,36 +70,18 @@ class CurveChart:
             raise TypeError('a self-motion has one joint more than its target has rows')
         self.whole, self.length = whole, length
         self.width = self.n + 1 + self.rows
-        self.screws: Flat = arrays.numbers(screws, 7 * self.n)
-        self.motion: Flat = arrays.numbers(motion, 16)
-        self.given: Flat = arrays.numbers(centre, 3)
-        self.product: Product = Product(self.n)
+        self.screws, self.given = arrays.numbers(screws, 7 * self.n), arrays.numbers(centre, 3)
+        self.motion = arrays.numbers(motion, 16)
+        self.product = Product(self.n)
         n = self.n
-        self.room: Flat = arrays.scratch(37 * n + 12 * self.width + 72)
-        self.t: Flat = self.room
-        self.linear: Flat = arrays.after(self.t, 2 * n)
-        self.angular: Flat = arrays.after(self.linear, 6 * n)
-        self.sizes: Flat = arrays.after(self.angular, 6 * n)
-        self.W: Flat = arrays.after(self.sizes, n)
-        self.w: Flat = arrays.after(self.W, 2 * 6 * self.width)
-        self.b: Flat = arrays.after(self.w, 2 * n)
-        self.c: Flat = arrays.after(self.b, 2 * n)
-        self.predicted: Flat = arrays.after(self.c, 2 * n)
-        self.kept: Flat = arrays.after(self.predicted, 2 * n)
-        self.turning: Flat = arrays.after(self.kept, n)
-        self.column: Flat = arrays.after(self.turning, 12 * n)
-        self.series: Flat = arrays.after(self.column, 12)
-        self.centre: Flat = arrays.after(self.series, 48)
-        self.order: FlatIntegers = arrays.as_whole(arrays.after(self.centre, 6))
-        self.used: FlatIntegers = arrays.whole_after(self.order, 6)
+        self.t, self.linear, self.angular, self.sizes = arrays.rooms(2 * n, 6 * n, 6 * n, n)
+        self.W, self.w, self.b, self.c = arrays.rooms(12 * self.width, 2 * n, 2 * n, 2 * n)
+        self.predicted, self.kept, self.turning = arrays.rooms(2 * n, n, 12 * n)
+        self.column, self.series, self.centre = arrays.rooms(12, 48, 6)
+        self.order, self.used = arrays.whole_rooms(6, n)
         self.parameter, self.frame, self.h, self.r = 0, 0, 0.0, 0.0
         self.inverse, self.second, self.turned = 0.0, 0.0, 0.0
         self.along, self.bending, self.cubic, self.left = 0.0, 0.0, 0.0, 0.0
-        self._arrays: tuple[object, ...] = screws, motion, centre
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
 
     def require(self, joint: int) -> None:
         """Raise TypeError if there is no such joint."""
@@ -125,13 +90,11 @@ class CurveChart:
 
     def stand_at(self, positions: Flat) -> None:
         """Take positions (n pairs) for t."""
-        for j in range(2 * self.n):
-            self.t[j] = positions[j]
+        arrays.copy(self.t, 2 * self.n, positions)
 
-    def write_place(self, positions: Flat) -> None:
+    def write_place(self, positions: Numbers) -> None:
         """Write t (n pairs)."""
-        for j in range(2 * self.n):
-            positions[j] = self.t[j]
+        arrays.copy(positions, 2 * self.n, self.t)
 
     def improve(self, parameter: int) -> bool:
         """
@@ -206,7 +169,7 @@ class CurveChart:
                 return True
         return False
 
-    def holds(self, other: Flat, share: float) -> bool:
+    def holds(self, other: Numbers, share: float) -> bool:
         """
         Return whether a solution (n pairs) is on this chart's curve, up to a share of h.
 
@@ -228,12 +191,12 @@ class CurveChart:
         way = pairs.plus(pairs.pair(self.w, j), 0.5, pairs.times(s, way))
         return pairs.times(s, way)
 
-    def along_parameter(self, other: Flat) -> float:
+    def along_parameter(self, other: Numbers) -> float:
         """Return where a solution (n pairs) is along the parameter, its real part."""
         way = self._away(other, self.parameter)
         return way[0]
 
-    def _away(self, other: Flat, j: int) -> Complex:
+    def _away(self, other: Numbers, j: int) -> Complex:
         re, im = other[2 * j] - self.t[2 * j], other[2 * j + 1] - self.t[2 * j + 1]
         if not vectors.slides(self.screws, j):
             re -= places.TAU * math.floor(re / places.TAU + 0.5)
@@ -261,7 +224,7 @@ class CurveChart:
             if slides:
                 self._turn_back(z, 1.0 / self.length, linear)
             else:
-                _write_moved(z, arrays.after(z, 6), arrays.after(z, 12))
+                pairs.write_cross(z, arrays.after(z, 6), arrays.after(z, 12))
                 self._turn_back(arrays.after(z, 12), 1.0 / self.length, linear)
             self._turn_back(z, 0.0 if slides else 1.0, angular)
             square = 0.0
@@ -329,11 +292,8 @@ class CurveChart:
     def _write_left(self) -> None:
         # By how much the centre, and the half of what is skew in R goal^T, miss the target.
         R, goal, n, width = self.product.R, self.motion, self.n, self.width
-        back, left, turned = (
-            self.series,
-            arrays.after(self.series, 6),
-            arrays.after(self.series, 12),
-        )
+        back, left = self.series, arrays.after(self.series, 6)
+        turned = arrays.after(self.series, 12)
         for i in range(3):
             total = (0.0, 0.0)
             for m in range(3):
@@ -381,13 +341,14 @@ class CurveChart:
                 return False
             self.used[q], order[k] = 1, q
             self._exchange(row, k, width)
+            pivot = arrays.after(W, 2 * wide * k)
             inverse = pairs.over((1.0, 0.0), pairs.pair(W, wide * k + q))
             for j in range(width):
                 pairs.put(W, wide * k + j, pairs.times(pairs.pair(W, wide * k + j), inverse))
             for i in range(rows):
                 if i != k:
                     share = pairs.pair(W, wide * i + q)
-                    self._subtract(i, k, width, share[0], share[1])
+                    pairs.subtract(arrays.after(W, 2 * wide * i), pivot, 0, width, share)
         for j in range(n):
             if self.used[j] == 0:
                 self.parameter = j
@@ -399,26 +360,14 @@ class CurveChart:
         one = arrays.after(self.W, 2 * self.width * i)
         other = arrays.after(self.W, 2 * self.width * k)
         for j in range(2 * width):
-            x = one[j]
-            one[j] = other[j]
-            other[j] = x
-
-    def _subtract(self, i: int, k: int, width: int, re: float, im: float) -> None:
-        # Row i less a multiple of row k.
-        to = arrays.after(self.W, 2 * self.width * i)
-        row = arrays.after(self.W, 2 * self.width * k)
-        for j in range(width):
-            x, y = row[2 * j], row[2 * j + 1]
-            to[2 * j] -= re * x - im * y
-            to[2 * j + 1] -= re * y + im * x
+            one[j], other[j] = other[j], one[j]
 
     def _differentiate(self) -> None:
         # Tangent, bend, and the norms that the chart's reach follows from.
         n, rows, width, W = self.n, self.rows, self.width, self.W
-        for j in range(2 * n):
-            self.w[j] = 0.0
-            self.b[j] = 0.0
-            self.c[j] = 0.0
+        arrays.fill(self.w, 2 * n, 0.0)
+        arrays.fill(self.b, 2 * n, 0.0)
+        arrays.fill(self.c, 2 * n, 0.0)
         self.w[2 * self.parameter] = 1.0
         left, inverse, sizes = 0.0, 0.0, 0.0
         for i in range(rows):
@@ -428,8 +377,7 @@ class CurveChart:
             for k in range(rows):
                 inverse += pairs.square_of(pairs.pair(W, width * i + n + 1 + k))
         second, turning = 0.0, 0.0
-        for k in range(12 * n):
-            self.turning[k] = 0.0
+        arrays.fill(self.turning, 12 * n, 0.0)
         for k in range(n):
             sizes += self.sizes[k]
             for j in range(k + 1):
@@ -482,7 +430,7 @@ class CurveChart:
 
     def _write_cross(self, a: Flat, b: Flat, at: int, share: float) -> None:
         cross = arrays.after(self.column, 2 * at)
-        _write_moved(a, b, cross)
+        pairs.write_cross(a, b, cross)
         for i in range(6):
             cross[i] *= share
 
@@ -513,19 +461,15 @@ class CurveChart:
         if self.cubic == 0.0:
             left += self.second * two * (one + 0.5 * two) + third * path * path * path / 6.0
         else:
-            left += (
-                math.sqrt(2.0)
-                * self.inverse
-                * _of_fourth_order(root * one, root * two, root * three)
-            )
+            fourth = _of_fourth_order(root * one, root * two, root * three)
+            left += math.sqrt(2.0) * self.inverse * fourth
         return left <= (1.0 - share) * self.r
 
     def _write_third(self) -> None:
         # The third derivative of the path: what is left of third order along w s + b s^2 / 2.
         n, x = self.n, self.series
         for of in range(4 if self.whole else 1):
-            for i in range(24):
-                x[i] = 0.0
+            arrays.fill(x, 24, 0.0)
             if of > 0:
                 x[2 * (of - 1)] = 1.0
             for i in range(n):
@@ -562,35 +506,26 @@ class CurveChart:
         axis = arrays.after(self.angular, 6 * j)
         y, z = arrays.after(x, 24), arrays.after(x, 30)
         # S^2 and S of the coefficients of s and s^2.
-        _write_moved(axis, arrays.after(x, 12), y)
+        pairs.write_cross(axis, arrays.after(x, 12), y)
         _add_share(x, 9, p, y)
-        _write_moved(axis, arrays.after(x, 6), y)
+        pairs.write_cross(axis, arrays.after(x, 6), y)
         _add_share(x, 9, q, y)
         _add_share(x, 6, p, y)
-        _write_moved(axis, y, z)
+        pairs.write_cross(axis, y, z)
         _add_share(x, 9, (0.5 * square[0], 0.5 * square[1]), z)
         # Of the constant one.
         if is_point:
-            for i in range(6):
-                y[i] = self.linear[6 * j + i]
+            arrays.copy(y, 6, arrays.after(self.linear, 6 * j))
         else:
-            _write_moved(axis, x, y)
+            pairs.write_cross(axis, x, y)
         _add_share(x, 3, p, y)
         _add_share(x, 6, q, y)
-        _write_moved(axis, y, z)
+        pairs.write_cross(axis, y, z)
         _add_share(x, 6, (0.5 * square[0], 0.5 * square[1]), z)
         _add_share(x, 9, pairs.times(p, q), z)
-        _write_moved(axis, z, y)
+        pairs.write_cross(axis, z, y)
         cube = pairs.times(square, p)
         _add_share(x, 9, (cube[0] / 6.0, cube[1] / 6.0), y)
-
-
-def _write_moved(axis: Flat, v: Flat, moved: Flat) -> None:
-    for i in range(3):
-        k, m = (i + 1) % 3, (i + 2) % 3
-        one = pairs.times(pairs.pair(axis, k), pairs.pair(v, m))
-        two = pairs.times(pairs.pair(axis, m), pairs.pair(v, k))
-        pairs.put(moved, i, (one[0] - two[0], one[1] - two[1]))
 
 
 def _add_share(x: Flat, at: int, share: Complex, v: Flat) -> None:

@@ -61,48 +61,18 @@ class ClosedCurves:
         How far the arm's axes are from those: rad, and as a share of its size.
     """
 
-    error: float
-    backwards: bool
-    C: float
-    R: float
-    middle: float
-    e: float
-    a: float
-    b: float
-    c: float
-    rho: float
-    rho_c: float
-    rho_s: float
-    noise: float
-    level: float
-    pieces: int
-    rows: Flat
-    most: int
-    wrist: float
-    away: float
-
     def __init__(
         self, screws: Floats, crossing: Floats, meeting: Floats, backwards: bool, error: float
     ) -> None:
-        self.screws: Flat = arrays.numbers(screws, 49)
-        self.crossing: Flat = arrays.numbers(crossing, 3)
-        self.meeting: Flat = arrays.numbers(meeting, 3)
+        self.screws = arrays.numbers(screws, 49)
+        self.crossing, self.meeting = arrays.numbers(crossing, 3), arrays.numbers(meeting, 3)
         self.backwards, self.error = backwards, error
-        self._arrays: tuple[object, ...] = screws, crossing, meeting
-        # A motion, a point, four ends of the range of joint 4, eight roots, seven positions.
-        self.room: Flat = arrays.scratch(16 + 3 + 4 + 8 + 7 + 6 * MOST_PIECES)
-        self.motion: Flat = self.room
-        self.goal: Flat = arrays.after(self.motion, 16)
-        self.ends: Flat = arrays.after(self.goal, 3)
-        self.roots: Flat = arrays.after(self.ends, 4)
-        self.psi: Flat = arrays.after(self.roots, 8)
-        self.begins: Flat = arrays.after(self.psi, 7)
-        self.stops: Flat = arrays.after(self.begins, MOST_PIECES)
-        self.sides: Flat = arrays.after(self.stops, MOST_PIECES)
-        self.first: FlatIntegers = arrays.as_whole(arrays.after(self.sides, MOST_PIECES))
-        self.last: FlatIntegers = arrays.whole_after(self.first, MOST_PIECES)
-        self.gone: FlatIntegers = arrays.whole_after(self.last, MOST_PIECES)
-        self.pieces, self.rows, self.most = 0, self.room, 0
+        most = MOST_PIECES
+        # Four ends of the range of joint 4, eight roots, seven positions.
+        self.motion, self.goal, self.ends, self.roots, self.psi = arrays.rooms(16, 3, 4, 8, 7)
+        self.begins, self.stops, self.sides = arrays.rooms(most, most, most)
+        self.first, self.last, self.gone = arrays.whole_rooms(most, most, most)
+        self.rows, self.pieces, self.most = self.motion, 0, 0
         z3 = vectors.axis_of(self.screws, 2)
         w = vectors.three(self.meeting, 0)
         o = vectors.three(self.crossing, 0)
@@ -116,14 +86,11 @@ class ClosedCurves:
         self.R, self.middle = math.sqrt(cosine * cosine + sine * sine), math.atan2(sine, cosine)
         s, c = math.sin(self.middle), math.cos(self.middle)
         cosine, sine = 0.5 * (height[0] - height[2]), height[1] - self.e
-        self.a, self.b = cosine * c + sine * s, sine * c - cosine * s
+        self.a: float = cosine * c + sine * s
+        self.b: float = sine * c - cosine * s
         self.c = vectors.dot(vectors.axis_of(self.screws, 1), z3)
         self.rho, self.rho_c, self.rho_s = 0.0, 0.0, 0.0
         self.noise, self.level, self.wrist, self.away = 0.0, 0.0, 0.0, 0.0
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
 
     def take(self, motion: Flat) -> bool:
         """Take the motion from rest to a target; return whether all its pieces are known."""
@@ -447,9 +414,8 @@ def _sort(at: Numbers, which: WholeNumbers, count: int) -> None:
     for i in range(1, count):
         for k in range(i, 0, -1):
             if at[k] < at[k - 1]:
-                x, mark = at[k], which[k]
-                at[k], which[k] = at[k - 1], which[k - 1]
-                at[k - 1], which[k - 1] = x, mark
+                at[k], at[k - 1] = at[k - 1], at[k]
+                which[k], which[k - 1] = which[k - 1], which[k]
 
 
 def closed_curves(
@@ -472,8 +438,6 @@ def closed_curves(
     lengths : shape (k,)
         How many samples each curve has.
     """
-    arrays.given(arm)
-    arrays.given(point)
     if point.n != 7:
         raise TypeError('these are curves of seven joints')
     most, room = arrays.extent(samples, 0), arrays.size(lengths)

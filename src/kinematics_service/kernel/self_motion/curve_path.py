@@ -31,30 +31,16 @@ class CurvePath:
         What is looked at: each a sum of shares of the screws' positions, as a joint's.
     """
 
-    m: int
-    n: int
-    k: int
-    kind: int
-    value: float
-    steepness: float
-
     def __init__(self, point: CurvePoint, psi: Floats, tangents: Floats, rows: Floats) -> None:
-        arrays.given(point)
-        self.point: CurvePoint = point
-        self.m, self.n, self.k = (
-            arrays.extent(psi, 0),
-            arrays.extent(psi, 1),
-            arrays.extent(rows, 0),
-        )
+        self.point, self.k = point, arrays.extent(rows, 0)
+        self.m, self.n = arrays.extent(psi, 0), arrays.extent(psi, 1)
         if self.n != point.n or self.m < 2:
             raise TypeError('a curve has two samples at least, of as many joints as its arm')
-        self.psi: Flat = arrays.numbers(psi, self.m * self.n)
-        self.tangents: Flat = arrays.numbers(tangents, self.m * self.n)
-        self.rows: Flat = arrays.numbers(rows, self.k * self.n)
+        self.psi = arrays.numbers(psi, self.m * self.n)
+        self.tangents = arrays.numbers(tangents, self.m * self.n)
+        self.rows = arrays.numbers(rows, self.k * self.n)
         self.kind, self.value, self.steepness = SLOPE, 0.0, 0.0
-        self.row: Flat = self.rows
-        self.goal: Flat = self.rows
-        self._arrays: tuple[object, ...] = psi, tangents, rows
+        self.row, self.goal = self.rows, self.rows
 
     def stand_at(self, place: float) -> bool:
         """Move the point to a place of the curve; return whether the steps ended."""
@@ -98,10 +84,7 @@ class CurvePath:
 
     def times(self, row: Flat, v: Flat) -> float:
         """Return the sum of shares of what `v` has of each joint."""
-        total = 0.0
-        for j in range(self.n):
-            total += row[j] * v[j]
-        return total
+        return arrays.dot(row, v, self.n)
 
     def write_sums(self, v: Flat, sums: Flat) -> None:
         """Write what `v` has of each of what is looked at."""
@@ -157,7 +140,6 @@ class CurvePath:
 
 def write_places(path: CurvePath, places: Floats, sums: Floats) -> None:
     """Fill in what is looked at (m, k) at places (m,) of a curve."""
-    arrays.given(path)
     count, k = arrays.size(places), path.k
     at, rows = arrays.numbers(places, count), arrays.results(sums, count * k)
     for i in range(count):
@@ -171,7 +153,6 @@ def folds(path: CurvePath, places: Floats) -> int:
 
     Return how many there are; more than there is room for are counted only.
     """
-    arrays.given(path)
     if path.k < 1:
         raise TypeError('nothing of the curve is looked at')
     room, found = arrays.size(places), 0
@@ -201,7 +182,6 @@ def nearest_place(path: CurvePath, goal: Floats, begin: float, end: float) -> fl
     begin, end
         The places.
     """
-    arrays.given(path)
     path.goal, path.kind = arrays.numbers(goal, 2 * path.k), DISTANCE
     path.stand_at(begin)
     low = path.what_vanishes(path.point.psi, path.point.tangent)

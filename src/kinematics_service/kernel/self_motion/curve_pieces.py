@@ -25,12 +25,6 @@ FOLD, SAMPLE = 2, 3
 class _CutCurve:
     # What is written: rows of the table, their kinds, where pieces begin, and their turns.
 
-    k: int
-    rows: int
-    room: int
-    wide: int
-    closed: bool
-
     def __init__(
         self,
         path: CurvePath,
@@ -41,27 +35,17 @@ class _CutCurve:
         begins: Integers,
         turns: Integers,
     ) -> None:
-        self.path: CurvePath = path
-        self.k, self.rows, self.room, self.closed = path.k, 0, arrays.extent(table, 0), closed
+        self.path, self.closed, self.rows = path, closed, 0
+        self.k, self.room = path.k, arrays.extent(table, 0)
         self.wide = self.k + 2
-        self.joints: Flat = arrays.numbers(joints, 4 * self.k)
-        self.table: Flat = arrays.results(table, self.room * self.wide)
-        self.kinds: FlatIntegers = arrays.whole_results(kinds, 2 * self.room)
-        self.begins: FlatIntegers = arrays.whole_results(begins, self.room)
-        self.turns: FlatIntegers = arrays.whole_results(turns, 2 * self.k * self.room)
-        self.space: Flat = arrays.scratch(7 * self.k)
-        self.away: Flat = self.space
-        self.next_away: Flat = arrays.after(self.away, self.k)
-        self.slopes: Flat = arrays.after(self.next_away, self.k)
-        self.next_slopes: Flat = arrays.after(self.slopes, self.k)
-        self.at: Flat = arrays.after(self.next_slopes, self.k)
-        self.next_at: Flat = arrays.after(self.at, self.k)
-        self.lap: Flat = arrays.after(self.next_at, self.k)
-        self._arrays: tuple[object, ...] = joints, table, kinds, begins, turns
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.space)
+        self.joints = arrays.numbers(joints, 4 * self.k)
+        self.table = arrays.results(table, self.room * self.wide)
+        self.kinds = arrays.whole_results(kinds, 2 * self.room)
+        self.begins = arrays.whole_results(begins, self.room)
+        self.turns = arrays.whole_results(turns, 2 * self.k * self.room)
+        k = self.k
+        self.away, self.slopes, self.at, self.lap = arrays.rooms(k, k, k, k)
+        self.next_away, self.next_slopes, self.next_at = arrays.rooms(k, k, k)
 
     def row(self, i: int) -> Flat:
         """Return a row of the table: the place, how far along it is, what is looked at."""
@@ -71,8 +55,7 @@ class _CutCurve:
         """Write samples and marks in their order; return whether there was room."""
         n, samples = self.path.n, self.path.m
         self._stand(arrays.after(self.path.psi, (samples - 1) * n))
-        for i in range(self.k):
-            self.lap[i] = self.next_at[i]
+        arrays.copy(self.lap, self.k, self.next_at)
         self._stand(self.path.psi)
         for i in range(self.k):
             self.lap[i] -= self.next_at[i]
@@ -171,8 +154,7 @@ class _CutCurve:
 
     def _add(self, place: float, i: int, side: int) -> None:
         row = arrays.after(self.row(self.rows), 2)
-        for j in range(self.k):
-            row[j] = self.next_at[j]
+        arrays.copy(row, self.k, self.next_at)
         self._write_kind(place, i, side)
 
     def _write_kind(self, place: float, i: int, side: int) -> None:
@@ -194,13 +176,12 @@ class _CutCurve:
     def _exchange(self, a: int, b: int) -> None:
         first, second = self.row(a), self.row(b)
         for j in range(self.wide):
-            x = first[j]
-            first[j] = second[j]
-            second[j] = x
+            first[j], second[j] = second[j], first[j]
         for j in range(2):
-            kind = self.kinds[2 * a + j]
-            self.kinds[2 * a + j] = self.kinds[2 * b + j]
-            self.kinds[2 * b + j] = kind
+            self.kinds[2 * a + j], self.kinds[2 * b + j] = (
+                self.kinds[2 * b + j],
+                self.kinds[2 * a + j],
+            )
 
     def _keep(self, i: int) -> None:
         # Keeps row i behind those kept. Where both are one place, a limit stands for a sample or
@@ -332,7 +313,6 @@ def cut(
     rows : shape (1,)
         How many rows the table has, that one more left aside.
     """
-    arrays.given(path)
     counts = arrays.whole_results(rows, 1)
     pieces = _CutCurve(path, joints, closed, table, kinds, begins, turns)
     if not pieces.lay_out():

@@ -9,7 +9,7 @@ import math
 
 from ..forward import chain_pass, vectors
 from ..layout import arrays
-from ..layout.arrays import Flat, FlatIntegers, Floats, Vector
+from ..layout.arrays import Flat, Floats, Vector
 
 # Newton's steps, their longest, and what is round-off after one.
 MOST_STEPS, LONGEST, STANDS = 12, 0.5, 1e-7
@@ -33,12 +33,6 @@ class CurvePoint:
         The joint that was held last.
     """
 
-    n: int
-    rows: int
-    whole: bool
-    length: float
-    parameter: int
-
     def __init__(
         self, screws: Floats, motion: Floats, centre: Floats, whole: bool, length: float
     ) -> None:
@@ -47,22 +41,11 @@ class CurvePoint:
             raise TypeError('a self-motion has one joint more than its target has rows')
         self.whole, self.length, self.parameter = whole, length, 0
         n = self.n
-        self.screws: Flat = arrays.numbers(screws, 7 * n)
-        self.motion: Flat = arrays.numbers(motion, 16)
-        self.centre: Flat = arrays.numbers(centre, 3)
-        self.room: Flat = arrays.scratch(2 * n + 6 * (n + 1) + 9 + 3 + 6 + n + 1)
-        self.psi: Flat = self.room
-        self.tangent: Flat = arrays.after(self.psi, n)
-        self.W: Flat = arrays.after(self.tangent, n)
-        self.R: Flat = arrays.after(self.W, 6 * (n + 1))
-        self.back: Flat = arrays.after(self.R, 9)
-        self.order: FlatIntegers = arrays.as_whole(arrays.after(self.back, 3))
-        self.joints: FlatIntegers = arrays.whole_after(self.order, 6)
-        self._arrays: tuple[object, ...] = screws, motion, centre
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        self.screws, self.motion = arrays.numbers(screws, 7 * n), arrays.numbers(motion, 16)
+        self.centre = arrays.numbers(centre, 3)
+        self.psi, self.tangent, self.W = arrays.rooms(n, n, 6 * (n + 1))
+        self.R, self.back = arrays.rooms(9, 3)
+        self.order, self.joints = arrays.whole_rooms(6, n + 1)
 
     def improve(self, parameter: int) -> bool:
         """
@@ -194,12 +177,8 @@ class CurvePoint:
     def _exchange_columns(self, a: int, b: int) -> None:
         W, wide, joints = self.W, self.n + 1, self.joints
         for i in range(self.rows):
-            x = W[wide * i + a]
-            W[wide * i + a] = W[wide * i + b]
-            W[wide * i + b] = x
-        k = joints[a]
-        joints[a] = joints[b]
-        joints[b] = k
+            W[wide * i + a], W[wide * i + b] = W[wide * i + b], W[wide * i + a]
+        joints[a], joints[b] = joints[b], joints[a]
 
     def _take_pivot(self, k: int, first: int, count: int) -> bool:
         # Brings the largest number of the columns left into row k, makes it 1, and brings its

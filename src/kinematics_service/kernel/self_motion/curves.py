@@ -3,7 +3,7 @@
 import math
 
 from ..layout import arrays
-from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
+from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Numbers
 from ..six_joints import complex_numbers, pairs
 from . import charts
 from .charts import CurveChart
@@ -35,24 +35,22 @@ def trace(chart: CurveChart, start: Floats, side: float, samples: Floats, closed
     closed : shape (1,)
         1 where the curve closed, 0 where it could not be followed or the room was used up.
     """
-    arrays.given(chart)
     n = chart.n
     most = arrays.extent(samples, 0)
     rows, how = arrays.results(samples, 2 * most * n), arrays.whole_results(closed, 1)
-    begin, room = arrays.numbers(start, n), arrays.scratch(2 * n)
-    _put_real(begin, n, chart.t)
+    first = [0.0] * 14
+    _put_real(arrays.numbers(start, n), n, chart.t)
     count = 0
     how[0] = 0
     lock = arrays.let_go()
     if chart.improve(charts.ANY):
-        count = _traced(chart, side, room, rows, most, how)
+        count = _traced(chart, side, first, rows, most, how)
     arrays.take_back(lock)
-    arrays.give_back(room)
     return count
 
 
 def _traced(
-    chart: CurveChart, side: float, first: Flat, rows: Flat, most: int, how: FlatIntegers
+    chart: CurveChart, side: float, first: Numbers, rows: Flat, most: int, how: FlatIntegers
 ) -> int:
     n, sign, before = chart.n, side, -1
     chart.write_place(first)
@@ -96,7 +94,6 @@ def follow(chart: CurveChart, t: Floats, joint: int, end: float, shortest: float
     shortest : rad or m
         Pieces that are shorter stop it.
     """
-    arrays.given(chart)
     n = chart.n
     at = arrays.results(t, 2 * n)
     chart.require(joint)
@@ -145,18 +142,13 @@ def spread(chart: CurveChart, begin: Floats, end: Floats, widths: Floats) -> boo
     widths : shape (n,), rad or m
         Of each screw.
     """
-    arrays.given(chart)
-    n = chart.n
-    first, last = arrays.numbers(begin, n), arrays.numbers(end, n)
-    written, room = arrays.results(widths, n), arrays.scratch(2 * n)
-    _put_real(first, n, chart.t)
-    _put_real(last, n, room)
-    found = chart.open(charts.ANY, charts.RADIUS) and chart.bend_further(charts.RADIUS)
-    found = found and chart.holds(room, 1.0)
+    n, other = chart.n, [0.0] * 14
+    written = arrays.results(widths, n)
+    found = _holds_both(chart, begin, end, True, other)
     if found:
         # The path is w s + b s^2 / 2 + c s^3 / 6 + R(s), |R| <= r (s / h)^4 by Schwarz. From their
         # chords the square is S^2 / 8 away at most, the cube S^3 / (9 sqrt(3)), R twice itself.
-        S = abs(chart.along_parameter(room))
+        S = abs(chart.along_parameter(other))
         x = S / chart.h
         rest = 2.0 * chart.r * x * x * x * x + 4.0 * chart.left
         for j in range(n):
@@ -164,7 +156,6 @@ def spread(chart: CurveChart, begin: Floats, end: Floats, widths: Floats) -> boo
             cube = math.sqrt(pairs.square_of(pairs.pair(chart.c, j)))
             way = S * S * (bend / 8.0 + S * cube / 15.5) + rest
             written[j] = way / chart.sizes[j]
-    arrays.give_back(room)
     return found
 
 
@@ -179,18 +170,20 @@ def passes(chart: CurveChart, begin: Floats, end: Floats) -> bool:
     begin, end : shape (n,), rad or m
         Positions of the screws; full turns of joints that turn do not count.
     """
-    arrays.given(chart)
-    n = chart.n
-    first, last = arrays.numbers(begin, n), arrays.numbers(end, n)
-    room = arrays.scratch(2 * n)
-    _put_real(first, n, chart.t)
-    _put_real(last, n, room)
-    found = chart.open(charts.ANY, charts.RADIUS) and chart.holds(room, 1.0)
-    arrays.give_back(room)
-    return found
+    other = [0.0] * 14
+    return _holds_both(chart, begin, end, False, other)
 
 
-def _put_real(positions: Flat, n: int, t: Flat) -> None:
+def _holds_both(chart: CurveChart, begin: Floats, end: Floats, bent: bool, other: Numbers) -> bool:
+    # Whether a chart at a solution holds another one, which is written as pairs.
+    _put_real(arrays.numbers(begin, chart.n), chart.n, chart.t)
+    _put_real(arrays.numbers(end, chart.n), chart.n, other)
+    if not chart.open(charts.ANY, charts.RADIUS) or bent and not chart.bend_further(charts.RADIUS):
+        return False
+    return chart.holds(other, 1.0)
+
+
+def _put_real(positions: Flat, n: int, t: Numbers) -> None:
     for j in range(n):
         t[2 * j], t[2 * j + 1] = positions[j], 0.0
 
@@ -208,7 +201,6 @@ def fold_near(chart: CurveChart, t: Floats, joint: int) -> bool:
     joint
         Which of the screws.
     """
-    arrays.given(chart)
     n = chart.n
     at = arrays.results(t, 2 * n)
     chart.require(joint)
@@ -237,7 +229,6 @@ def fold_at(chart: CurveChart, t: Floats, joint: int, radius: float, fold: Float
         (rad or m) the joint may be and have exactly two solutions in the chart; up to which share
         of it these are; and how far any of them is from it, in units of u.
     """
-    arrays.given(chart)
     n = chart.n
     at, written = arrays.numbers(t, 2 * n), arrays.results(fold, 4)
     chart.require(joint)
@@ -285,7 +276,6 @@ def write_beside_fold(chart: CurveChart, joint: int, away: float, side: float, t
     t : shape (n, 2), rad or m
         Positions of the screws.
     """
-    arrays.given(chart)
     at = arrays.results(t, 2 * chart.n)
     chart.require(joint)
     # The joint moves by b s^2 / 2.
@@ -300,5 +290,4 @@ def write_beside_fold(chart: CurveChart, joint: int, away: float, side: float, t
 
 def holds(chart: CurveChart, t: Floats, share: float) -> bool:
     """Return whether a solution (n, 2) is on a chart's curve, up to a share of its reach."""
-    arrays.given(chart)
     return chart.holds(arrays.numbers(t, 2 * chart.n), share)

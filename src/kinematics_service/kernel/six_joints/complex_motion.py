@@ -4,7 +4,7 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays
-from ..layout.arrays import Flat, Numbers, Vector
+from ..layout.arrays import Numbers, Vector
 from . import complex_numbers, complex_product, pairs
 from .complex_product import Product
 from .pairs import Complex
@@ -54,8 +54,7 @@ def angle_left(
 
 def _turn_back(v: Numbers, axis: Vector, turn: Numbers) -> None:
     re, im = (v[0], v[2], v[4]), (v[1], v[3], v[5])
-    for i in range(6):
-        v[i] = 0.0
+    arrays.fill(v, 6, 0.0)
     # A row times the turn is the column turned back.
     complex_product.add_turned(v, re, 0, axis, turn)
     complex_product.add_turned(v, im, 1, axis, turn)
@@ -74,23 +73,12 @@ class Motion:
         one is nearer by far.
     """
 
-    first: float
-    radius: float
-
     def __init__(self) -> None:
-        self.product: Product = Product(6)
-        self.R: Flat = self.product.R
-        self.p: Flat = self.product.p
-        self.axes: Flat = self.product.axes
-        self.points: Flat = self.product.points
-        self.J: Flat = arrays.scratch(12 * WIDTH + 12)
-        self.weights: Flat = arrays.after(self.J, 12 * WIDTH)
-        self.sizes: Flat = arrays.after(self.weights, 6)
+        self.product = Product(6)
+        self.R, self.p = self.product.R, self.product.p
+        self.axes, self.points = self.product.axes, self.product.points
+        self.J, self.weights, self.sizes = arrays.rooms(12 * WIDTH, 6, 6)
         self.first, self.radius = 0.0, 0.0
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.J)
 
     def improve(self, loop: SixScrews, t: Numbers) -> bool:
         """Move positions t (6 pairs) to a solution; return whether the steps ended at one."""
@@ -136,11 +124,8 @@ class Motion:
             axis, reach = 0.0, 0.0
             for i in range(3):
                 axis += pairs.square_of(pairs.pair(self.axes, 3 * j + i))
-                arm = pairs.plus(
-                    pairs.pair(self.p, i),
-                    -1.0,
-                    pairs.pair(self.points, 3 * j + i),
-                )
+                point = pairs.pair(self.points, 3 * j + i)
+                arm = pairs.plus(pairs.pair(self.p, i), -1.0, point)
                 reach += pairs.square_of(arm)
             size = 1.0 + math.sqrt(reach) / unit
             turning += axis
@@ -255,30 +240,24 @@ class Motion:
                     best, p = square, i
             if not 0.0 < best < 1e300:
                 return False
+            row = arrays.after(J, 2 * WIDTH * k)
             if p != k:
-                row, other = arrays.after(J, 2 * WIDTH * k), arrays.after(J, 2 * WIDTH * p)
+                other = arrays.after(J, 2 * WIDTH * p)
                 for j in range(2 * k, 2 * width):
                     row[j], other[j] = other[j], row[j]
             inverse = pairs.over((1.0, 0.0), pairs.pair(J, WIDTH * k + k))
             for i in range(k + 1, 6):
                 share = pairs.times(pairs.pair(J, WIDTH * i + k), inverse)
-                self._subtract(i, k, k + 1, width, share[0], share[1])
+                pairs.subtract(arrays.after(J, 2 * WIDTH * i), row, k + 1, width, share)
             for j in range(k + 1, width):
                 at = WIDTH * k + j
                 pairs.put(J, at, pairs.times(pairs.pair(J, at), inverse))
         for k in range(5, 0, -1):
+            row = arrays.after(J, 2 * WIDTH * k)
             for i in range(k):
                 share = pairs.pair(J, WIDTH * i + k)
-                self._subtract(i, k, 6, width, share[0], share[1])
+                pairs.subtract(arrays.after(J, 2 * WIDTH * i), row, 6, width, share)
         return True
-
-    def _subtract(self, i: int, k: int, start: int, width: int, re: float, im: float) -> None:
-        # Row i less a multiple of row k, from a column on.
-        to, row = arrays.after(self.J, 2 * WIDTH * i), arrays.after(self.J, 2 * WIDTH * k)
-        for j in range(start, width):
-            x, y = row[2 * j], row[2 * j + 1]
-            to[2 * j] -= re * x - im * y
-            to[2 * j + 1] -= re * y + im * x
 
     def _largest_step(self) -> float:
         largest = 0.0

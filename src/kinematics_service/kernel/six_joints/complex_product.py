@@ -47,18 +47,10 @@ class Product:
     """
 
     def __init__(self, count: int) -> None:
-        self.count: int = count
-        self.room: Flat = arrays.scratch(24 + 30 * count + 4)
-        self.R: Flat = self.room
-        self.p: Flat = arrays.after(self.R, 18)
-        self.axes: Flat = arrays.after(self.p, 6)
-        self.points: Flat = arrays.after(self.axes, 6 * count)
-        self.frames: Flat = arrays.after(self.points, 6 * count)
-        self.turn: Flat = arrays.after(self.frames, 18 * count)
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        self.count = count
+        self.R, self.p, self.turn = arrays.rooms(18, 6, 4)
+        self.axes, self.points = arrays.rooms(6 * count, 6 * count)
+        (self.frames,) = arrays.rooms(18 * count)
 
     def multiply(self, screws: Flat, t: Numbers) -> None:
         """Fill in the product of screws (count, 7) at positions t (count pairs)."""
@@ -66,11 +58,9 @@ class Product:
         R, p = self.R, self.p
         for i in range(18):
             R[i] = 1.0 if i % 8 == 0 else 0.0
-        for i in range(6):
-            p[i] = 0.0
+        arrays.fill(p, 6, 0.0)
         for k in range(self.count):
-            for i in range(18):
-                self.frames[18 * k + i] = R[i]
+            arrays.copy(arrays.after(self.frames, 18 * k), 18, R)
             axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
             for i in range(3):
                 z, o = self.row_times(i, axis), self.row_times(i, point)
@@ -87,8 +77,7 @@ class Product:
             for i in range(3):
                 row = arrays.after(R, 6 * i)
                 re, im = (row[0], row[2], row[4]), (row[1], row[3], row[5])
-                for j in range(6):
-                    row[j] = 0.0
+                arrays.fill(row, 6, 0.0)
                 add_turned(row, re, 0, axis, self.turn)
                 add_turned(row, im, 1, axis, self.turn)
                 # The point on the axis stays where it is.

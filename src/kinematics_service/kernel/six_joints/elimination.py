@@ -41,26 +41,11 @@ class Elimination:
         last pivot that round-off is, as a share of what is left of the shortest one.
     """
 
-    count: int
-    rank: int
-    error: float
-
     def __init__(self) -> None:
-        self.room: Flat = arrays.scratch(1700)
-        self.line: Flat = self.room
-        self.goal: Flat = arrays.after(self.line, 15)
-        self.fifth: Flat = arrays.after(self.goal, 15)
-        self.fourth: Flat = arrays.after(self.fifth, 45)
-        self.left: Flat = arrays.after(self.fourth, 135)
-        self.first: Flat = arrays.after(self.left, 405)
-        self.right: Flat = arrays.after(self.first, 45)
-        self.table: Flat = arrays.after(self.right, 135)
-        self.equations: Flat = arrays.after(self.table, 490)
+        self.line, self.goal, self.fifth, self.fourth = arrays.rooms(15, 15, 45, 135)
+        self.left, self.first, self.right, self.table = arrays.rooms(405, 45, 135, 490)
+        (self.equations,) = arrays.rooms(EQUATIONS * LEFT)
         self.count, self.rank, self.error = 0, 0, 0.0
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
 
     def eliminate(self, loop: SixScrews) -> None:
         """Fill in the equations of a loop."""
@@ -95,10 +80,8 @@ class Elimination:
                 )
                 for h in range(3):
                     to = arrays.after(self.left, 15 * (9 * h + 3 * a + b))
-                    for i in range(15):
-                        to[i] = self.first[15 * h + i]
-        for i in range(15):
-            self.goal[i] = self.line[i]
+                    arrays.copy(to, 15, arrays.after(self.first, 15 * h))
+        arrays.copy(self.goal, 15, self.line)
         lines.carry(self.goal, loop.goal)
         lines.write_parts(screws, 0, self.goal, self.first)
         self._invert(screws, 0, self.first)
@@ -145,16 +128,18 @@ class Elimination:
         F = self.equations
         rows = EQUATIONS - rank
         for i in range(rows):
-            for k in range(LEFT):
-                F[LEFT * i + k] = self.table[width * (rank + i) + RIGHT - 1 + k]
+            arrays.copy(
+                arrays.after(F, LEFT * i),
+                LEFT,
+                arrays.after(self.table, width * (rank + i) + RIGHT - 1),
+            )
         longest, shortest = 0.0, 0.0
         self.count = rows
         for i in range(rows):
             best, p = -1.0, i
             for j in range(i, rows):
-                square = 0.0
-                for k in range(LEFT):
-                    square += F[LEFT * j + k] * F[LEFT * j + k]
+                row = arrays.after(F, LEFT * j)
+                square = arrays.dot(row, row, LEFT)
                 if square > best:
                     best, p = square, j
             if i == 0:
@@ -175,10 +160,9 @@ class Elimination:
             self.error *= math.sqrt(longest / shortest)
 
     def _clear_below(self, i: int, rows: int) -> None:
-        F = self.equations
+        row = arrays.after(self.equations, LEFT * i)
         for j in range(i + 1, rows):
-            along = 0.0
+            below = arrays.after(self.equations, LEFT * j)
+            along = arrays.dot(row, below, LEFT)
             for k in range(LEFT):
-                along += F[LEFT * i + k] * F[LEFT * j + k]
-            for k in range(LEFT):
-                F[LEFT * j + k] -= along * F[LEFT * i + k]
+                below[k] -= along * row[k]

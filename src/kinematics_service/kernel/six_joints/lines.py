@@ -16,7 +16,8 @@ LINE = 15
 POINT, DIRECTION, MOMENT, THIRD = 1, 5, 9, 12
 
 
-def _put(V: Numbers, at: int, v: Vector) -> None:
+def put(V: Numbers, at: int, v: Vector) -> None:
+    """Write a vector from an index on."""
     V[at], V[at + 1], V[at + 2] = v[0], v[1], v[2]
 
 
@@ -24,10 +25,10 @@ def write_line(direction: Vector, point: Vector, V: Numbers) -> None:
     """Write a line, its direction a unit vector."""
     square, along = vectors.dot(point, point), vectors.dot(point, direction)
     V[0], V[4], V[8] = 1.0, square, along
-    _put(V, POINT, point)
-    _put(V, DIRECTION, direction)
-    _put(V, MOMENT, vectors.cross(point, direction))
-    _put(
+    put(V, POINT, point)
+    put(V, DIRECTION, direction)
+    put(V, MOMENT, vectors.cross(point, direction))
+    put(
         V,
         THIRD,
         (
@@ -45,28 +46,26 @@ def translate(V: Numbers, a: Vector) -> None:
     square, along = vectors.dot(a, a), vectors.dot(a, direction)
     third = vectors.plus(third, -2.0, vectors.cross(a, moment))
     third = vectors.plus(third, -2.0 * (V[8] + along), a)
-    _put(V, THIRD, vectors.plus(third, square, direction))
-    _put(V, MOMENT, vectors.plus(moment, 1.0, vectors.cross(a, direction)))
+    put(V, THIRD, vectors.plus(third, square, direction))
+    put(V, MOMENT, vectors.plus(moment, 1.0, vectors.cross(a, direction)))
     V[4] += 2.0 * vectors.dot(a, p) + square * V[0]
     V[8] += along
-    _put(V, POINT, vectors.plus(p, V[0], a))
+    put(V, POINT, vectors.plus(p, V[0], a))
 
 
 def carry(V: Numbers, T: Numbers) -> None:
     """Move a line by a rigid motion (3, 4)."""
     for k in range(4):
         at = POINT if k == 0 else DIRECTION if k == 1 else MOMENT if k == 2 else THIRD
-        _put(V, at, vectors.times_vector(T, vectors.three(V, at)))
+        put(V, at, vectors.times_vector(T, vectors.three(V, at)))
     translate(V, (T[3], T[7], T[11]))
 
 
 def write_parts(screws: Numbers, k: int, V: Numbers, parts: Flat) -> None:
     """Write the three parts (3, 15) of the line that screw k moves V to."""
     axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
-    for i in range(LINE):
-        parts[i] = V[i]
-        parts[LINE + i] = 0.0
-        parts[2 * LINE + i] = 0.0
+    arrays.copy(parts, LINE, V)
+    arrays.fill(arrays.after(parts, LINE), 2 * LINE, 0.0)
     if vectors.slides(screws, k):
         _write_slides(axis, V, parts)
         return
@@ -75,9 +74,9 @@ def write_parts(screws: Numbers, k: int, V: Numbers, parts: Flat) -> None:
         at = POINT if j == 0 else DIRECTION if j == 1 else MOMENT if j == 2 else THIRD
         v = vectors.three(parts, at)
         along = vectors.dot(axis, v)
-        _put(parts, at, (along * axis[0], along * axis[1], along * axis[2]))
-        _put(parts, LINE + at, vectors.plus(v, -along, axis))
-        _put(parts, 2 * LINE + at, vectors.cross(axis, v))
+        put(parts, at, (along * axis[0], along * axis[1], along * axis[2]))
+        put(parts, LINE + at, vectors.plus(v, -along, axis))
+        put(parts, 2 * LINE + at, vectors.cross(axis, v))
     _translate_all(parts, point)
 
 
@@ -87,14 +86,14 @@ def _write_slides(axis: Vector, V: Numbers, parts: Numbers) -> None:
     moment = vectors.three(V, MOMENT)
     along = vectors.dot(axis, direction)
     none = (0.0, 0.0, 0.0)
-    _put(parts, LINE + POINT, vectors.plus(none, V[0], axis))
+    put(parts, LINE + POINT, vectors.plus(none, V[0], axis))
     parts[LINE + 4] = 2.0 * vectors.dot(axis, p)
     parts[LINE + 8] = along
-    _put(parts, LINE + MOMENT, vectors.cross(axis, direction))
+    put(parts, LINE + MOMENT, vectors.cross(axis, direction))
     third = vectors.plus(none, -2.0, vectors.cross(axis, moment))
-    _put(parts, LINE + THIRD, vectors.plus(third, -2.0 * V[8], axis))
+    put(parts, LINE + THIRD, vectors.plus(third, -2.0 * V[8], axis))
     parts[2 * LINE + 4] = V[0]
-    _put(parts, 2 * LINE + THIRD, vectors.plus(direction, -2.0 * along, axis))
+    put(parts, 2 * LINE + THIRD, vectors.plus(direction, -2.0 * along, axis))
 
 
 def _translate_all(parts: Flat, point: Vector) -> None:
@@ -106,8 +105,7 @@ def write_invariants(screws: Numbers, k: int, V: Numbers, six: Numbers) -> None:
     """Write six numbers of what lines add up to that screw k leaves as they are."""
     axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
     moved = [0.0] * 15
-    for i in range(LINE):
-        moved[i] = V[i]
+    arrays.copy(moved, LINE, V)
     if vectors.slides(screws, k):
         side = vectors.across(axis)
         p = vectors.three(V, POINT)

@@ -45,10 +45,7 @@ def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
             if not slides:
                 # e^(-3i t/2), e^(-i t/2), e^(i t/2), e^(3i t/2).
                 k = 0 if i in (1, 2) else 2
-                cosine, sine = (
-                    pairs.pair(x, 3 * k + b),
-                    pairs.pair(x, 3 * (k + 1) + b),
-                )
+                cosine, sine = pairs.pair(x, 3 * k + b), pairs.pair(x, 3 * k + 3 + b)
                 value = _rotated(cosine, sine, -1.0 if i < 2 else 1.0)
             pairs.put(terms, 4 * b + i, value)
     return _ratio(terms, 3, 4)
@@ -96,31 +93,12 @@ class Positions:
     """
 
     def __init__(self) -> None:
-        self.room: Flat = arrays.scratch(
-            MOST + 36 + 24 + 30 + 18 + 90 + 36 + 12 + 12 + 6 + 8 + 30 + 15
-        )
-        self.t: Flat = self.room
-        self.x: Flat = arrays.after(self.t, 36)
-        self.line: Flat = arrays.after(self.x, 24)
-        self.three: Flat = arrays.after(self.line, 30)
-        self.fourth: Flat = arrays.after(self.three, 6)
-        self.fifth: Flat = arrays.after(self.fourth, 6)
-        self.parts: Flat = arrays.after(self.fifth, 6)
-        self.parts_i: Flat = arrays.after(self.parts, 45)
-        self.C: Flat = arrays.after(self.parts_i, 45)
-        self.six: Flat = arrays.after(self.C, 36)
-        self.seconds: Flat = arrays.after(self.six, 12)
-        self.vector: Flat = arrays.after(self.seconds, 12)
-        self.turn: Flat = arrays.after(self.vector, 6)
-        self.moved: Flat = arrays.after(self.turn, 8)
-        self.wanted: Flat = arrays.after(self.moved, 30)
-        self.missed: Flat = arrays.after(self.wanted, 15)
-        self.motion: Motion = Motion()
-        self.count: int = 0
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        self.t, self.x, self.line, self.missed = arrays.rooms(12 * MOST, 24, 30, MOST)
+        self.three, self.fourth, self.fifth = arrays.rooms(6, 6, 6)
+        self.parts, self.parts_i, self.C = arrays.rooms(45, 45, 36)
+        self.six, self.seconds, self.vector, self.turn = arrays.rooms(6, 12, 6, 4)
+        self.moved, self.wanted = arrays.rooms(30, 15)
+        self.motion, self.count = Motion(), 0
 
     def find(
         self, loop: SixScrews, elimination: Elimination, pencil: Pencil, swapped: bool, z: Complex
@@ -176,8 +154,7 @@ class Positions:
         _write_parts_of(third, False, self.three)
         _write_parts_of(fourth, vectors.slides(loop.screws, 3), self.fourth)
         _write_parts_of(fifth, vectors.slides(loop.screws, 4), self.fifth)
-        for i in range(30):
-            self.line[i] = 0.0
+        arrays.fill(self.line, 30, 0.0)
         for h in range(3):
             for a in range(3):
                 left = pairs.times(pairs.pair(self.three, h), pairs.pair(self.fourth, a))

@@ -38,3 +38,19 @@ def over(a: Complex, b: Complex) -> Complex:
     """Return a / b; b is not 0."""
     square = b[0] * b[0] + b[1] * b[1]
     return ((a[0] * b[0] + a[1] * b[1]) / square, (a[1] * b[0] - a[0] * b[1]) / square)
+
+
+def subtract(to: Numbers, row: Numbers, start: int, stop: int, share: Complex) -> None:
+    """Subtract a multiple of a row of pairs from another one, from one column to another."""
+    for j in range(start, stop):
+        x, y = row[2 * j], row[2 * j + 1]
+        to[2 * j] -= share[0] * x - share[1] * y
+        to[2 * j + 1] -= share[0] * y + share[1] * x
+
+
+def write_cross(a: Numbers, b: Numbers, to: Numbers) -> None:
+    """Write a x b of vectors of three pairs."""
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        one, two = times(pair(a, j), pair(b, k)), times(pair(a, k), pair(b, j))
+        put(to, i, (one[0] - two[0], one[1] - two[1]))

@@ -11,7 +11,7 @@ import math
 
 from ..forward import chain_pass
 from ..layout import arrays, places
-from ..layout.arrays import Flat, Numbers
+from ..layout.arrays import Numbers
 from . import pairs, trigonometric_samples
 from .elimination import Elimination
 from .pairs import Complex
@@ -46,28 +46,12 @@ class Pencil:
         How far round-off may have moved them.
     """
 
-    degree: int
-    count: int
-    noise: float
-    gap: float
-    error: float
-    pivot: float
-
     def __init__(self) -> None:
-        self.room: Flat = arrays.scratch(3 * 336 + 3 * SQUARE + 12 + 2 * SQUARE + 26 + 64 + 32)
-        self.rows: Flat = self.room
-        self.M: Flat = arrays.after(self.rows, 3 * 336)
-        self.columns: Flat = arrays.after(self.M, 3 * SQUARE)
-        self.work: Flat = arrays.after(self.columns, SIZE)
-        self.coefficients: Flat = arrays.after(self.work, 2 * SQUARE)
-        self.circle: Flat = arrays.after(self.coefficients, 26)
-        self.samples: Flat = arrays.after(self.circle, 64)
+        self.rows, self.M, self.columns = arrays.rooms(3 * 336, 3 * SQUARE, SIZE)
+        self.work, self.coefficients = arrays.rooms(2 * SQUARE, 26)
+        self.circle, self.samples = arrays.rooms(2 * MOST_SAMPLES, MOST_SAMPLES)
         self.degree, self.count = 0, 0
         self.noise, self.gap, self.error, self.pivot = 0.0, 0.0, 0.0, 0.0
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
 
     def build(self, elimination: Elimination, swapped: bool, slides: bool) -> None:
         """
@@ -85,8 +69,9 @@ class Pencil:
         if 2 * count == SIZE:
             self.degree = DEGREE
             for k in range(3):
-                for i in range(SQUARE):
-                    self.M[SQUARE * k + i] = self.rows[336 * k + i]
+                arrays.copy(
+                    arrays.after(self.M, SQUARE * k), SQUARE, arrays.after(self.rows, 336 * k)
+                )
         else:
             self.degree = FULL_DEGREE
             self._compress(2 * count)
@@ -113,8 +98,7 @@ class Pencil:
 
     def _compress(self, count: int) -> None:
         # Twelve orthogonal combinations of the rows: those of the cosine transform.
-        for i in range(SQUARE * 3):
-            self.M[i] = 0.0
+        arrays.fill(self.M, SQUARE * 3, 0.0)
         for i in range(SIZE):
             for r in range(count):
                 _, share = chain_pass.sincos(places.PI * i * (2 * r + 1) / (2 * count))
@@ -147,8 +131,6 @@ class Pencil:
 
     def sample(self) -> None:
         """Fill in the coefficients of the determinant, its largest sample 1, and their noise."""
-        largest: float
-        minor: float
         count = SAMPLES if self.degree == DEGREE else MOST_SAMPLES
         trigonometric_samples.write_circle(count, self.circle)
         largest, minor = 0.0, 0.0
@@ -236,9 +218,6 @@ class Pencil:
 
         Twelve combinations of more equations are singular at angles that solve none of these.
         """
-        left: Complex
-        missed: float
-        terms: float
         inverse = pairs.over((1.0, 0.0), z)
         c = (0.5 * (z[0] + inverse[0]), 0.5 * (z[1] + inverse[1]))
         s = (0.5 * (z[1] - inverse[1]), -0.5 * (z[0] - inverse[0]))
@@ -284,14 +263,11 @@ class Pencil:
 
     def _clear_column(self, k: int) -> None:
         W = self.work
+        row = arrays.after(W, 24 * k)
         inverse = pairs.over((1.0, 0.0), pairs.pair(W, 13 * k))
         for i in range(k + 1, SIZE):
             share = pairs.times(pairs.pair(W, SIZE * i + k), inverse)
-            re, im = share[0], share[1]
-            for j in range(k + 1, SIZE):
-                x, y = W[24 * k + 2 * j], W[24 * k + 2 * j + 1]
-                W[24 * i + 2 * j] -= re * x - im * y
-                W[24 * i + 2 * j + 1] -= re * y + im * x
+            pairs.subtract(arrays.after(W, 24 * i), row, k + 1, SIZE, share)
 
     def _substitute(self) -> None:
         # Back substitution with 1 as the last number; x[i] is left in W[i][0].

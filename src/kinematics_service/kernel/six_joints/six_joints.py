@@ -4,7 +4,7 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Numbers
+from ..layout.arrays import Flat, Floats, Integers, Numbers
 from . import complex_numbers, elimination, pairs, pencils, trigonometric_roots
 from .complex_motion import Motion
 from .elimination import Elimination
@@ -53,9 +53,6 @@ class SixJoints:
         No target has more isolated complex solutions.
     """
 
-    bound: int
-    slides: int
-
     def __init__(
         self,
         screws: Floats,
@@ -64,11 +61,10 @@ class SixJoints:
         options: Integers,
         bound: int,
     ) -> None:
-        self.screws: Flat = arrays.numbers(screws, 42)
-        self.home_inverse: Flat = arrays.numbers(home_inverse, 16)
-        self.to_joints: Flat = arrays.numbers(to_joints, 36)
-        self.count: int = arrays.extent(options, 0)
-        self.options: FlatIntegers = arrays.whole(options, 3 * self.count)
+        self.screws, self.to_joints = arrays.numbers(screws, 42), arrays.numbers(to_joints, 36)
+        self.home_inverse = arrays.numbers(home_inverse, 16)
+        self.count = arrays.extent(options, 0)
+        self.options = arrays.whole(options, 3 * self.count)
         if not 0 < bound <= MOST // 2:
             raise TypeError('so many solutions six joints cannot have')
         for k in range(3 * self.count):
@@ -77,7 +73,6 @@ class SixJoints:
         self.bound, self.slides = bound, 0
         for k in range(6):
             self.slides += 1 if vectors.slides(self.screws, k) else 0
-        self._arrays: tuple[object, ...] = screws, home_inverse, to_joints, options
 
     def write_joints(self, psi: Numbers, q: Flat) -> None:
         """Write the positions of the joints that are those of the screws, real parts of pairs."""
@@ -116,39 +111,16 @@ class Roots:
         The longest first step of Newton to a solution: how good the candidates were.
     """
 
-    loop: SixScrews
-    elimination: Elimination
-    pencil: Pencil
-    linkage: SphericalLinkage
-    hidden: int
-    positions: Positions
-    motion: Motion
-    count: int
-    proved: bool
-    noise: float
-    first_step: float
-
     def __init__(self) -> None:
-        self.room: Flat = arrays.scratch(MOST * 21 + 48 + 24 + 12 + 12 + 6)
-        self.psi: Flat = self.room
-        self.radii: Flat = arrays.after(self.psi, 12 * MOST)
-        self.lengths: Flat = arrays.after(self.radii, MOST)
-        self.is_real: FlatIntegers = arrays.as_whole(arrays.after(self.lengths, MOST))
-        self.z: Flat = arrays.after(self.radii, 3 * MOST)
-        self.bounds: Flat = arrays.after(self.z, 48)
-        self.t: Flat = arrays.after(self.bounds, 24)
-        self.one: Flat = arrays.after(self.t, 12)
-        self.weights: Flat = arrays.after(self.one, 12)
-        self.scales: Flat = arrays.after(self.weights, 6)
+        self.psi, self.radii, self.lengths = arrays.rooms(12 * MOST, MOST, MOST)
+        (self.is_real,) = arrays.whole_rooms(MOST)
+        self.z, self.bounds, self.t, self.one = arrays.rooms(48, 24, 12, 12)
+        self.weights, self.scales = arrays.rooms(6, 6 * MOST)
         self.loop, self.elimination, self.pencil = SixScrews(), Elimination(), Pencil()
         self.linkage, self.hidden = SphericalLinkage(), THIRD
         self.positions, self.motion = Positions(), Motion()
         self.count, self.proved = 0, False
         self.noise, self.first_step = 1.0, 0.0
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
 
     def find(self, arm: SixJoints, T: Numbers) -> None:
         """Fill in the solutions of a motion, by one option after the other until all are found."""
@@ -260,8 +232,7 @@ class Roots:
                 if self.positions.missed[k] < least:
                     best, least = k, self.positions.missed[k]
             self.positions.missed[best] = places.INFINITY
-            for j in range(12):
-                self.t[j] = self.positions.t[12 * best + j]
+            arrays.copy(self.t, 12, arrays.after(self.positions.t, 12 * best))
             if self._take_candidate(z, bound):
                 taken = True
                 if only:
@@ -312,10 +283,8 @@ class Roots:
         for i in range(self.count):
             if self._are_one(i, radius, length):
                 return
-        for k in range(6):
-            self.scales[6 * self.count + k] = self.weights[k]
-        for j in range(12):
-            self.psi[12 * self.count + j] = self.one[j]
+        arrays.copy(arrays.after(self.scales, 6 * self.count), 6, self.weights)
+        arrays.copy(arrays.after(self.psi, 12 * self.count), 12, self.one)
         self.radii[self.count] = radius
         self.lengths[self.count] = length
         self.is_real[self.count] = 1 if real else 0
@@ -369,12 +338,10 @@ def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, said: Floats) -> i
         The noise of the last option, the longest first step of Newton to a solution, and 1 where
         no real solution is missing.
     """
-    arrays.given(arm)
     roots, found = Roots(), arrays.results(psi, 12 * MOST)
     about = arrays.results(said, 3)
     roots.find(arm, arrays.numbers(T, 16))
-    for k in range(12 * roots.count):
-        found[k] = roots.psi[k]
+    arrays.copy(found, 12 * roots.count, roots.psi)
     about[0], about[1] = roots.noise, roots.first_step
     about[2] = 1.0 if roots.proved else 0.0
     return roots.count
@@ -397,11 +364,9 @@ def followed_solutions(arm: SixJoints, T: Floats, count: int, psi: Floats) -> in
     psi : shape (MOST, 6, 2)
         Positions of the screws: real and imaginary parts, rad or m.
     """
-    arrays.given(arm)
     if not 0 <= count <= MOST:
         raise TypeError('so many solutions six joints cannot have')
     roots, found = Roots(), arrays.results(psi, 12 * MOST)
     roots.follow(arm, arrays.numbers(T, 16), found, count)
-    for k in range(12 * roots.count):
-        found[k] = roots.psi[k]
+    arrays.copy(found, 12 * roots.count, roots.psi)
     return roots.count

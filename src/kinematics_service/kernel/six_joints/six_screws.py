@@ -4,7 +4,7 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays
-from ..layout.arrays import Flat, FlatIntegers, Numbers, Vector
+from ..layout.arrays import Flat, Numbers, Vector
 
 # The unit of length is no smaller than this share of the farthest axis' distance.
 LEAST_SHARE = 1e-3
@@ -38,19 +38,12 @@ class SixScrews:
     """
 
     def __init__(self) -> None:
-        self.room: Flat = arrays.scratch(60)
-        self.screws: Flat = self.room
-        self.goal: Flat = arrays.after(self.room, 42)
-        self.order: FlatIntegers = arrays.as_whole(arrays.after(self.room, 54))
-        self.length: float = 1.0
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        self.screws, self.goal = arrays.rooms(42, 12)
+        (self.order,) = arrays.whole_rooms(6)
+        self.length = 1.0
 
     def close(self, screws: Flat, T: Numbers, first: int, backwards: bool) -> None:
         """Begin the loop of an arm's screws and motion at one of them, forwards or backwards."""
-        axis: Vector
         back = [0.0] * 12
         write_inverse(T, back)
         for k in range(12):
@@ -106,8 +99,5 @@ class SixScrews:
             foot = (share * v[0], share * v[1], share * v[2])
             self._put(k, axis, foot, self.screws[7 * k + 6])
         moved = vectors.plus(vectors.times_point(self.goal, origin), -1.0, origin)
-        self.goal[3], self.goal[7], self.goal[11] = (
-            share * moved[0],
-            share * moved[1],
-            share * moved[2],
-        )
+        self.goal[3], self.goal[7] = share * moved[0], share * moved[1]
+        self.goal[11] = share * moved[2]

@@ -21,8 +21,8 @@ import math
 
 from ..forward import vectors
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers, Numbers, Vector
-from . import complex_motion, complex_numbers, pairs, trigonometric_samples
+from ..layout.arrays import Numbers, Vector
+from . import complex_motion, complex_numbers, lines, pairs, trigonometric_samples
 from .complex_motion import Motion
 from .pairs import Complex
 from .six_screws import SixScrews
@@ -33,10 +33,6 @@ ROUND_OFF, ROOT_THIRD = 1e-15, math.sqrt(1.0 / 3.0)
 ACROSS = 1e-12
 
 
-def _put(V: Numbers, at: int, v: Vector) -> None:
-    V[at], V[at + 1], V[at + 2] = v[0], v[1], v[2]
-
-
 def _mean(p: int, turn: int) -> float:
     # What a value at so many thirds of a turn counts in the coefficient of 1, cos, or sin.
     if p == 0:
@@ -44,15 +40,6 @@ def _mean(p: int, turn: int) -> float:
     if p == 1:
         return 2.0 / 3.0 if turn == 0 else -1.0 / 3.0
     return 0.0 if turn == 0 else ROOT_THIRD if turn == 1 else -ROOT_THIRD
-
-
-def _cross(a: Numbers, b: Numbers, to: Numbers) -> None:
-    # Of complex vectors (3 pairs).
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        value = pairs.times(pairs.pair(a, j), pairs.pair(b, k))
-        other = pairs.times(pairs.pair(a, k), pairs.pair(b, j))
-        pairs.put(to, i, pairs.plus(value, -1.0, other))
 
 
 def _dot(a: Numbers, b: Numbers) -> Complex:
@@ -84,36 +71,14 @@ class SphericalLinkage:
         Round-off, as a share of the polynomial's largest value.
     """
 
-    turning: int
-    second: int
-    before: int
-    hidden: int
-    other: int
-    degree: int
-    across: bool
-    bent: float
-    reach: float
-    noise: float
-
     def __init__(self) -> None:
-        self.room: Flat = arrays.scratch(6 + 9 + 9 + 9 + 2 * SAMPLES + SAMPLES + 10 + 6 + 4 + 24)
-        self.order: FlatIntegers = arrays.as_whole(self.room)
-        self.way: Flat = arrays.after(self.room, 6)
-        self.E: Flat = arrays.after(self.way, 9)
-        self.F: Flat = arrays.after(self.E, 9)
-        self.circle: Flat = arrays.after(self.F, 9)
-        self.values: Flat = arrays.after(self.circle, 2 * SAMPLES)
-        self.coefficients: Flat = arrays.after(self.values, SAMPLES)
-        self.vector: Flat = arrays.after(self.coefficients, 10)
-        self.turn: Flat = arrays.after(self.vector, 6)
-        self.columns: Flat = arrays.after(self.turn, 4)
+        (self.order,) = arrays.whole_rooms(6)
+        self.way, self.E, self.F = arrays.rooms(9, 9, 9)
+        self.circle, self.values, self.coefficients = arrays.rooms(2 * SAMPLES, SAMPLES, 10)
+        self.vector, self.turn, self.columns = arrays.rooms(6, 4, 24)
         self.turning, self.second, self.before = 0, 0, 0
         self.hidden, self.other, self.degree = 0, 0, 0
         self.across, self.bent, self.reach, self.noise = False, 0.0, 0.0, 1.0
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
 
     def build(self, loop: SixScrews, swapped: bool) -> None:
         """Fill in the polynomial; `swapped`: of the second turning joint, not of the first."""
@@ -170,9 +135,9 @@ class SphericalLinkage:
         tool = (loop.goal[3], loop.goal[7], loop.goal[11])
         left = vectors.plus(tool, -1.0, a)
         left = vectors.plus(left, 1.0, vectors.times_vector(loop.goal, end))
-        _put(self.way, 0, left)
-        _put(self.way, 3, carried)
-        _put(self.way, 6, twice)
+        lines.put(self.way, 0, left)
+        lines.put(self.way, 3, carried)
+        lines.put(self.way, 6, twice)
         self.reach = math.sqrt(vectors.dot(left, left)) + math.sqrt(vectors.dot(end, end))
         self.reach += math.sqrt(vectors.dot(carried, carried))
         self.reach += math.sqrt(vectors.dot(twice, twice)) + 3.0 * abs(self.bent)
@@ -227,7 +192,6 @@ class SphericalLinkage:
         self.vector[1] = vectors.dot(vectors.cross(slide, x), way) - self.bent * last
 
     def _sample(self, degree: int) -> None:
-        largest: float
         E, F, largest, steepest = self.E, self.F, 0.0, 0.0
         trigonometric_samples.write_circle(SAMPLES, self.circle)
         for n in range(SAMPLES):
@@ -251,8 +215,7 @@ class SphericalLinkage:
 
     def write_positions(self, loop: SixScrews, motion: Motion, z: Complex, t: Numbers) -> bool:
         """Write the positions t (6 pairs) of a root z = e^(i t); return whether there are any."""
-        for k in range(12):
-            t[k] = 0.0
+        arrays.fill(t, 12, 0.0)
         pairs.put(t, self.hidden, complex_numbers.angle_of(z))
         if not complex_numbers.is_near(pairs.pair(t, self.hidden)):
             return False
@@ -281,7 +244,7 @@ class SphericalLinkage:
             C[2 * k] += self.E[k]
             C[6 + 2 * k] += self.F[k]
         V = arrays.after(C, 12)
-        _cross(C, arrays.after(C, 6), V)
+        pairs.write_cross(C, arrays.after(C, 6), V)
         first, unit = pairs.pair(V, 0), (V[2] - V[5], V[3] + V[4])
         if pairs.square_of(first) == 0.0:
             return False
@@ -302,11 +265,13 @@ class SphericalLinkage:
         if self.turning == 4:
             # Nothing is left along the normal of two; its conjugate is never in their plane.
             normal = arrays.after(M, 12)
-            _cross(M, arrays.after(M, 6), normal)
+            pairs.write_cross(M, arrays.after(M, 6), normal)
             for i in range(3):
                 normal[2 * i + 1] = -normal[2 * i + 1]
         for k in range(6 - self.turning):
-            _cross(arrays.after(M, 6 * ((k + 1) % 3)), arrays.after(M, 6 * ((k + 2) % 3)), C)
+            pairs.write_cross(
+                arrays.after(M, 6 * ((k + 1) % 3)), arrays.after(M, 6 * ((k + 2) % 3)), C
+            )
             under = _dot(arrays.after(M, 6 * k), C)
             if pairs.square_of(under) < TINY:
                 return False

@@ -22,9 +22,8 @@ def roots_on_plane(c: Numbers, degree: int, z: Numbers) -> int:
     count = 2 * degree
     arrived = [0] * 24
     for k in range(count):
-        s, cosine = _start(k, count)
-        radius = 0.7 if k % 2 == 0 else 1.4
-        pairs.put(z, k, (radius * cosine, radius * s))
+        turn, radius = places.TAU * k / count + 0.4, 0.7 if k % 2 == 0 else 1.4
+        pairs.put(z, k, (radius * math.cos(turn), radius * math.sin(turn)))
     left = count
     for _ in range(SWEEPS):
         if left == 0:
@@ -34,11 +33,6 @@ def roots_on_plane(c: Numbers, degree: int, z: Numbers) -> int:
                 arrived[k] = 1
                 left -= 1
     return count
-
-
-def _start(k: int, count: int) -> tuple[float, float]:
-    turn = places.TAU * k / count + 0.4
-    return math.sin(turn), math.cos(turn)
 
 
 def _coefficient(c: Numbers, degree: int, k: int) -> Complex:
@@ -51,8 +45,6 @@ def _coefficient(c: Numbers, degree: int, k: int) -> Complex:
 
 def _improve(c: Numbers, degree: int, z: Numbers, k: int) -> bool:
     # One step of root k; whether it has arrived.
-    derivative: Complex
-    p: Complex
     count = 2 * degree
     here = pairs.pair(z, k)
     size = math.sqrt(pairs.square_of(here))
@@ -110,7 +102,6 @@ def write_bounds(c: Numbers, degree: int, noise: float, z: Numbers, bounds: Numb
     1970). What the exact P is at z[k] is what errors of its coefficients, each up to `noise`, make
     of it.
     """
-    value: Complex
     count = 2 * degree
     leading = math.sqrt(pairs.square_of(pairs.pair(c, degree)))
     for k in range(count):

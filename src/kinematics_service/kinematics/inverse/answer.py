@@ -56,10 +56,9 @@ def _result_of_found(
     respect_limits: bool,
     roots: tuple[int, int] | None,
 ) -> IkResult:
-    robot, target, plan = problem.robot, problem.target, problem.plan
     if not len(found.q):
         return result_of(problem, found, (), method, best, respect_limits, roots)
-    isolated, singular, families = isolated_or_not(robot, target, plan, found)
+    isolated, singular, families = isolated_or_not(problem, found)
     isolated = with_multiplicities(problem, isolated, singular)
     return result_of(problem, isolated, families, method, best, respect_limits, roots)
 
@@ -194,7 +193,7 @@ def family_of(problem: IkProblem, family: SolutionFamily, moved: Floats | None =
         inside = bool(np.all((q >= limits[:, 0]) & (q <= limits[:, 1])))
         if not inside:
             limits = np.full_like(limits, np.inf) * [-1.0, 1.0]
-        family = nearer(robot, problem.target, plan, family._replace(q=q), problem.near, limits)
+        family = nearer(problem, family._replace(q=q), limits)
     chosen = representatives(robot, plan, family.q[None], problem.near)
     outside = chosen.outside[0]
     return IkFamily(

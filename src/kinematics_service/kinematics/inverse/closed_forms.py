@@ -20,7 +20,8 @@ NO_POSTURE = Posture()
 
 def room_for(count: int, problem: IkProblem) -> kernel.Solutions:
     """Return room for `count` solutions."""
-    return kernel.Solutions(np.empty((count, problem.robot.chain.dof)))
+    q = np.empty((count, problem.robot.chain.dof))
+    return kernel.Solutions(problem.plan.joints, problem.near, problem.target.proved, q)
 
 
 def closed_solutions(
@@ -32,16 +33,8 @@ def closed_solutions(
     With `only_inside` those far beyond the limits are left out.
     """
     solutions = room_for(1 if only_one else kernel.MOST_CANDIDATES, problem)
-    kernel.closed_solutions(
-        form,
-        refinement(problem.target, problem.plan),
-        problem.plan.joints,
-        problem.near,
-        problem.target.proved,
-        only_one,
-        only_inside,
-        solutions,
-    )
+    refining = refinement(problem.target, problem.plan)
+    kernel.closed_solutions(form, refining, only_one, only_inside, solutions)
     return solutions
 
 
@@ -55,17 +48,8 @@ def closed_solutions_of_each(
     """
     solutions = room_for(kernel.MOST_CANDIDATES * len(poses), problem)
     counts = np.zeros((len(poses), 2), dtype=np.int64)
-    kernel.closed_solutions_of_each(
-        form,
-        refinement(problem.target, problem.plan),
-        problem.plan.joints,
-        problem.near,
-        problem.target.proved,
-        only_inside,
-        poses,
-        solutions,
-        counts,
-    )
+    refining = refinement(problem.target, problem.plan)
+    kernel.closed_solutions_of_each(form, refining, only_inside, poses, solutions, counts)
     return solutions, counts
 
 

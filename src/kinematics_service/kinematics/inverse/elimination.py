@@ -51,15 +51,8 @@ def eliminated_solutions(problem: IkProblem, arm: kernel.SixJoints) -> Eliminate
     """Return the solutions of an arm of six joints by elimination."""
     solutions = room_for(kernel.MOST_CANDIDATES, problem)
     counts = np.zeros(3, dtype=np.int64)
-    kernel.eliminated_solutions(
-        arm,
-        refinement(problem.target, problem.plan),
-        problem.plan.joints,
-        problem.near,
-        problem.target.proved,
-        solutions,
-        counts,
-    )
+    refining = refinement(problem.target, problem.plan)
+    kernel.eliminated_solutions(arm, refining, solutions, counts)
     found, real, proved = counts.tolist()
     return Eliminated(solutions, (found, arm.bound), real, bool(proved))
 

@@ -7,10 +7,9 @@ import numpy.typing as npt
 
 from ... import kernel
 from ...kernel import Floats
-from ...robot.robot import Robot
 from ...robot.task import least_motion
 from .problem.plan import InversePlan, signed
-from .problem.target import IkTarget
+from .problem.problem import IkProblem
 from .result import off_motions
 from .search import DistinctSolutions, apart, errors_at, refined
 
@@ -70,10 +69,9 @@ class Sorted(NamedTuple):
     families: tuple[SolutionFamily, ...]
 
 
-def isolated_or_not(
-    robot: Robot, target: IkTarget, plan: InversePlan, found: DistinctSolutions
-) -> Sorted:
+def isolated_or_not(problem: IkProblem, found: DistinctSolutions) -> Sorted:
     """Return the isolated ones of proved solutions, and the families of the others."""
+    robot, target, plan, *_ = problem
     n = robot.dof
     none = np.zeros(len(found.q), dtype=np.bool_)
     shares = np.empty(len(found.q))
@@ -92,19 +90,18 @@ def isolated_or_not(
     isolated = np.ones(m, dtype=bool)
     for k in np.flatnonzero(singular):
         null = motions[k][free[k]]
-        along = _along(robot, target, plan, found.q[k], null, float(found.errors[k]))
+        along = _along(problem, found.q[k], null, float(found.errors[k]))
         if len(along):
             isolated[k] = False
-            straight = _straight(robot, target, plan, found.q[k], along)
+            straight = _straight(problem, found.q[k], along)
             families.append(SolutionFamily(found.q[k], float(found.errors[k]), along, straight))
     alone = DistinctSolutions(found.q[isolated], found.errors[isolated])
     return Sorted(alone, singular[isolated], tuple(_merged(plan, families)))
 
 
-def _along(
-    robot: Robot, target: IkTarget, plan: InversePlan, q: Floats, null: Floats, error: float
-) -> Floats:
+def _along(problem: IkProblem, q: Floats, null: Floats, error: float) -> Floats:
     # Returns the part of the null space along which the pose stays.
+    robot, target, plan, *_ = problem
     trials = np.concatenate([null, -null]) * TRIED
     gone = refined(target, plan, q + trials * plan.scales, far=True)
     ways = apart(plan, q, gone.q) / plan.scales
@@ -120,7 +117,8 @@ def _along(
     return signed(along)
 
 
-def _straight(robot: Robot, target: IkTarget, plan: InversePlan, q: Floats, along: Floats) -> bool:
+def _straight(problem: IkProblem, q: Floats, along: Floats) -> bool:
+    robot, target, plan, *_ = problem
     out = np.concatenate([q + t * along * plan.scales for t in FAR_OUT])
     # A direction known to some ten digits.
     return bool(np.all(errors_at(target, plan, out) < 1e-6 * robot.task.length))
@@ -144,17 +142,10 @@ def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionF
     return kept
 
 
-def nearer(
-    robot: Robot,
-    target: IkTarget,
-    plan: InversePlan,
-    family: SolutionFamily,
-    near: Floats,
-    limits: Floats,
-) -> SolutionFamily:
+def nearer(problem: IkProblem, family: SolutionFamily, limits: Floats) -> SolutionFamily:
     """Return the family at the pose nearest to `near` that some steps along it lead to."""
-    q, error = family.q, family.error
-    motions = family.motions
+    _, target, plan, near, *_ = problem
+    q, error, motions, _ = family
     for _ in range(TIMES):
         away = (near - q) / plan.scales
         step = motions.T @ (motions @ away)
@@ -168,15 +159,13 @@ def nearer(
             break
         q, error = gone.q[0], float(gone.errors[0])
         if not family.straight:
-            motions = tangent(robot, target, plan, q, len(motions))
+            motions = tangent(problem, q, len(motions))
     return SolutionFamily(q, error, motions, family.straight)
 
 
-def tangent(
-    robot: Robot, target: IkTarget, plan: InversePlan, q: Floats, dimension: int
-) -> Floats:
+def tangent(problem: IkProblem, q: Floats, dimension: int) -> Floats:
     """Return the joint motions (k, n), scaled and orthonormal, that J maps to least."""
-    n = robot.dof
+    n, residual = len(q), problem.target.residual
     sigma, motions = np.zeros((1, n)), np.zeros((1, n, n))
-    kernel.free_motions(target.residual, plan.scales, q[None].copy(), sigma, motions)
+    kernel.free_motions(residual, problem.plan.scales, q[None].copy(), sigma, motions)
     return np.array(motions[0, n - dimension :])

@@ -13,11 +13,10 @@ from ...kernel import Floats
 from ...robot.robot import Robot
 from .answer import family_of, not_exact, representatives, result_of
 from .families import SolutionFamily, nearer, tangent
-from .problem.plan import InversePlan
 from .problem.problem import IkProblem
 from .problem.target import IkTarget
 from .result import IkFamily, IkResult, Method
-from .search import DistinctSolutions, LeastError, errors_at, refined, starts
+from .search import LeastError, errors_at, no_solutions, refined, starts
 from .self_motion.arcs import IkArc, JointCurve, squares_of
 from .self_motion.curve_search import CurveSearch
 from .self_motion.sliced_arm import sliced_arm_of
@@ -28,13 +27,13 @@ FEW, MANY = 24, 240
 
 def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
     """Return the result of a redundant arm: all curves of it, or one pose of its continuum."""
-    robot, target, plan, near, *_ = problem
+    robot, target, *_ = problem
     arm = sliced_arm_of(robot, target.rows, target.axis) if problem.curves else None
     search = None if arm is None else CurveSearch(arm, target)
     proved = search is not None and search.prove()
     if search is not None and proved and search.curves:
         return _of_curves(problem, search, respect_limits)
-    family, best = redundant_family(robot, target, plan, near, problem.random())
+    family, best = redundant_family(problem)
     alone = () if family is None else (family,)
     if search is not None and not proved:
         # The joint that is added for a direction is not known.
@@ -45,7 +44,7 @@ def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
         if search.curves:
             return _of_curves(problem, search, respect_limits, () if on_curve else alone)
     by: Method = 'algebraic' if proved and not alone else 'search'
-    result = result_of(problem, _nothing(robot), alone, by, best, respect_limits)
+    result = result_of(problem, no_solutions(robot), alone, by, best, respect_limits)
     return replace(result, complete='partial') if alone else result
 
 
@@ -67,7 +66,7 @@ def _of_curves(
     best = LeastError(ordered[0].q, ordered[0].residual)
     proved = not search.gap
     by: Method = 'algebraic' if proved else 'search'
-    result = result_of(problem, _nothing(robot), (), by, best, respect_limits, None, ordered)
+    result = result_of(problem, no_solutions(robot), (), by, best, respect_limits, None, ordered)
     result = replace(result, complete='proved' if proved else 'found')
     arcs = [arc for family in families for arc in family.intervals]
     if result.status != 'family' or not arcs:
@@ -92,7 +91,7 @@ def _family_of_curve(problem: IkProblem, curve: JointCurve, arcs: tuple[IkArc, .
         known = representatives(robot, plan, curve.samples, near)
         q = known.q[int(np.argmax(known.margin))]
     error = float(errors_at(target, plan, q[None])[0])
-    motions = tangent(robot, target, plan, q, dimension(robot, target))
+    motions = tangent(problem, q, dimension(robot, target))
     moved = np.ptp(curve.samples, axis=0)[None]
     family = family_of(problem, SolutionFamily(q, error, motions, False), moved)
     return replace(family, intervals=arcs, closed=curve.curve.closed)
@@ -102,10 +101,10 @@ def _away(problem: IkProblem, arc: IkArc) -> float:
     return float(squares_of((arc.q - problem.near) / problem.plan.scales).min())
 
 
-def redundant_family(
-    robot: Robot, target: IkTarget, plan: InversePlan, near: Floats, random: np.random.Generator
-) -> tuple[SolutionFamily | None, LeastError]:
+def redundant_family(problem: IkProblem) -> tuple[SolutionFamily | None, LeastError]:
     """Return the family of a target at a pose near `near`, inside the limits if any is."""
+    robot, target, plan, near, *_ = problem
+    random = problem.random()
     limits = np.array(robot.limits)
     best = LeastError(near, np.inf)
     for count, bounded in ((FEW, True), (MANY, True), (FEW, False)):
@@ -125,21 +124,17 @@ def redundant_family(
         distance = np.linalg.norm((arrived.q[good] - near) / plan.scales, axis=1)
         one = good[int(np.argmin(distance))]
         q_one = arrived.q[one]
-        motions = tangent(robot, target, plan, q_one, dimension(robot, target))
+        motions = tangent(problem, q_one, dimension(robot, target))
         family = SolutionFamily(q_one, float(arrived.errors[one]), motions, False)
         slack = limits + [-kernel.AT_LIMIT / 2, kernel.AT_LIMIT / 2]
         open_limits = slack if bounded else np.full_like(slack, np.inf) * [-1.0, 1.0]
-        return nearer(robot, target, plan, family, near, open_limits), best
+        return nearer(problem, family, open_limits), best
     return None, best
 
 
 def dimension(robot: Robot, target: IkTarget) -> int:
     """Return the dimension of the families of a redundant arm."""
     return max(robot.chain.dof - target.equations, 1)
-
-
-def _nothing(robot: Robot) -> DistinctSolutions:
-    return DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
 
 
 def into_limits(robot: Robot, q: Floats, random: np.random.Generator) -> Floats:

@@ -8,6 +8,7 @@ from ... import kernel
 from ...kernel import Floats, Integers
 from ...robot.robot import Robot
 from .problem.plan import InversePlan
+from .problem.problem import IkProblem
 from .problem.target import IkTarget
 
 BATCH = 48
@@ -33,6 +34,16 @@ class DistinctSolutions(NamedTuple):
     q: Floats
     errors: Floats
     multiplicities: tuple[int, ...] = ()
+
+    def joined(self, others: 'DistinctSolutions') -> 'DistinctSolutions':
+        """Return these and others."""
+        errors = np.concatenate([self.errors, others.errors])
+        return DistinctSolutions(np.concatenate([self.q, others.q]), errors)
+
+
+def no_solutions(robot: Robot) -> DistinctSolutions:
+    """Return none."""
+    return DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
 
 
 class LeastError(NamedTuple):
@@ -151,13 +162,7 @@ def starts(robot: Robot, plan: InversePlan, random: np.random.Generator, count: 
 
 
 def search(
-    robot: Robot,
-    target: IkTarget,
-    plan: InversePlan,
-    near: Floats,
-    random: np.random.Generator,
-    limits: Floats,
-    known: DistinctSolutions | None = None,
+    problem: IkProblem, limits: Floats, known: DistinctSolutions | None = None
 ) -> tuple[DistinctSolutions, LeastError]:
     """
     Return all solutions met, limits left aside, and the least error.
@@ -165,7 +170,8 @@ def search(
     Solutions known before are among them, as if each had been met once. Once there is one within
     `limits` (n, 2), the search does not go on for others that are not.
     """
-    everything = known or DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
+    robot, target, plan, near, *_ = problem
+    random, everything = problem.random(), known or no_solutions(robot)
     all_met = [1] * len(everything.q)
     best = LeastError(near, np.inf)
     # Held joints stay at their position in `near`.
@@ -182,10 +188,8 @@ def search(
         if arrived.errors[k] < best.error:
             best = LeastError(arrived.q[k], float(arrived.errors[k]))
         new, met = distinct(target, plan, arrived)
-        merged = DistinctSolutions(
-            np.concatenate([everything.q, new.q]), np.concatenate([everything.errors, new.errors])
-        )
-        everything, all_met = _merged(target, plan, merged, [*all_met, *met.tolist()])
+        merged, counts = everything.joined(new), [*all_met, *met.tolist()]
+        everything, all_met = _merged(target, plan, merged, counts)
         if not all_met and tried >= HOPELESS:
             break
         if len(all_met) > MOST_STARTS // 40:  # not points but a continuum

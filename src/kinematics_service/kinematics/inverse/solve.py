@@ -43,7 +43,16 @@ from .problem.problem import IkProblem, near_or_middle
 from .problem.target import ik_target_of, poses_of
 from .redundant import dimension, into_limits, redundant_result
 from .result import IkFamily, IkResult, Method
-from .search import DistinctSolutions, LeastError, distinct, reached, refinement, search, starts
+from .search import (
+    DistinctSolutions,
+    LeastError,
+    distinct,
+    no_solutions,
+    reached,
+    refinement,
+    search,
+    starts,
+)
 
 # How far off a target is reached (m, rad): what a person types has seven digits.
 TOLERANCE = 1e-6
@@ -290,29 +299,23 @@ def _unsure(problem: IkProblem, closed: kernel.Solutions, respect_limits: bool) 
         eliminated = eliminated_solutions(problem, arm)
         if eliminated.all_found:
             return _all_eliminated(problem, arm, eliminated, respect_limits)
-        known = _joined(known, _found(eliminated.solutions))
+        known = known.joined(_found(eliminated.solutions))
     return _searched(problem, respect_limits, known)
-
-
-def _joined(some: DistinctSolutions, others: DistinctSolutions) -> DistinctSolutions:
-    return DistinctSolutions(
-        np.concatenate([some.q, others.q]), np.concatenate([some.errors, others.errors])
-    )
 
 
 def _degenerate(
     problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminated, respect_limits: bool
 ) -> IkResult:
     # Where solutions have become one, or every determinant vanishes, at the target itself.
-    robot, checked, plan, near, *_ = problem
+    _, checked, plan, near, *_ = problem
     completed, best = completed_solutions(problem, arm), LeastError(near, np.inf)
     if completed is not None:
         every = (arm.bound, arm.bound)
         return answer(problem, completed, _method_of(arm), best, respect_limits, every)
     beside = solutions_beside(problem, arm)
     certified, real = max(beside.simple, (eliminated.roots[0], eliminated.real))
-    known, _ = distinct(checked, plan, _joined(_found(eliminated.solutions), beside.found))
-    isolated, singular, families = isolated_or_not(robot, checked, plan, known)
+    known, _ = distinct(checked, plan, _found(eliminated.solutions).joined(beside.found))
+    isolated, singular, families = isolated_or_not(problem, known)
     if not families and np.count_nonzero(~singular) == real:
         found = with_multiplicities(problem, isolated, singular)
         # A multiplicity of 0 is unknown; a singular one of 1 may be among the certified ones.
@@ -331,14 +334,14 @@ def _method_of(arm: kernel.SixJoints) -> Method:
 def _searched(
     problem: IkProblem, respect_limits: bool, known: DistinctSolutions | None = None
 ) -> IkResult:
-    robot, checked, plan, near, *_ = problem
+    robot, checked, plan, *_ = problem
     out = _beyond_reach(problem)
     if out is not None:
         return out
     # Beyond the limits of a machine with loops these close seldom, and its turns are no periods:
     # what is there would be met once in many starts, of which each takes long.
     inside = plan.limits if respect_limits and robot.chain.loops else plan.unlimited
-    found, best = search(robot, checked, plan, near, problem.random(), inside, known)
+    found, best = search(problem, inside, known)
     return answer(problem, reached(checked, found), 'search', best, respect_limits)
 
 
@@ -346,8 +349,7 @@ def _beyond_reach(problem: IkProblem) -> IkResult | None:
     # The answer to a target farther away than the lengths of the arm let the tool be; None if not.
     if not beyond(problem.target, problem.robot, problem.plan.reach):
         return None
-    nothing = DistinctSolutions(np.empty((0, problem.robot.dof)), np.empty(0))
-    best = LeastError(problem.near, np.inf)
+    nothing, best = no_solutions(problem.robot), LeastError(problem.near, np.inf)
     return result_of(problem, nothing, (), 'closed form', best, True)
 
 
@@ -362,7 +364,7 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
     error = proved.miss(0)
     motions = plan.idle
     if plan.redundant:
-        motions = tangent(robot, target, plan, proved.q[0], dimension(robot, target))
+        motions = tangent(problem, proved.q[0], dimension(robot, target))
     if len(motions):
         continuum = IkFamily(
             q=proved.q[0].copy(),
@@ -403,14 +405,9 @@ def _first_solution(problem: IkProblem) -> kernel.Solutions:
         return closed_solutions(problem, plan.closed, True, False)
     bounds = plan.limits if plan.redundant else None
     solution = room_for(1, problem)
-    kernel.first_solution(
-        refinement(problem.target, plan, True, bounds, held=True),
-        plan.joints,
-        problem.near,
-        problem.target.proved,
-        _starts(problem.robot, problem.target.rows, problem.target.axis, problem.seed),
-        solution,
-    )
+    refining = refinement(problem.target, plan, True, bounds, held=True)
+    tries = _starts(problem.robot, problem.target.rows, problem.target.axis, problem.seed)
+    kernel.first_solution(refining, tries, solution)
     return solution
 
 

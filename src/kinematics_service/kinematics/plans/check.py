@@ -167,8 +167,7 @@ def _threshold(distance: float) -> float:
 def _joint(robot: Robot, motion: PolynomialMotion, j: int) -> PlanJoint:
     q = motion.coefficients[:, :, j]
     powers = np.arange(1, q.shape[1])
-    durations = np.where(motion.durations > 0.0, motion.durations, 1.0)
-    rate = q[:, 1:] * powers / durations[:, None]
+    rate = q[:, 1:] * powers / motion.seconds(np.arange(len(q)))[:, None]
     if not len(powers):
         rate = np.zeros((len(q), 1))
     least, greatest = _extreme(motion, -q, -1.0), _extreme(motion, q, 1.0)

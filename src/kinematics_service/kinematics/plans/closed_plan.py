@@ -17,7 +17,7 @@ from ..closure import why_not_closed
 from ..forward import twist
 from ..singularity import singularity
 from .point_speed import SLACK, TOOL, chain_to
-from .polynomials import Pieces, PolynomialMotion, moment_at
+from .polynomials import Pieces, PolynomialMotion, derivative, moment_at
 from .verdicts import PlanClosure, PlanSingularity, PlanSpeed, PlanVerdict
 
 # Between two samples the fastest joint moves no more than this (rad, or as a share of the
@@ -156,10 +156,7 @@ class ClosedPlan:
     def _velocities(self, x: Floats) -> Floats:
         segment, s = self._places(x)
         taylor = self._motion.taylor(Pieces(segment, s, np.zeros(len(s))))
-        durations = self._motion.durations[segment][:, None]
-        if taylor.shape[1] < 2:
-            return np.zeros_like(taylor[:, 0])
-        return np.asarray(taylor[:, 1] / np.where(durations > 0.0, durations, 1.0))
+        return derivative(taylor, 1, self._motion.seconds(segment))
 
 
 class _NearestSample(NamedTuple):

@@ -9,7 +9,8 @@ from ... import kernel
 from ...errors import PlanError
 from ...kernel import Chain, Floats
 from ...robot.robot import Robot
-from .polynomials import Pieces, PolynomialMotion, moment_at
+from .extremes import Extreme
+from .polynomials import Pieces, PolynomialMotion, derivative, moment_at
 from .verdicts import PlanSpeed, PlanVerdict
 
 TOOL = 'tool'
@@ -20,14 +21,6 @@ SLACK = 1e-6
 # Splits of a piece, and pieces at once, before the two numbers are left as they are.
 SPLITS, MOST_PIECES = 40, 200_000
 MOST_ROWS = 16_384
-
-
-class _Largest(NamedTuple):
-    """The largest speed seen, and its place."""
-
-    speed: float
-    segment: int
-    s: float
 
 
 class _Bounded(NamedTuple):
@@ -66,45 +59,44 @@ def speed_over_plan(
     verdict: PlanVerdict | None = None
     if limit is not None:
         verdict = 'not decided'
-        if largest.speed > allowed:
+        if largest.value > allowed:
             verdict = 'refuted'
         elif upper <= allowed:
             verdict = 'proved'
     moment = moment_at(motion, largest.segment, largest.s)
-    return PlanSpeed(of, largest.speed, upper, moment, limit, verdict)
+    return PlanSpeed(of, largest.value, upper, moment, limit, verdict)
 
 
-def _bracket(speeds: '_Speeds', allowed: float) -> tuple[_Largest, float]:
+def _bracket(speeds: '_Speeds', allowed: float) -> tuple[Extreme, float]:
     # Splits all pieces that may hold more than has been seen, until they hold hardly more.
     pieces = speeds.motion.whole()
     largest, upper = _at_the_points(speeds), 0.0
     for split in range(SPLITS):
         found = speeds.bounded(pieces)
         k = int(np.argmax(found.speed))
-        if found.speed[k] > largest.speed:
-            largest = _Largest(
-                float(found.speed[k]), int(pieces.segment[k]), float(pieces.middle[k])
-            )
-        enough = largest.speed * (1.0 + SHARE) + STILL
-        if largest.speed <= allowed:  # the limit may be in between
-            enough = min(enough, max(allowed, largest.speed + STILL))
+        if found.speed[k] > largest.value:
+            place = int(pieces.segment[k]), float(pieces.middle[k])
+            largest = Extreme(float(found.speed[k]), *place)
+        enough = largest.value * (1.0 + SHARE) + STILL
+        if largest.value <= allowed:  # the limit may be in between
+            enough = min(enough, max(allowed, largest.value + STILL))
         left = found.most > enough
         last = split == SPLITS - 1 or 2 * np.sum(left) > MOST_PIECES
         upper = max(upper, float(np.max(found.most[~left | last], initial=0.0)))
         if last or not np.any(left):
             break
         pieces = pieces.chosen(left).halved()
-    return largest, max(upper, largest.speed)
+    return largest, max(upper, largest.value)
 
 
-def _at_the_points(speeds: '_Speeds') -> _Largest:
+def _at_the_points(speeds: '_Speeds') -> Extreme:
     # Pieces of no length at both ends of each segment.
     count = len(speeds.motion.begins)
     segment = np.tile(np.arange(count), 2)
     s = np.repeat([0.0, 1.0], count)
     found = speeds.bounded(Pieces(segment, s, np.zeros(2 * count))).speed
     k = int(np.argmax(found))
-    return _Largest(float(found[k]), int(segment[k]), float(s[k]))
+    return Extreme(float(found[k]), int(segment[k]), float(s[k]))
 
 
 def chain_to(robot: Robot, of: str) -> Chain | None:
@@ -183,7 +175,7 @@ class _Speeds:
         return _Bounded(*(np.concatenate(columns) for columns in zip(*parts)))
 
     def _part(self, pieces: Pieces) -> _Bounded:
-        taylor, T = self.motion.taylor(pieces), self._durations(pieces)
+        taylor, T = self.motion.taylor(pieces), self.motion.seconds(pieces.segment)
         v, a = self._velocity(taylor, T)
         seconds = pieces.half * T
         swing = a * seconds[:, None]
@@ -193,15 +185,11 @@ class _Speeds:
         most = ends + 0.5 * bend * seconds**2
         return _Bounded(np.linalg.norm(v, axis=1), np.where(np.isnan(most), np.inf, most))
 
-    def _durations(self, pieces: Pieces) -> Floats:
-        durations = self.motion.durations[pieces.segment]
-        return np.where(durations > 0.0, durations, 1.0)
-
     def _velocity(self, taylor: Floats, T: Floats) -> tuple[Floats, Floats]:
         # Velocity of the point at the middles, and its derivative: dv_f/dq_e = w_e x v_f for e
         # before f, or the same.
         chain, E = self._chain, self._chain.entries
-        q, rates, accelerations = (_derivative(taylor, order, T) for order in (0, 1, 2))
+        q, rates, accelerations = (derivative(taylor, order, T) for order in (0, 1, 2))
         rows = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
         kernel.evaluate(chain, q, rates, kernel.JACOBIAN, rows)
         screws = rows[:, chain.screws_at : chain.screws_at + 6 * E].reshape(-1, 6, E)
@@ -231,13 +219,6 @@ class _Speeds:
         bound = np.sum(far * (s**3 + 3.0 * s * a + j), axis=1) + np.sum(d3, axis=1)
         bound += 3.0 * np.sum(d1[:, 1:] * (s**2 + a)[:, :-1], axis=1)
         return np.asarray(bound + 3.0 * np.sum(d2[:, 1:] * s[:, :-1], axis=1))
-
-
-def _derivative(taylor: Floats, order: int, T: Floats) -> Floats:
-    # By time, at the middles.
-    if order >= taylor.shape[1]:
-        return np.zeros_like(taylor[:, 0])
-    return np.ascontiguousarray(math.factorial(order) * taylor[:, order] / T[:, None] ** order)
 
 
 def _most(taylor: Floats, order: int, half: Floats, T: Floats) -> Floats:

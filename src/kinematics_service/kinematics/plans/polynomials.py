@@ -1,5 +1,6 @@
 """The motion that a controller makes of a plan: a polynomial of time between each two points."""
 
+import math
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -79,6 +80,11 @@ class PolynomialMotion(NamedTuple):
             value = value * s[:, None] + self.coefficients[segment, i]
         return np.asarray(value)
 
+    def seconds(self, segment: Integers) -> Floats:
+        """Return how long segments are, s; 1 where one has no length."""
+        durations = self.durations[segment]
+        return np.where(durations > 0.0, durations, 1.0)
+
     def whole(self) -> Pieces:
         """Return the segments as pieces."""
         count = len(self.begins)
@@ -97,6 +103,14 @@ class PolynomialMotion(NamedTuple):
             for k in range(degree - 1, i - 1, -1):
                 moved[:, k] += pieces.middle[:, None] * moved[:, k + 1]
         return np.asarray(moved)
+
+
+def derivative(taylor: Floats, order: int, seconds: Floats) -> Floats:
+    """Return a derivative by time (N, n) at the middles of pieces of `taylor`."""
+    if order >= taylor.shape[1]:
+        return np.zeros_like(taylor[:, 0])
+    scale = seconds[:, None] ** order
+    return np.ascontiguousarray(math.factorial(order) * taylor[:, order] / scale)
 
 
 def polynomial_motion(

@@ -14,14 +14,12 @@ from ...kernel import Floats
 from ...robot.robot import Robot
 from ...robot.task import ROW_NAMES
 from ..inverse.problem.chain_geometry import (
-    all_parallel,
-    in_one_direction,
     meeting_point,
-    parallel,
     reversed_screws,
     through,
     with_feet,
     with_links_merged,
+    with_parallel_axes,
 )
 from ..inverse.problem.plan import one_to_one
 from ..inverse.problem.screws import Screws, screws_of
@@ -90,13 +88,14 @@ def _whole(robot: Robot, screws: Screws) -> str:
     if robot.dof != 6:
         return ''
     for form in (screws, reversed_screws(screws)):
-        if _has_parallel_axes(form):
+        found = with_parallel_axes(form)
+        if found and found[0].off <= ROUND_OFF:
             return PARALLEL_AXES
         wrist = meeting_point(form, (3, 4, 5))
         if wrist is not None:
-            found = position_proof(through(form, (3, 4, 5), wrist), wrist)
-            if found.sentence:
-                return WRIST + found.sentence
+            rest = position_proof(through(form, (3, 4, 5), wrist), wrist)
+            if rest.sentence:
+                return WRIST + rest.sentence
     return ''
 
 
@@ -111,11 +110,3 @@ def _is_planar(robot: Robot, form: Screws, rows: set[str]) -> bool:
         wanted.add(ROW_NAMES[3 + k])
     across = np.linalg.norm(np.delete(axes, k, axis=1))
     return turns in (2, 3) and slides < 2 and rows == wanted and bool(across < ROUND_OFF)
-
-
-def _has_parallel_axes(form: Screws) -> bool:
-    crossing = meeting_point(form, (4, 5))
-    neighbours = any(parallel(form.axes[1], form.axes[k]) for k in (0, 4))
-    if any(form.slides) or not all_parallel(form, (1, 2, 3)) or neighbours or crossing is None:
-        return False
-    return in_one_direction(through(form, (4, 5), crossing), (1, 2, 3)).off <= ROUND_OFF

@@ -62,6 +62,18 @@ def all_parallel(screws: Screws, which: Sequence[int]) -> bool:
     return all(not screws.slides[k] and parallel(first, screws.axes[k]) for k in which)
 
 
+def with_parallel_axes(screws: Screws) -> tuple[Screws, Floats] | None:
+    """
+    Return the screws of six turning joints whose axes 2 to 4 are parallel, and not to their
+    neighbours, and the point (3,) in which axes 5 and 6 meet, m; None where they are not such.
+    """
+    point = meeting_point(screws, (4, 5))
+    neighbours = any(parallel(screws.axes[1], screws.axes[k]) for k in (0, 4))
+    if any(screws.slides) or not all_parallel(screws, (1, 2, 3)) or neighbours or point is None:
+        return None
+    return in_one_direction(through(screws, (4, 5), point), (1, 2, 3)), point
+
+
 def through(screws: Screws, which: Sequence[int], point: Floats) -> Screws:
     """Return the screws with some axes through the point in which they meet."""
     points = screws.points.copy()

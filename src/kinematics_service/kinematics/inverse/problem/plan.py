@@ -18,14 +18,13 @@ from ....robot.robot import Robot
 from ....robot.task import ROW_NAMES, least_motion, seeded_poses
 from ...forward import forward_kinematics
 from .chain_geometry import (
-    all_parallel,
-    in_one_direction,
     meeting_point,
     parallel,
     reversed_screws,
     through,
     with_feet,
     with_links_merged,
+    with_parallel_axes,
 )
 from .screws import Screws, screws_of
 from .six_joints import six_joints_of
@@ -244,10 +243,8 @@ def _closed_form(screws: Screws, robot: Robot, whole: bool) -> kernel.ClosedForm
         if wrist is not None and _solvable(form):
             form = with_feet(through(form, (3, 4, 5), wrist))
             return _closed(kernel.SPHERICAL_WRIST, form, wrist, backwards)
-        crossing = meeting_point(form, (4, 5))
-        if crossing is not None and _turns_in_a_plane(form):
-            form = in_one_direction(through(form, (4, 5), crossing), (1, 2, 3))
-            return _closed(kernel.PARALLEL_AXES, form, crossing, backwards)
+        if found := with_parallel_axes(form):
+            return _closed(kernel.PARALLEL_AXES, *found, backwards)
     return None
 
 
@@ -261,13 +258,6 @@ def elimination_of(robot: Robot) -> kernel.SixJoints | None:
         return None
     q = np.ascontiguousarray(seeded_poses(robot.limits, robot.prismatic)[:POSES])
     return six_joints_of(screws, forward_kinematics(robot, q))
-
-
-def _turns_in_a_plane(screws: Screws) -> bool:
-    # Axes 2 to 4 are parallel, and their neighbours are not.
-    z1, z2, _, _, z5, _ = screws.axes
-    neighbours = parallel(z1, z2) or parallel(z2, z5)
-    return not any(screws.slides) and all_parallel(screws, (1, 2, 3)) and not neighbours
 
 
 def _solvable(screws: Screws) -> bool:
