@@ -14,6 +14,8 @@ from . import jacobian_changes
 FLAT = 1e-5
 # Poses at which two turns are compared, and the sine between them below which they are one.
 POSES, SAME = 4, 1e-12
+# Of a lost turn a share that is more than round-off.
+TAKES_PART = 1e-6
 
 
 class SingularEquations:
@@ -47,6 +49,7 @@ class SingularEquations:
     turns: int
     length: int
     kept: int
+    first: int
     smallest: float
     largest: float
 
@@ -58,7 +61,7 @@ class SingularEquations:
         self.turns, self.length = min(m, n), max(m, n)
         self.width: int = self.turns + self.length
         self.count: int = self.length - self.rank + 1
-        self.smallest, self.largest, self.kept = 0.0, 0.0, 0
+        self.smallest, self.largest, self.kept, self.first = 0.0, 0.0, 0, 0
         room = 3 * n + chain.frames_at + self.length * self.width + self.turns
         room += 6 + 6 * chain.entries
         room += self.count * (2 * n + self.count + 3) + 3 * m
@@ -120,6 +123,36 @@ class SingularEquations:
             if self.wide or self.rank == self.turns or not self._follows(r):
                 self.keeps[self.kept] = r
                 self.kept += 1
+        self.first = self.kept
+
+    def leave_out(self, turns: Flat) -> bool:
+        """
+        Leave out the poses at which some turns alone, those above zero, are singular.
+
+        They are eliminated before the others, which are singular besides them elsewhere. Returns
+        False where there are too few others.
+        """
+        first = 0
+        for r in range(self.kept):
+            first += 1 if turns[self.keeps[r]] > 0.0 else 0
+        if self.wide or not 0 < first < self.rank:
+            return False
+        self.first, first = first, 0
+        for r in range(self.kept):
+            if turns[self.keeps[r]] > 0.0:
+                turn = self.keeps[r]
+                for s in range(r, first, -1):
+                    self.keeps[s] = self.keeps[s - 1]
+                self.keeps[first] = turn
+                first += 1
+        return True
+
+    def mark_lost(self, turns: Flat) -> None:
+        """Add 1 to each of the turns that take part in what is lost where they stand."""
+        lost = arrays.after(self.W, (self.rank - 1) * self.width + self.length)
+        for r in range(self.turns):
+            if abs(lost[r]) > TAKES_PART:
+                turns[r] += 1.0
 
     def _follows(self, turn: int) -> bool:
         # Whether a turn is a multiple of one that is kept, everywhere.
@@ -181,8 +214,8 @@ class SingularEquations:
         return True
 
     def _eliminate(self) -> bool:
-        # All turns but one, each by the largest pivot that is left; B holds the factors, rows
-        # and order say where each stands. False without a pivot.
+        # All turns but one, each by the largest pivot that is left, those that are left out first;
+        # B holds the factors, rows and order say where each stands. False without a pivot.
         kept, length, M, order, rows = self.kept, self.length, self.B, self.order, self.rows
         for k in range(self.turns * length):
             M[k] = self.M[k]
@@ -192,7 +225,7 @@ class SingularEquations:
         for r in range(kept):
             rows[r] = self.keeps[r]
             one = arrays.after(M, rows[r] * length)
-            for i in range(length):
+            for i in range(length if r < self.first else 0):
                 if abs(one[i]) > pivot:
                     pivot, row, column = abs(one[i]), r, i
         for step in range(self.rank - 1):
@@ -203,6 +236,7 @@ class SingularEquations:
             chosen = arrays.after(M, rows[step] * length)
             inverse = 1.0 / chosen[order[step]]
             pivot, row, column = 0.0, step + 1, step + 1
+            following = self.first if step + 1 < self.first else kept
             for r in range(step + 1, kept):
                 one = arrays.after(M, rows[r] * length)
                 factor = one[order[step]] * inverse
@@ -210,7 +244,7 @@ class SingularEquations:
                 for i in range(step + 1, length):
                     left = one[order[i]] - factor * chosen[order[i]]
                     one[order[i]] = left
-                    if abs(left) > pivot:
+                    if abs(left) > pivot and r < following:
                         pivot, row, column = abs(left), r, i
         return True
 
@@ -377,6 +411,14 @@ class SingularEquations:
         length = self.write_least(d)
         return length if self.slopes[0] > 0.0 else places.INFINITY
 
+    def step_of(self, joint: int) -> float:
+        """Return the motion of one joint that fulfils them best."""
+        along, squares = 0.0, 0.0
+        for i in range(self.count):
+            slope = self.A[i * self.n + joint]
+            along, squares = along + slope * self.c[i], squares + slope * slope
+        return -along / squares if squares > 0.0 else places.INFINITY
+
     def are_fulfilled(self, d: Flat) -> bool:
         """
         Return whether a motion (n,) fulfils them but for less than half: more of them than joints
@@ -410,3 +452,10 @@ def length_of(d: Flat, n: int) -> float:
     for j in range(n):
         squares += d[j] * d[j]
     return math.sqrt(squares)
+
+
+def wrapped(value: float, period: float) -> float:
+    """Return a value in the half-open period around zero."""
+    if not period < places.INFINITY:
+        return value
+    return value - period * math.floor(value / period + 0.5)
