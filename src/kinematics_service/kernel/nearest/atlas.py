@@ -26,6 +26,8 @@ SEEDS, MOST_TURNS = (1, 48, 512, 2048, 4096), 4
 FEW_SEEDS, TRIED, EXACT = 256, 8, 1e-11
 # A normal along one joint, by its cosine; and positions that are one, rad.
 ALONG, SAME = 1.0 - 1e-6, 1e-3
+# Poses are all along curves where from each to the next, both ways, it is not farther, rad.
+GAP = 0.3
 # Newton's steps from a seed, and the longest of them, rad.
 STEPS, LONGEST = 16, 0.5
 # Converged: the singular value as a share of the largest, and the next step, rad.
@@ -86,10 +88,9 @@ class Atlas:
         self.codimension: int = 1 if of_factors else equations.count
         self.width: int = n * (1 + self.codimension)
         alone, lost = np.zeros((0, 3)), np.zeros(n)
+        self.is_dense: bool = False
         if self.codimension > 1 and chain.loops == 0:
             alone, lost = _positions_alone(equations, self.codimension, spans)
-        if not equations.leave_out(arrays.numbers(lost, n)):
-            alone = alone[:0]
         charts = 0
         tables, counts, begins, joints = [], np.zeros((self.sets, n)), [0], []
         for f in range(self.sets):
@@ -107,7 +108,14 @@ class Atlas:
             if of_factors:
                 found = _fill_of_factor(tape, f, task, given, table)
             else:
+                if not equations.leave_out(arrays.numbers(lost, n)):
+                    alone, lost = alone[:0], np.zeros(n)
                 found = _fill(equations, given, table)
+                self.is_dense = _is_dense(equations, found, counts, spans, table)
+                if len(alone) and not self.is_dense:
+                    alone, lost = alone[:0], np.zeros(n)
+                    equations.leave_out(arrays.numbers(lost, n))
+                    found = _fill(equations, given, table)
             table = table[:found]
             table[:, :n][:, reaches == 0.0] = 0.0
             sorting = _joints_to_sort_by(counts[f])
@@ -142,7 +150,6 @@ class Atlas:
         self.positions: Flat = arrays.numbers(self._arrays[8], 3 * self.alone)
         self.left_out: Flat = arrays.numbers(self._arrays[9], n)
         self.total: int = charts
-        self.is_dense: bool = self.codimension > 1 and bool(_is_dense(table, n, counts[0]))
 
     def dimension(self, f: int) -> int:
         """Return the dimension of a set: 0 where its poses are all there are."""
@@ -365,13 +372,61 @@ def _write_seed(n: int, i: int, spans: Flat, u: Flat) -> None:
             u[j] = spans[2 * j] + spans[2 * j + 1] * (turn - math.floor(turn))
 
 
-def _is_dense(table: Floats, n: int, counts: Floats) -> bool:
-    # Whether poses have all normals that curves have.
-    codimension = table.shape[1] // n - 1
-    if np.sum(counts) - codimension > 1 or not len(table):
+def _is_dense(
+    equations: SingularEquations, found: int, counts: Floats, spans: Floats, table: Floats
+) -> bool:
+    # Whether the poses found are all along curves, or single: each has all normals, and others
+    # near on both sides.
+    n, codimension = equations.n, equations.count
+    row, charts = arrays.numbers(counts, n), arrays.numbers(table, 0)
+    ends = arrays.numbers(spans, 3 * n)
+    dimension = -codimension
+    for j in range(n):
+        dimension += 1 if row[j] > 0.0 else 0
+    if codimension == 1 or found == 0 or not -1 < dimension < 2:
         return False
-    normals = table[:, n:].reshape(len(table), codimension, n)
-    return bool(np.all(np.any(normals != 0.0, axis=2)))
+    width = n * (1 + codimension)
+    work = arrays.scratch(2 * n)
+    dense = True
+    for i in range(found):
+        last = arrays.after(charts, i * width + n * codimension)
+        dense = dense and singular_equations.length_of(last, n) > 0.0
+        if dense and dimension == 1:
+            dense = _has_neighbours(charts, i, found, n, codimension, row, ends, work)
+    arrays.give_back(work)
+    return dense
+
+
+def _has_neighbours(
+    charts: Flat, i: int, found: int, n: int, codimension: int, row: Flat, spans: Flat, work: Flat
+) -> bool:
+    # Whether other poses are near one along its tangent, both ways.
+    away, ahead, has_ahead = work, arrays.after(work, n), False
+    one = arrays.after(charts, i * n * (1 + codimension))
+    for k in range(found):
+        other = arrays.after(charts, k * n * (1 + codimension))
+        whole, across, along = 0.0, 0.0, 0.0
+        for j in range(n):
+            away[j] = 0.0
+            if row[j] > 0.0 and whole <= GAP * GAP:
+                away[j] = singular_equations.wrapped(other[j] - one[j], spans[3 * j + 2])
+                whole += away[j] * away[j]
+        if not SAME * SAME < whole <= GAP * GAP:
+            continue
+        for r in range(codimension):
+            share = _along(arrays.after(one, n * (1 + r)), away, 0, n)
+            across += share * share
+        if across > 0.5 * whole:
+            continue
+        for j in range(n):
+            along += ahead[j] * away[j]
+        if has_ahead and along < 0.0:
+            return True
+        if not has_ahead:
+            has_ahead = True
+            for j in range(n):
+                ahead[j] = away[j]
+    return False
 
 
 def _positions_alone(

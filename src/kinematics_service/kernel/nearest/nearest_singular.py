@@ -436,10 +436,7 @@ class NearestSearch:
         # The figures of first order: by the product of the singular values, or the factors; by the
         # least singular value; and of second order.
         k = self.arm.task.generic_rank
-        self.here.linearise()
-        self.by_least = self.here.write_step_onto(self.first)
-        if not self.here.are_fulfilled(self.first):
-            self.by_least = places.INFINITY
+        self.by_least = self._first_order_of(self.here)
         smallest = sigma[k - 1]
         self.smallest = smallest
         self.second = sigma[k - 2] if k > 1 else places.INFINITY
@@ -453,16 +450,21 @@ class NearestSearch:
         falls = math.sqrt(self.slope * self.slope + 2.0 * reach * smallest) - self.slope
         self.free = min(estimate, falls / reach)
 
+    def _first_order_of(self, equations: SingularEquations) -> float:
+        # How far the equations at the pose are from fulfilled; fills the motion to there.
+        equations.linearise()
+        length = equations.write_step_onto(self.first)
+        return length if equations.are_fulfilled(self.first) else places.INFINITY
+
     def _search_along_curves(self) -> None:
         # From where the curves are nearest that the atlas has poses all along, and from where the
         # first order says that one is near.
         for j in range(self.n):
             self.d[j] = 0.0
         self.equations.move_to(self.origin, self.d)
-        self.equations.linearise()
         self.evaluations += 1
-        self.by_least = self.equations.write_step_onto(self.first)
-        if self.by_least < SURE:
+        self.by_least = self._first_order_of(self.equations)
+        if self.by_least < min(self.distance, HORIZON):
             self._run_from(self.first, self.by_least, 1.0, LONGEST)
         near = min(self.distance, HORIZON)
         count: int = self._pick_charts(0, near + GAP, FEW_CHARTS)

@@ -130,22 +130,25 @@ class SingularEquations:
         Leave out the poses at which some turns alone, those above zero, are singular.
 
         They are eliminated before the others, which are singular besides them elsewhere. Returns
-        False where there are too few others.
+        False where there are none, or too few others, and none are left out.
         """
         first = 0
         for r in range(self.kept):
             first += 1 if turns[self.keeps[r]] > 0.0 else 0
-        if self.wide or not 0 < first < self.rank:
-            return False
-        self.first, first = first, 0
-        for r in range(self.kept):
-            if turns[self.keeps[r]] > 0.0:
-                turn = self.keeps[r]
-                for s in range(r, first, -1):
-                    self.keeps[s] = self.keeps[s - 1]
-                self.keeps[first] = turn
-                first += 1
-        return True
+        possible = 0 < first < self.rank and not self.wide
+        self.first = first if possible else self.kept
+        for r in range(1, self.kept):
+            k = r
+            while k > 0 and self._is_before(self.keeps[k], self.keeps[k - 1], turns, possible):
+                self.keeps[k - 1], self.keeps[k] = self.keeps[k], self.keeps[k - 1]
+                k -= 1
+        return possible
+
+    def _is_before(self, one: int, other: int, turns: Flat, possible: bool) -> bool:
+        # Whether a turn is eliminated before another one.
+        if possible and (turns[one] > 0.0) != (turns[other] > 0.0):
+            return turns[one] > 0.0
+        return one < other
 
     def mark_lost(self, turns: Flat) -> None:
         """Add 1 to each of the turns that take part in what is lost where they stand."""
@@ -359,8 +362,14 @@ class SingularEquations:
         """Fill A, and prepare it for `write_least`."""
         n, count, k = self.n, self.count, self.rank - 1
         width = n + count
+        if not self.wide:
+            self.hold_joints(k)
         for i in range(count):
-            self.write_slope(k, k + i, arrays.after(self.A, i * n))
+            if self.wide:
+                self.write_slope(k, k + i, arrays.after(self.A, i * n))
+            else:
+                self.hold_tool(k + i)
+                self.write_slope_held(arrays.after(self.A, i * n))
         for i in range(count):
             for j in range(n):
                 self.turned[i * width + j] = self.A[i * n + j]
