@@ -419,13 +419,12 @@ def _has_neighbours(
         if across > 0.5 * whole:
             continue
         for j in range(n):
-            along += ahead[j] * away[j]
-        if has_ahead and along < 0.0:
-            return True
-        if not has_ahead:
-            has_ahead = True
-            for j in range(n):
+            if not has_ahead:
                 ahead[j] = away[j]
+            along += ahead[j] * away[j]
+        has_ahead = True
+        if along < 0.0:
+            return True
     return False
 
 
@@ -468,6 +467,8 @@ def _position_alone(
     given, lost = np.ascontiguousarray(spans[:, :2]), arrays.results(turns, equations.turns)
     work = arrays.scratch(2 * n)
     u, still = work, arrays.after(work, n)
+    for j in range(n):
+        still[j] = 0.0
     for i in range(2 * TRIED):
         _write_seed(n, i, arrays.numbers(given, 2 * n), u)
         u[joint] = position
