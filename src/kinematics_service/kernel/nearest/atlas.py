@@ -108,12 +108,12 @@ class Atlas:
             if of_factors:
                 found = _fill_of_factor(tape, f, task, given, table)
             else:
-                if not equations.leave_out(arrays.numbers(lost, n)):
-                    alone, lost = alone[:0], np.zeros(n)
+                leaves_out = equations.leave_out(arrays.numbers(lost, n))
                 found = _fill(equations, given, table)
-                self.is_dense = _is_dense(equations, found, counts, spans, table)
-                if len(alone) and not self.is_dense:
+                self.is_dense = _is_dense(table[:found], counts[0], spans)
+                if not (leaves_out and self.is_dense):
                     alone, lost = alone[:0], np.zeros(n)
+                if leaves_out and not self.is_dense:
                     equations.leave_out(arrays.numbers(lost, n))
                     found = _fill(equations, given, table)
             table = table[:found]
@@ -372,60 +372,29 @@ def _write_seed(n: int, i: int, spans: Flat, u: Flat) -> None:
             u[j] = spans[2 * j] + spans[2 * j + 1] * (turn - math.floor(turn))
 
 
-def _is_dense(
-    equations: SingularEquations, found: int, counts: Floats, spans: Floats, table: Floats
-) -> bool:
-    # Whether the poses found are all along curves, or single: each has all normals, and others
-    # near on both sides.
-    n, codimension = equations.n, equations.count
-    row, charts = arrays.numbers(counts, n), arrays.numbers(table, 0)
-    ends = arrays.numbers(spans, 3 * n)
-    dimension = -codimension
-    for j in range(n):
-        dimension += 1 if row[j] > 0.0 else 0
-    if codimension == 1 or found == 0 or not -1 < dimension < 2:
+def _is_dense(table: Floats, counts: Floats, spans: Floats) -> bool:
+    # Whether poses are all along curves, or single: each has all normals, and of every fourth
+    # others are near on both sides along its tangent.
+    n = len(spans)
+    normals = table[:, n:].reshape(len(table), table.shape[1] // n - 1, n)
+    poses, dimension = table[:, :n] * counts, int(np.sum(counts)) - normals.shape[1]
+    if (
+        normals.shape[1] == 1
+        or not len(table)
+        or dimension not in (0, 1)
+        or not np.all(np.any(normals, axis=2))
+    ):
         return False
-    width = n * (1 + codimension)
-    work = arrays.scratch(2 * n)
-    dense = True
-    for i in range(found):
-        last = arrays.after(charts, i * width + n * codimension)
-        dense = dense and singular_equations.length_of(last, n) > 0.0
-        if dense and dimension == 1:
-            dense = _has_neighbours(charts, i, found, n, codimension, row, ends, work)
-    arrays.give_back(work)
-    return dense
-
-
-def _has_neighbours(
-    charts: Flat, i: int, found: int, n: int, codimension: int, row: Flat, spans: Flat, work: Flat
-) -> bool:
-    # Whether other poses are near one along its tangent, both ways.
-    away, ahead, has_ahead = work, arrays.after(work, n), False
-    one = arrays.after(charts, i * n * (1 + codimension))
-    for k in range(found):
-        other = arrays.after(charts, k * n * (1 + codimension))
-        whole, across, along = 0.0, 0.0, 0.0
-        for j in range(n):
-            away[j] = 0.0
-            if row[j] > 0.0 and whole <= GAP * GAP:
-                away[j] = singular_equations.wrapped(other[j] - one[j], spans[3 * j + 2])
-                whole += away[j] * away[j]
-        if not SAME * SAME < whole <= GAP * GAP:
-            continue
-        for r in range(codimension):
-            share = _along(arrays.after(one, n * (1 + r)), away, 0, n)
-            across += share * share
-        if across > 0.5 * whole:
-            continue
-        for j in range(n):
-            if not has_ahead:
-                ahead[j] = away[j]
-            along += ahead[j] * away[j]
-        has_ahead = True
-        if along < 0.0:
-            return True
-    return False
+    periods = np.minimum(spans[:, 2], places.LARGEST)
+    for one, across in zip(poses[::4], normals[::4]) if dimension == 1 else ():
+        away = poses - one
+        away -= periods * np.round(away / periods)
+        squares = np.sum(away * away, axis=1)
+        along = squares - np.sum((away @ across.T) ** 2, axis=1)
+        near = away[(squares > SAME * SAME) & (squares < GAP * GAP) & (along > 0.5 * squares)]
+        if not len(near) or not np.any(near @ near[0] < 0.0):
+            return False
+    return True
 
 
 def _positions_alone(

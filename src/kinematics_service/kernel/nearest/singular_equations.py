@@ -59,6 +59,7 @@ class SingularEquations:
         self.n, self.rank = n, task.generic_rank
         self.wide: bool = n > m
         self.turns, self.length = min(m, n), max(m, n)
+        self.left_out: Flat = self.task.column_scale  # not read before `leave_out`
         self.width: int = self.turns + self.length
         self.count: int = self.length - self.rank + 1
         self.smallest, self.largest, self.kept, self.first = 0.0, 0.0, 0, 0
@@ -123,32 +124,20 @@ class SingularEquations:
             if self.wide or self.rank == self.turns or not self._follows(r):
                 self.keeps[self.kept] = r
                 self.kept += 1
-        self.first = self.kept
 
     def leave_out(self, turns: Flat) -> bool:
         """
-        Leave out the poses at which some turns alone, those above zero, are singular.
+        Leave out the poses at which some turns alone, those (n,) above zero, are singular.
 
         They are eliminated before the others, which are singular besides them elsewhere. Returns
-        False where there are none, or too few others, and none are left out.
+        False where there are none, or too few others: then none are left out.
         """
         first = 0
         for r in range(self.kept):
             first += 1 if turns[self.keeps[r]] > 0.0 else 0
-        possible = 0 < first < self.rank and not self.wide
-        self.first = first if possible else self.kept
-        for r in range(1, self.kept):
-            k = r
-            while k > 0 and self._is_before(self.keeps[k], self.keeps[k - 1], turns, possible):
-                self.keeps[k - 1], self.keeps[k] = self.keeps[k], self.keeps[k - 1]
-                k -= 1
-        return possible
-
-    def _is_before(self, one: int, other: int, turns: Flat, possible: bool) -> bool:
-        # Whether a turn is eliminated before another one.
-        if possible and (turns[one] > 0.0) != (turns[other] > 0.0):
-            return turns[one] > 0.0
-        return one < other
+        possible = first < self.rank and not self.wide
+        self.first, self.left_out = first if possible else 0, turns
+        return self.first > 0
 
     def mark_lost(self, turns: Flat) -> None:
         """Add 1 to each of the turns that take part in what is lost where they stand."""
@@ -228,8 +217,8 @@ class SingularEquations:
         for r in range(kept):
             rows[r] = self.keeps[r]
             one = arrays.after(M, rows[r] * length)
-            for i in range(length if r < self.first else 0):
-                if abs(one[i]) > pivot:
+            for i in range(length):
+                if abs(one[i]) > pivot and self._may_be_next(0, r):
                     pivot, row, column = abs(one[i]), r, i
         for step in range(self.rank - 1):
             if not pivot > 0.0:
@@ -239,7 +228,6 @@ class SingularEquations:
             chosen = arrays.after(M, rows[step] * length)
             inverse = 1.0 / chosen[order[step]]
             pivot, row, column = 0.0, step + 1, step + 1
-            following = self.first if step + 1 < self.first else kept
             for r in range(step + 1, kept):
                 one = arrays.after(M, rows[r] * length)
                 factor = one[order[step]] * inverse
@@ -247,9 +235,13 @@ class SingularEquations:
                 for i in range(step + 1, length):
                     left = one[order[i]] - factor * chosen[order[i]]
                     one[order[i]] = left
-                    if abs(left) > pivot and r < following:
+                    if abs(left) > pivot and self._may_be_next(step + 1, r):
                         pivot, row, column = abs(left), r, i
         return True
+
+    def _may_be_next(self, step: int, r: int) -> bool:
+        # Whether a row may be eliminated in a step.
+        return step >= self.first or self.left_out[self.rows[r]] > 0.0
 
     def _write_lost(self, lost: Flat) -> float:
         # The turn that the eliminated ones leave nothing of, of length 1; returns what it was.
