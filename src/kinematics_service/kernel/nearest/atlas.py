@@ -244,7 +244,9 @@ class Atlas:
         begin, behind = self.begins[cell], self.begins[end]
         while begin < behind:
             count = min(behind - begin, AT_ONCE)
-            self._write_squares(f, begin, count, u, squares)
+            poses = arrays.after(self.by_joint, begin)
+            first, last = self.counted[2 * f], self.counted[2 * f + 1]
+            write_squares(poses, self.total, first, last, count, u, self.spans, squares)
             for k in range(count):
                 if not squares[k] <= radius * radius:
                     continue
@@ -259,19 +261,6 @@ class Atlas:
                 scores[i], picked[i] = score, begin + k
             begin += count
         return found
-
-    def _write_squares(self, f: int, begin: int, count: int, u: Flat, squares: Numbers) -> None:
-        # Of the distances of poses of a set from u.
-        for k in range(count):
-            squares[k] = 0.0
-        for j in range(self.counted[2 * f], self.counted[2 * f + 1]):
-            value, period = u[j], self.spans[3 * j + 2]
-            positions = arrays.after(self.by_joint, j * self.total + begin)
-            for k in range(count):
-                step = abs(positions[k] - value)
-                other = period - step
-                nearer = step if step < other else other
-                squares[k] += nearer * nearer
 
     def _score(self, f: int, u: Flat, at: int, away: Flat) -> float:
         # Fills `away` with the motion from u to a pose; returns how far the set promises to be
@@ -315,6 +304,33 @@ class Atlas:
         rest = 1.0 - FLAT / along if along > FLAT else 0.0
         for j in range(n):
             motion[j] += rest * (away[j] - motion[j])
+
+
+def write_squares(
+    by_joint: Flat,
+    total: int,
+    begin: int,
+    end: int,
+    count: int,
+    u: Flat,
+    spans: Flat,
+    squares: Numbers,
+) -> None:
+    """
+    Fill the squared distances from u of so many poses, by the joints from `begin` to `end`.
+
+    Positions of one joint are `total` apart from those of the next.
+    """
+    for k in range(count):
+        squares[k] = 0.0
+    for j in range(begin, end):
+        value, period = u[j], spans[3 * j + 2]
+        positions = arrays.after(by_joint, j * total)
+        for k in range(count):
+            step = abs(positions[k] - value)
+            other = period - step
+            nearer = step if step < other else other
+            squares[k] += nearer * nearer
 
 
 def _along(normal: Flat, away: Flat, begin: int, end: int) -> float:
