@@ -89,7 +89,7 @@ class Atlas:
         self.width: int = n * (1 + self.codimension)
         alone, lost = np.zeros((0, 3)), np.zeros(n)
         self.is_dense: bool = False
-        if self.codimension > 1 and chain.loops == 0:
+        if self.codimension > 1 and n <= task.count and chain.loops == 0:
             alone, lost = _positions_alone(equations, self.codimension, spans)
         charts = 0
         tables, counts, begins, joints = [], np.zeros((self.sets, n)), [0], []
@@ -392,8 +392,9 @@ def _is_dense(table: Floats, counts: Floats, spans: Floats) -> bool:
     # Whether poses are all along curves, or single: each has all normals, and of every fourth
     # others are near on both sides along its tangent.
     n = len(spans)
-    normals = table[:, n:].reshape(len(table), table.shape[1] // n - 1, n)
-    poses, dimension = table[:, :n] * counts, int(np.sum(counts)) - normals.shape[1]
+    counted = np.flatnonzero(counts)
+    normals = table[:, n:].reshape(len(table), table.shape[1] // n - 1, n)[:, :, counted]
+    poses, dimension = table[:, counted], len(counted) - normals.shape[1]
     if (
         normals.shape[1] == 1
         or not len(table)
@@ -401,11 +402,11 @@ def _is_dense(table: Floats, counts: Floats, spans: Floats) -> bool:
         or not np.all(np.any(normals, axis=2))
     ):
         return False
-    periods = np.minimum(spans[:, 2], places.LARGEST)
+    periods = np.minimum(spans[counted, 2], places.LARGEST)
     for one, across in zip(poses[::4], normals[::4]) if dimension == 1 else ():
         away = poses - one
         away -= periods * np.round(away / periods)
-        squares = np.sum(away * away, axis=1)
+        squares = np.einsum('ij,ij->i', away, away)
         along = squares - np.sum((away @ across.T) ** 2, axis=1)
         near = away[(squares > SAME * SAME) & (squares < GAP * GAP) & (along > 0.5 * squares)]
         if not len(near) or not np.any(near @ near[0] < 0.0):
