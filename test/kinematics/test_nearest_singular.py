@@ -37,6 +37,7 @@ ARMS = {
     'craig_3r': lambda: robot_of('craig_3r'),
     'puma560': lambda: robot_of('puma560'),
     'ur5e': lambda: robot_of('ur5e'),
+    'so101': lambda: robot_of('so101'),
     'ur5e without factors': lambda: without_factors('ur5e'),
     'offset_stanford_dh': lambda: without_factors('offset_stanford_dh'),
     'parallelogram_left': lambda: without_factors('parallelogram_left'),
@@ -235,7 +236,8 @@ def along(robot, q, search=None):
 @pytest.mark.slow
 @pytest.mark.parametrize('fastest', [0.3, 1.0])
 @pytest.mark.parametrize(
-    'name', ['ur5e', 'ur5e without factors', 'calibrated UR5', 'panda', 'kinova_gen3', 'rpprr']
+    'name',
+    ['ur5e', 'ur5e without factors', 'so101', 'calibrated UR5', 'panda', 'kinova_gen3', 'rpprr'],
 )
 def test_along_a_motion_the_distance_is_that_of_each_pose_alone(name, fastest):
     robot = ARMS[name]()
@@ -769,6 +771,101 @@ def test_of_two_joints_about_one_axis_none_moves_on_the_way_to_a_singular_pose()
     assert not np.any(found.decided & (found.distance > 1.1 * np.minimum(by_force, 1.0) + 1e-9))
 
 
+def turned_to(angles, others):
+    # The differences of angles, the shortest way.
+    return np.remainder(angles - others + math.pi, math.tau) - math.pi
+
+
+def by_closed_form(q, a3, a4):
+    # Of six_joint_dh: axes 3, 4 and 5 are in one plane where theta4 is 0 or pi; besides that it
+    # is singular where the last axis lies in the first: theta3 + theta4 + theta5 a multiple of pi,
+    # and a3 cos(theta3) + a4 cos(theta3 + theta4) = 0. These curves are sampled.
+    distance = np.min(np.abs(turned_to(q[:, 3, None], [0.0, math.pi])), axis=1)
+    theta3 = np.linspace(-math.pi, math.pi, 4001)
+    cosine = -a3 / a4 * np.cos(theta3)
+    theta3, cosine = theta3[np.abs(cosine) <= 1.0], cosine[np.abs(cosine) <= 1.0]
+    curves = np.concatenate(
+        [
+            np.stack([theta3, both - theta3, whole - both], axis=1)
+            for both in (np.arccos(cosine), -np.arccos(cosine))
+            for whole in (0.0, math.pi)
+        ]
+    )
+    on_curves = [np.min(np.linalg.norm(turned_to(curves, one), axis=1)) for one in q[:, [2, 3, 4]]]
+    return np.minimum(distance, on_curves)
+
+
+@pytest.mark.parametrize(
+    ('name', 'a3', 'a4'), [('six_joint_dh', 0.4, 0.35), ('six_joint_dh_unit', 1.0, 1.0)]
+)
+def test_where_all_singular_poses_are_known_by_hand_the_nearest_is_found(name, a3, a4):
+    robot = robot_of(name)
+    q = random_poses(robot, 400, seed=9)
+    found, true = ks.singularity(robot, q), by_closed_form(q, a3, a4)
+    # The samples of the curves are up to 5e-3 rad apart; where two places of them are nearly as
+    # near the other one may be found.
+    apart = found.distance - np.minimum(true, 1.0)
+    assert np.all(apart > -2e-3)
+    assert np.all(apart < 0.02 * true)
+    assert np.all(found.decided)
+
+
+@pytest.mark.parametrize(
+    ('name', 'joint', 'position'),
+    [
+        ('six_joint_dh', 3, 0.0),
+        ('so101', 2, math.atan2(0.0052, 0.1349) - math.atan2(0.11257, 0.028)),
+    ],
+)
+def test_where_one_joint_alone_is_singular_it_is_no_farther_than_that_joint(name, joint, position):
+    robot = robot_of(name)
+    random = np.random.default_rng(3)
+    q = random_poses(robot, 200, seed=4)
+    away = random.uniform(-1.2, 1.2, len(q))
+    q[:, joint] = position + away
+    for found in (ks.singularity(robot, q), along(robot, q)):
+        assert np.all(found.distance <= np.minimum(np.abs(away), 1.0) + 1e-6)
+        only = np.abs(found.nearest_singular - q)
+        only[:, joint] = 0.0
+        alone = np.max(only, axis=1) == 0.0
+        assert np.sum(alone) > 100
+        np.testing.assert_allclose(found.distance[alone], np.abs(away[alone]), atol=1e-6)
+        assert np.max(share(robot, found.nearest_singular[alone])) < 1e-11
+
+
+def test_curves_of_singular_poses_take_few_evaluations():
+    # 11 before their poses were known all along them.
+    robot, evaluations = robot_of('six_joint_dh'), 0
+    search = kernel.NearestSearch(robot.arm)
+    for pose in random_poses(robot, 100, seed=6):
+        search.forget()
+        along(robot, pose[None], search)
+        evaluations += search.evaluations
+    assert evaluations < 400
+
+
+# Axes 2, 3 and 4 are parallel but for errors: sheets become curves that nearly meet, and poses
+# are known beside them, not all along.
+PARALLEL = (
+    (0.0304, math.pi / 2, -0.149),
+    (0.116, 0.0, 0.0),
+    (0.135, 0.0, 0.0),
+    (0.0, math.pi / 2, -0.0002),
+    (-0.0002, math.pi / 2, -0.159),
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('error', [0.0, 1e-9, 1e-5, 1e-3, 1e-2])
+def test_with_errors_of_parallel_axes_the_nearest_is_found_as_well(error):
+    robot = with_errors(PARALLEL, error, seed=1)
+    q = np.concatenate([random_poses(robot, 60, seed=7), brute_force.saddles(robot, 20)])
+    found = ks.singularity(robot, q)
+    by_force, _ = brute_force.nearest_singular(robot, q, starts=6, known=6)
+    far = found.distance > 1.1 * np.minimum(by_force, 1.0) + 1e-9
+    assert not np.any(far & found.decided)
+
+
 def test_where_none_is_found_and_it_is_not_decided_no_number_is_given():
     # Two singular values all but vanish together: each run goes round there.
     robot = robot_of('kinova_gen3')
@@ -830,7 +927,10 @@ def short_motions(robot, seed):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     'name',
-    ['ur5e', 'ur5e without factors', 'craig_3r', 'calibrated UR5', 'six joints', 'kinova_gen3'],
+    [
+        *('ur5e', 'ur5e without factors', 'craig_3r', 'so101', 'calibrated UR5', 'six joints'),
+        'kinova_gen3',
+    ],
 )
 @pytest.mark.parametrize('seed', [8, 16])
 def test_live_and_asked_alone_agree(name, seed):

@@ -263,7 +263,7 @@ def _find_all(
 ) -> None:
     n, columns, size = arm.chain.dof, width(arm), _directions(arm)
     # Directions of LANES poses at once: a sixteenth less of a search. A motion needs few.
-    at_once = _is_regular(arm) and not in_order and not arm.factors_complete
+    at_once = _is_regular(arm) and not in_order and search.reads_directions
     left = singularity.ALL_LANES
     for k in range(count):
         position, one = arrays.after(q, k * n), arrays.after(measures, k * columns)
@@ -282,7 +282,7 @@ def _find_all(
         estimate = judged[places.FIRST_ORDER]
         if not (in_order and search.follow(position, estimate)):
             W = arrays.after(work, lane * size)
-            if (left >> lane) & 1 and not arm.factors_complete:
+            if (left >> lane) & 1 and search.reads_directions:
                 sigma = arrays.after(one, _judged_at(arm) - min(n, arm.task.count))
                 singularity.write_directions(n, arm.task, row, W, sigma)
             search.look(position, row, W, one, estimate)

@@ -1,12 +1,13 @@
 """What the lengths of an arm say of its Jacobian at every pose: bounds of how it bends."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import kernel
-from ..kernel import Chain, Floats, Integers
+from ..kernel import Chain, ChainTable, Floats, Integers
 from .task import Task
 
 # With more entries no derivatives beyond the second are bounded: there are entries^5 parts of the
@@ -138,22 +139,33 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
     Return the joints that can change the rank of J_t, shape (d,).
 
     The first joint turns or moves all columns alike, the last one moves none of them, where that
-    is all it drives.
+    is all it drives; and so do those behind and before it about the same axis.
     """
     six_rows = len(task.rows) == 6
-    n, table = chain.dof, chain.table
-    alone = [
-        table.first_entry[1] == 1 and np.sum(table.joint == table.joint[0]) == 1,
-        table.first_entry[-1] - table.first_entry[-2] == 1
-        and np.sum(table.joint == table.joint[-1]) == 1,
-    ]
+    table, counts = chain.table, np.ones(chain.dof, bool)
     whole = set(task.rows) in ({'x', 'y', 'z'}, {'rx', 'ry', 'rz'}) or six_rows
-    counts = np.ones(n, bool)
-    if alone[0] and (whole or table.by_theta[0] == 0.0):
-        counts[table.joint[0]] = False
-    if alone[1] and six_rows:
-        counts[table.joint[-1]] = False
+    order = range(len(table.theta_0))
+    for entry in _alone_about_one_axis(table, order):
+        if not whole and table.by_theta[entry] != 0.0:
+            break
+        counts[table.joint[entry]] = False
+    for entry in _alone_about_one_axis(table, order[::-1]) if six_rows else ():
+        counts[table.joint[entry]] = False
     return np.flatnonzero(counts).astype(np.int64)
+
+
+def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
+    # The entries of the first elements that have one axis, each of a joint that drives no other.
+    for place, k in enumerate(order):
+        entry = table.first_entry[k]
+        alone = table.first_entry[k + 1] == entry + 1
+        if not alone or np.sum(table.joint == table.joint[entry]) != 1:
+            return
+        if place > 0:
+            between = table.before[max(k, order[place - 1])]
+            if not np.array_equal(between[:, 2], [0.0, 0.0, 1.0]) or np.any(between[:2, 3]):
+                return
+        yield int(entry)
 
 
 def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Floats:

@@ -15,12 +15,19 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Numbers
 from ..measures.factors import Tape
 from ..measures.task_rows import TaskRows
-from . import factor_zeros
+from . import factor_zeros, singular_equations
 from .singular_equations import SingularEquations
 
 # Seeds of a set, by how many joints it depends on; of more as the last. So many times more at most
 # where joints reach farther than a turn.
 SEEDS, MOST_TURNS = (1, 48, 512, 2048, 4096), 4
+# Seeds of which positions of one joint that make an arm singular are found, poses at which one is
+# tried, and how exact it is there.
+FEW_SEEDS, TRIED, EXACT = 256, 8, 1e-11
+# A normal along one joint, by its cosine; and positions that are one, rad.
+ALONG, SAME = 1.0 - 1e-6, 1e-3
+# Poses are all along curves where from each to the next, both ways, it is not farther, rad.
+GAP = 0.3
 # Newton's steps from a seed, and the longest of them, rad.
 STEPS, LONGEST = 16, 0.5
 # Converged: the singular value as a share of the largest, and the next step, rad.
@@ -52,6 +59,11 @@ class Atlas:
         How many directions lead off a set.
     joints
         Number n of joints.
+    positions : shape (alone, 3)
+        Joints, and where each of them alone makes an arm singular by more equations than one, with
+        their periods: these sets are known, and not among those of the atlas.
+    is_dense
+        Whether the set is curves, or less, that its poses are all along.
 
     Parameters
     ----------
@@ -75,6 +87,10 @@ class Atlas:
         self.joints, self.sets = n, tape.factors if of_factors else 1
         self.codimension: int = 1 if of_factors else equations.count
         self.width: int = n * (1 + self.codimension)
+        alone, lost = np.zeros((0, 3)), np.zeros(n)
+        self.is_dense: bool = False
+        if self.codimension > 1 and n <= task.count and chain.loops == 0:
+            alone, lost = _positions_alone(equations, self.codimension, spans)
         charts = 0
         tables, counts, begins, joints = [], np.zeros((self.sets, n)), [0], []
         for f in range(self.sets):
@@ -92,7 +108,14 @@ class Atlas:
             if of_factors:
                 found = _fill_of_factor(tape, f, task, given, table)
             else:
+                leaves_out = equations.leave_out(arrays.numbers(lost, n))
                 found = _fill(equations, given, table)
+                self.is_dense = _is_dense(table[:found], counts[0], spans)
+                if not (leaves_out and self.is_dense):
+                    alone, lost = alone[:0], np.zeros(n)
+                if leaves_out and not self.is_dense:
+                    equations.leave_out(arrays.numbers(lost, n))
+                    found = _fill(equations, given, table)
             table = table[:found]
             table[:, :n][:, reaches == 0.0] = 0.0
             sorting = _joints_to_sort_by(counts[f])
@@ -111,6 +134,8 @@ class Atlas:
             (np.sum(counts, axis=1) - self.codimension).astype(np.int64),
             np.array([_ends_of_counted(row) for row in counts], dtype=np.int64),
             np.ascontiguousarray(table[:, :n].T),
+            alone,
+            lost,
         )
         self.charts: Flat = arrays.numbers(self._arrays[0], charts * self.width)
         self.begins: FlatIntegers = arrays.whole(self._arrays[1], self.sets * BINS * BINS + 1)
@@ -120,7 +145,10 @@ class Atlas:
         self.dimensions: FlatIntegers = arrays.whole(self._arrays[5], self.sets)
         self.counted: FlatIntegers = arrays.whole(self._arrays[6], 2 * self.sets)
         # The poses' positions again, those of one joint after those of another.
-        self.positions: Flat = arrays.numbers(self._arrays[7], charts * n)
+        self.by_joint: Flat = arrays.numbers(self._arrays[7], charts * n)
+        self.alone: int = len(alone)
+        self.positions: Flat = arrays.numbers(self._arrays[8], 3 * self.alone)
+        self.left_out: Flat = arrays.numbers(self._arrays[9], n)
         self.total: int = charts
 
     def dimension(self, f: int) -> int:
@@ -172,7 +200,7 @@ class Atlas:
             scores[k] = promise
         for j in range(self.joints):
             counts = self.counts[f * self.joints + j] > 0.0
-            u[j] = _wrapped(u[j], self.spans[3 * j + 2]) if counts else 0.0
+            u[j] = singular_equations.wrapped(u[j], self.spans[3 * j + 2]) if counts else 0.0
         for i in range(BINS):
             columns[i] = self._apart(second, i, u[second]) if second != first else 0.0
         found = 0
@@ -216,7 +244,9 @@ class Atlas:
         begin, behind = self.begins[cell], self.begins[end]
         while begin < behind:
             count = min(behind - begin, AT_ONCE)
-            self._write_squares(f, begin, count, u, squares)
+            poses = arrays.after(self.by_joint, begin)
+            first, last = self.counted[2 * f], self.counted[2 * f + 1]
+            write_squares(poses, self.total, first, last, count, u, self.spans, squares)
             for k in range(count):
                 if not squares[k] <= radius * radius:
                     continue
@@ -231,19 +261,6 @@ class Atlas:
                 scores[i], picked[i] = score, begin + k
             begin += count
         return found
-
-    def _write_squares(self, f: int, begin: int, count: int, u: Flat, squares: Numbers) -> None:
-        # Of the distances of poses of a set from u.
-        for k in range(count):
-            squares[k] = 0.0
-        for j in range(self.counted[2 * f], self.counted[2 * f + 1]):
-            value, period = u[j], self.spans[3 * j + 2]
-            positions = arrays.after(self.positions, j * self.total + begin)
-            for k in range(count):
-                step = abs(positions[k] - value)
-                other = period - step
-                nearer = step if step < other else other
-                squares[k] += nearer * nearer
 
     def _score(self, f: int, u: Flat, at: int, away: Flat) -> float:
         # Fills `away` with the motion from u to a pose; returns how far the set promises to be
@@ -289,18 +306,38 @@ class Atlas:
             motion[j] += rest * (away[j] - motion[j])
 
 
+def write_squares(
+    by_joint: Flat,
+    total: int,
+    begin: int,
+    end: int,
+    count: int,
+    u: Flat,
+    spans: Flat,
+    squares: Numbers,
+) -> None:
+    """
+    Fill the squared distances from u of so many poses, by the joints from `begin` to `end`.
+
+    Positions of one joint are `total` apart from those of the next.
+    """
+    for k in range(count):
+        squares[k] = 0.0
+    for j in range(begin, end):
+        value, period = u[j], spans[3 * j + 2]
+        positions = arrays.after(by_joint, j * total)
+        for k in range(count):
+            step = abs(positions[k] - value)
+            other = period - step
+            nearer = step if step < other else other
+            squares[k] += nearer * nearer
+
+
 def _along(normal: Flat, away: Flat, begin: int, end: int) -> float:
     share = 0.0
     for j in range(begin, end):
         share += normal[j] * away[j]
     return share
-
-
-def _wrapped(value: float, period: float) -> float:
-    # Into the half-open period around zero.
-    if not period < places.INFINITY:
-        return value
-    return value - period * math.floor(value / period + 0.5)
 
 
 def _joints_to_sort_by(counts: Floats) -> list[int]:
@@ -349,6 +386,88 @@ def _write_seed(n: int, i: int, spans: Flat, u: Flat) -> None:
             share /= ratio
             turn = 0.5 + (i + 1) * share
             u[j] = spans[2 * j] + spans[2 * j + 1] * (turn - math.floor(turn))
+
+
+def _is_dense(table: Floats, counts: Floats, spans: Floats) -> bool:
+    # Whether poses are all along curves, or single: each has all normals, and of every fourth
+    # others are near on both sides along its tangent.
+    n = len(spans)
+    counted = np.flatnonzero(counts)
+    normals = table[:, n:].reshape(len(table), table.shape[1] // n - 1, n)[:, :, counted]
+    poses, dimension = table[:, counted], len(counted) - normals.shape[1]
+    if (
+        normals.shape[1] == 1
+        or not len(table)
+        or dimension not in (0, 1)
+        or not np.all(np.any(normals, axis=2))
+    ):
+        return False
+    periods = np.minimum(spans[counted, 2], places.LARGEST)
+    for one, across in zip(poses[::4], normals[::4]) if dimension == 1 else ():
+        away = poses - one
+        away -= periods * np.round(away / periods)
+        squares = np.einsum('ij,ij->i', away, away)
+        along = squares - np.sum((away @ across.T) ** 2, axis=1)
+        near = away[(squares > SAME * SAME) & (squares < GAP * GAP) & (along > 0.5 * squares)]
+        if not len(near) or not np.any(near @ near[0] < 0.0):
+            return False
+    return True
+
+
+def _positions_alone(
+    equations: SingularEquations, codimension: int, spans: Floats
+) -> tuple[Floats, Floats]:
+    # Positions of one joint (K, 3) at which J_t is singular wherever the others are, and the turns
+    # (n,) that are so. There one normal is enough, along
+    # that joint.
+    n = len(spans)
+    table = np.zeros((FEW_SEEDS, n * (1 + codimension)))
+    table = table[: _fill(equations, np.ascontiguousarray(spans[:, :2]), table)]
+    found: list[tuple[int, float, float]] = []
+    lost = np.zeros(n)
+    for one in table:
+        joint = int(np.argmax(np.abs(one[n : 2 * n])))
+        if np.any(one[2 * n :] != 0.0) or not abs(one[n + joint]) > ALONG:
+            continue
+        period = float(spans[joint, 2])
+        is_known = False
+        for j, at, _ in found:
+            apart = singular_equations.wrapped(one[joint] - at, period)
+            is_known = is_known or joint == j and abs(apart) < SAME
+        if is_known:
+            continue
+        turns = np.zeros(n)
+        position = _position_alone(equations, joint, one[joint], spans, turns)
+        if position < places.INFINITY:
+            found.append((joint, singular_equations.wrapped(position, period), period))
+            lost += turns
+    return np.array(found).reshape(-1, 3), lost
+
+
+def _position_alone(
+    equations: SingularEquations, joint: int, position: float, spans: Floats, turns: Floats
+) -> float:
+    # Newton's method of one joint, at several poses; infinite where it does not make all of them
+    # singular. Marks the turns that are.
+    n = equations.n
+    given, lost = np.ascontiguousarray(spans[:, :2]), arrays.results(turns, equations.turns)
+    work = arrays.scratch(2 * n)
+    u, still = work, arrays.after(work, n)
+    for j in range(n):
+        still[j] = 0.0
+    for i in range(2 * TRIED):
+        _write_seed(n, i, arrays.numbers(given, 2 * n), u)
+        u[joint] = position
+        equations.move_to(still, u)
+        equations.linearise()
+        if i < TRIED:
+            position += equations.step_of(joint)
+        elif equations.are_singular(EXACT):
+            equations.mark_lost(lost)
+        else:
+            position = places.INFINITY
+    arrays.give_back(work)
+    return position
 
 
 def _fill(equations: SingularEquations, spans: Floats, table: Floats) -> int:

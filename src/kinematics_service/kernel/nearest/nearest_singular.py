@@ -64,6 +64,8 @@ SADDLE = 0.1
 CHARTS, SPREAD = 32, 0.35
 # Those of a thorough search.
 MORE_CHARTS, WIDER_SPREAD, WIDER, NEAR_BY = 128, 1.0, 2.0, 0.1
+# Of a dense atlas so many poses are starts at most, farther than what was found by so much, rad.
+FEW_CHARTS, GAP = 8, 0.1
 # Of starts that lead to farther ones than that by this share none is given up: along a motion they
 # may become the nearest. Starts nearer to each other than this share of their length are one.
 WIDE, APART = 1.1, 0.4
@@ -125,6 +127,8 @@ class NearestSearch:
         Whether all starts of the search were tried, or none was needed.
     evaluations
         How many there were.
+    reads_directions
+        Whether it begins with the directions of a pose's J_t.
     lasting
         Up to this motion from the pose of the last search its answer serves, rad; negative where
         there was none.
@@ -162,9 +166,12 @@ class NearestSearch:
         self.arm, self.atlas = arm, arm.atlas()
         self.here: SingularEquations = SingularEquations(arm.chain, arm.task)
         self.equations: SingularEquations = SingularEquations(arm.chain, arm.task)
+        self.equations.leave_out(self.atlas.left_out)
         self.quadric: SingularQuadric = SingularQuadric(arm.chain.dof)
         self.proof: FactorProof = FactorProof(arm.tape, arm.task)
         self.thorough = thorough
+        self.along_curves: bool = self.atlas.is_dense and not thorough
+        self.reads_directions: bool = not (arm.factors_complete or self.along_curves)
         self.boxes: Public[int] = THOROUGH * BOXES if thorough else BOXES
         self.cleared: float = 0.0
         self.pieces: Public[int] = 0
@@ -226,7 +233,7 @@ class NearestSearch:
         q, row
             The pose, and what evaluates it.
         W, measures
-            As `measure_row` left them.
+            As `measure_row` left them; W is not read by a search that `reads_directions` not.
         first_order
             The distance by the product of the singular values, or by the factors, rad.
         """
@@ -253,9 +260,12 @@ class NearestSearch:
         else:
             way_out = arrays.after(measures, places.LOST_AT + 6 + n)
             sigma = arrays.after(way_out, n)
-            self.here.take(row, W, sigma)
-            self._estimate(sigma)
-            self.settled = self._search()
+            if self.along_curves:
+                self._search_along_curves()
+            else:
+                self.here.take(row, W, sigma)
+                self._estimate(sigma)
+                self.settled = self._search()
         self.lasting = FOLLOWED * min(self.distance, HORIZON)
 
     def forget(self) -> None:
@@ -303,6 +313,7 @@ class NearestSearch:
             if length < away:
                 first, away = k, length
         self._stand_at(q)
+        self._keep_positions()
         if first < 0:
             return True
         if not self._bring(first, q):
@@ -402,6 +413,18 @@ class NearestSearch:
         for j in range(self.n):
             self.origin[j], self.nearest[j] = q[j], 0.0
 
+    def _keep_positions(self) -> None:
+        # The nearest of those at which one joint alone makes the arm singular.
+        for p in range(self.atlas.alone):
+            position = arrays.after(self.atlas.positions, 3 * p)
+            joint: int = int(position[0])
+            angle = self.origin[joint] / self.arm.task.column_scale[joint] - position[1]
+            away = singular_equations.wrapped(angle, position[2])
+            if abs(away) < self.distance:
+                self.distance = abs(away)
+                for j in range(self.n):
+                    self.nearest[j] = -away if j == joint else 0.0
+
     def _moved_from(self, pose: Flat, q: Flat) -> float:
         squares = 0.0
         for j in range(self.n):
@@ -413,10 +436,7 @@ class NearestSearch:
         # The figures of first order: by the product of the singular values, or the factors; by the
         # least singular value; and of second order.
         k = self.arm.task.generic_rank
-        self.here.linearise()
-        self.by_least = self.here.write_step_onto(self.first)
-        if not self.here.are_fulfilled(self.first):
-            self.by_least = places.INFINITY
+        self.by_least = self._first_order_of(self.here)
         smallest = sigma[k - 1]
         self.smallest = smallest
         self.second = sigma[k - 2] if k > 1 else places.INFINITY
@@ -429,6 +449,31 @@ class NearestSearch:
         reach = self.arm.reach
         falls = math.sqrt(self.slope * self.slope + 2.0 * reach * smallest) - self.slope
         self.free = min(estimate, falls / reach)
+
+    def _first_order_of(self, equations: SingularEquations) -> float:
+        # How far the equations at the pose are from fulfilled; fills the motion to there.
+        equations.linearise()
+        length = equations.write_step_onto(self.first)
+        return length if equations.are_fulfilled(self.first) else places.INFINITY
+
+    def _search_along_curves(self) -> None:
+        # From where the curves are nearest that the atlas has poses all along, and from where the
+        # first order says that one is near.
+        for j in range(self.n):
+            self.d[j] = 0.0
+        self.equations.move_to(self.origin, self.d)
+        self.evaluations += 1
+        self.by_least = self._first_order_of(self.equations)
+        if self.by_least < min(self.distance, HORIZON):
+            self._run_from(self.first, self.by_least, 1.0, LONGEST)
+        near = min(self.distance, HORIZON)
+        count: int = self._pick_charts(0, near + GAP, FEW_CHARTS)
+        for k in range(count):
+            if self.scores[k] > self.distance:
+                return
+            self.atlas.write_motion(0, self.wrapped, self.picked[k], self.away, self.d)
+            if not self._leads_to_known(self.d):
+                self._run(STEPS, LONGEST, False)
 
     def _search(self) -> bool:
         # From one start after the other, until what is found agrees with the first order; returns

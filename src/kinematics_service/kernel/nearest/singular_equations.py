@@ -14,6 +14,8 @@ from . import jacobian_changes
 FLAT = 1e-5
 # Poses at which two turns are compared, and the sine between them below which they are one.
 POSES, SAME = 4, 1e-12
+# Of a lost turn a share that is more than round-off.
+TAKES_PART = 1e-6
 
 
 class SingularEquations:
@@ -47,6 +49,7 @@ class SingularEquations:
     turns: int
     length: int
     kept: int
+    first: int
     smallest: float
     largest: float
 
@@ -56,9 +59,10 @@ class SingularEquations:
         self.n, self.rank = n, task.generic_rank
         self.wide: bool = n > m
         self.turns, self.length = min(m, n), max(m, n)
+        self.left_out: Flat = self.task.column_scale  # not read before `leave_out`
         self.width: int = self.turns + self.length
         self.count: int = self.length - self.rank + 1
-        self.smallest, self.largest, self.kept = 0.0, 0.0, 0
+        self.smallest, self.largest, self.kept, self.first = 0.0, 0.0, 0, 0
         room = 3 * n + chain.frames_at + self.length * self.width + self.turns
         room += 6 + 6 * chain.entries
         room += self.count * (2 * n + self.count + 3) + 3 * m
@@ -121,6 +125,27 @@ class SingularEquations:
                 self.keeps[self.kept] = r
                 self.kept += 1
 
+    def leave_out(self, turns: Flat) -> bool:
+        """
+        Leave out the poses at which some turns alone, those (n,) above zero, are singular.
+
+        They are eliminated before the others, which are singular besides them elsewhere. Returns
+        False where there are none, or too few others: then none are left out.
+        """
+        first = 0
+        for r in range(self.kept):
+            first += 1 if turns[self.keeps[r]] > 0.0 else 0
+        possible = first < self.rank and not self.wide
+        self.first, self.left_out = first if possible else 0, turns
+        return self.first > 0
+
+    def mark_lost(self, turns: Flat) -> None:
+        """Add 1 to each of the turns that take part in what is lost where they stand."""
+        lost = arrays.after(self.W, (self.rank - 1) * self.width + self.length)
+        for r in range(self.turns):
+            if abs(lost[r]) > TAKES_PART:
+                turns[r] += 1.0
+
     def _follows(self, turn: int) -> bool:
         # Whether a turn is a multiple of one that is kept, everywhere.
         for k in range(self.kept):
@@ -181,8 +206,8 @@ class SingularEquations:
         return True
 
     def _eliminate(self) -> bool:
-        # All turns but one, each by the largest pivot that is left; B holds the factors, rows
-        # and order say where each stands. False without a pivot.
+        # All turns but one, each by the largest pivot that is left, those that are left out first;
+        # B holds the factors, rows and order say where each stands. False without a pivot.
         kept, length, M, order, rows = self.kept, self.length, self.B, self.order, self.rows
         for k in range(self.turns * length):
             M[k] = self.M[k]
@@ -193,7 +218,7 @@ class SingularEquations:
             rows[r] = self.keeps[r]
             one = arrays.after(M, rows[r] * length)
             for i in range(length):
-                if abs(one[i]) > pivot:
+                if abs(one[i]) > pivot and self._may_be_next(0, r):
                     pivot, row, column = abs(one[i]), r, i
         for step in range(self.rank - 1):
             if not pivot > 0.0:
@@ -210,9 +235,13 @@ class SingularEquations:
                 for i in range(step + 1, length):
                     left = one[order[i]] - factor * chosen[order[i]]
                     one[order[i]] = left
-                    if abs(left) > pivot:
+                    if abs(left) > pivot and self._may_be_next(step + 1, r):
                         pivot, row, column = abs(left), r, i
         return True
+
+    def _may_be_next(self, step: int, r: int) -> bool:
+        # Whether a row may be eliminated in a step.
+        return step >= self.first or self.left_out[self.rows[r]] > 0.0
 
     def _write_lost(self, lost: Flat) -> float:
         # The turn that the eliminated ones leave nothing of, of length 1; returns what it was.
@@ -325,8 +354,14 @@ class SingularEquations:
         """Fill A, and prepare it for `write_least`."""
         n, count, k = self.n, self.count, self.rank - 1
         width = n + count
+        if not self.wide:
+            self.hold_joints(k)
         for i in range(count):
-            self.write_slope(k, k + i, arrays.after(self.A, i * n))
+            if self.wide:
+                self.write_slope(k, k + i, arrays.after(self.A, i * n))
+            else:
+                self.hold_tool(k + i)
+                self.write_slope_held(arrays.after(self.A, i * n))
         for i in range(count):
             for j in range(n):
                 self.turned[i * width + j] = self.A[i * n + j]
@@ -377,6 +412,14 @@ class SingularEquations:
         length = self.write_least(d)
         return length if self.slopes[0] > 0.0 else places.INFINITY
 
+    def step_of(self, joint: int) -> float:
+        """Return the motion of one joint that fulfils them best."""
+        along, squares = 0.0, 0.0
+        for i in range(self.count):
+            slope = self.A[i * self.n + joint]
+            along, squares = along + slope * self.c[i], squares + slope * slope
+        return -along / squares if squares > 0.0 else places.INFINITY
+
     def are_fulfilled(self, d: Flat) -> bool:
         """
         Return whether a motion (n,) fulfils them but for less than half: more of them than joints
@@ -410,3 +453,10 @@ def length_of(d: Flat, n: int) -> float:
     for j in range(n):
         squares += d[j] * d[j]
     return math.sqrt(squares)
+
+
+def wrapped(value: float, period: float) -> float:
+    """Return a value in the half-open period around zero."""
+    if not period < places.INFINITY:
+        return value
+    return value - period * math.floor(value / period + 0.5)
