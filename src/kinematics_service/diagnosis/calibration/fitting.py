@@ -9,7 +9,7 @@ the corrections, from the remainder and from how many numbers the poses determin
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -46,6 +46,10 @@ HALVINGS = 5
 DISTANCE = 1e-5
 # Difference (s, rad) by which poses move with what moves the joints: a lag, or a backlash.
 STEP = 1e-4
+
+
+# What remains (N, 2, 3), and how the poses move (N, 2, 3, P), as `FitProblem.equations` has them.
+Equations: TypeAlias = tuple[Floats, Floats]
 
 
 class KnownDistance(NamedTuple):
@@ -189,7 +193,7 @@ class FitProblem:
             return remainders_between(inverses(self.poses), inverses(poses), self.positions)
         return remainders_between(self.poses, poses, self.positions)
 
-    def equations(self, values: Floats) -> tuple[Floats, Floats]:
+    def equations(self, values: Floats) -> Equations:
         """Return what remains (N, 2, 3), and how the poses move (N, 2, 3, P), as weighed."""
         poses = np.empty_like(self.poses)
         jacobian = np.empty((len(self.q), 6, len(self.columns)))
@@ -348,17 +352,16 @@ def find_values(
     values = np.zeros(len(problem.parameters))
     weights = np.ones(len(problem.q))
     limit = OUTLIER_OF_THREE if problem.positions else OUTLIER
+    remainders = problem.weighed(values)
     for k in range(ROBUST_ROUNDS):
         progress(k)
-        remainders = problem.weighed(values)
         found = _at_least(noise, _median_noise(remainders))
         distances = distances_of(problem, remainders, found)
         weights = np.minimum(1.0, HUBER / np.maximum(distances, 1e-300))
-        step = _stepped(problem, values, found, weights)
+        step, remainders = _stepped(problem, values, remainders, found, weights)
         values = values + step
         if np.all(np.abs(step) < ENOUGH * problem.prior):
             break
-    remainders = problem.weighed(values)
     found = _at_least(noise, _median_noise(remainders))
     used = distances_of(problem, remainders, found) < limit
     for k in range(ROUNDS):
@@ -399,10 +402,11 @@ def _mean_covariance(
     each = [_possible_noises(own, f) for own, f in zip(noise, freedom)]
     if problem.positions:
         each[1] = [(1.0, noise.rotation)]
+    equations = problem.equations(values)
     mean = np.zeros((len(values), len(values)))
     for (weight, position), (times, rotation) in product(*each):
         known = Noise(position, rotation)
-        solved = _solve(problem, values, known, used.astype(np.float64))
+        solved = _solve(problem, values, known, used.astype(np.float64), equations)
         inverse = problem.prior[:, None] * np.linalg.inv(solved.triangle)
         mean += weight * times * (inverse @ inverse.T)
     return mean
@@ -447,10 +451,21 @@ def _widening(freedom: float) -> float:
     return float(np.sqrt(1.0 + 2.0 / max(freedom - 2.0, LEAST_FREEDOM)))
 
 
-def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
-    """Return the corrections by some of the rows alone, the noise being known."""
-    for _ in range(KNOWN_STEPS if len(values) else 0):
-        solved = _solve(problem, values, noise, used.astype(np.float64))
+def refined(
+    problem: FitProblem,
+    values: Floats,
+    noise: Noise,
+    used: Flags,
+    equations: Equations | None = None,
+) -> Floats:
+    """
+    Return the corrections by some of the rows alone, the noise being known.
+
+    `equations` are those of the problem at the values that it begins with, if they are there.
+    """
+    for k in range(KNOWN_STEPS if len(values) else 0):
+        weights = used.astype(np.float64)
+        solved = _solve(problem, values, noise, weights, equations if k == 0 else None)
         values = values + problem.prior * solved.step
         if np.all(np.abs(solved.step) < ENOUGH * ENOUGH):
             break
@@ -473,10 +488,11 @@ def held_out_remainders(
         The block of each row.
     """
     result = np.zeros((len(problem.q), 2, 3))
+    equations = problem.equations(values)
     for k in np.unique(blocks):
         block = blocks == k
         others = found.used & ~block
-        without = refined(problem, values, found.noise, others)
+        without = refined(problem, values, found.noise, others, equations)
         result[block] = problem.remainders(without)[block]
     return result
 
@@ -511,21 +527,27 @@ def one_more(problem: FitProblem, found: FoundValues, moves: Floats) -> tuple[fl
     return float(triangle[at, at + 1] / triangle[at, at]), float(1.0 / abs(triangle[at, at]))
 
 
-def _stepped(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> Floats:
-    # A step that is halved until it brings the poses nearer.
+def _stepped(
+    problem: FitProblem, values: Floats, remainders: Floats, noise: Noise, weights: Floats
+) -> tuple[Floats, Floats]:
+    # A step that is halved until it brings the poses nearer, and what remains then; `remainders`
+    # are those before.
     solved = _solve(problem, values, noise, weights)
     step = problem.prior * solved.step
-    before = _squares(problem, values, noise, weights)
+    before = _squares(problem, values, remainders, noise, weights)
     for _ in range(HALVINGS):
-        if _squares(problem, values + step, noise, weights) <= before:
-            break
+        after = problem.weighed(values + step)
+        if _squares(problem, values + step, after, noise, weights) <= before:
+            return step, after
         step = 0.5 * step
-    return np.asarray(step)
+    return np.asarray(step), problem.weighed(values + step)
 
 
-def _squares(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> float:
+def _squares(
+    problem: FitProblem, values: Floats, remainders: Floats, noise: Noise, weights: Floats
+) -> float:
     # What remains of rows, known distances and priors, in their deviations.
-    d = distances_of(problem, problem.weighed(values), noise)
+    d = distances_of(problem, remainders, noise)
     known = np.sum(problem.distance_equations(values)[1] ** 2)
     return float(np.sum(weights * d**2) + known + np.sum((values / problem.prior) ** 2))
 
@@ -563,8 +585,15 @@ def _bend(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Flo
     return np.asarray(0.5 * G @ G.T)
 
 
-def _solve(problem: FitProblem, values: Floats, noise: Noise, weights: Floats) -> _Step:
-    remainders, J = problem.equations(values)
+def _solve(
+    problem: FitProblem,
+    values: Floats,
+    noise: Noise,
+    weights: Floats,
+    equations: Equations | None = None,
+) -> _Step:
+    # `equations` are those at the values, if they are there already.
+    remainders, J = problem.equations(values) if equations is None else equations
     count = len(values)
     rows = _rows(problem, values, J, noise, weights)
     right = _right(problem, values, remainders, noise, weights)
