@@ -82,7 +82,8 @@ def likely_orders(
         How the orientations were read, `rpy`, one of `EULER_ORDERS` or `rotvec`; of others nothing
         is known of what they were made of.
     most
-        Orders are left out that leave more than this angle (rad, rms), whatever base and tool are.
+        Orders are left out that leave more than this angle (rad, rms) of the poses by which they
+        are compared, whatever base and tool are.
     """
     R = poses[:, :3, :3]
     few = few_of(len(R))

@@ -174,9 +174,9 @@ def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
 def _orders(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     if errors_of(fit.position, fit.rotation).rotation_rms < NOMINAL.angle:
         return []  # angles so small hardly depend on their order
-    # What leaves more than `before` is no cause.
-    before = SIFT_MARGIN / MOST_OF_IT * fit.score
-    likely = likely_orders(given.poses, A, given.read, before)
+    # As of other mistakes: what leaves as much of few poses is not fitted to all of them.
+    most = SIFT_MARGIN / MOST_OF_IT * fit.score
+    likely = likely_orders(given.poses, A, given.read, most)
     if not likely:
         return []
     few = few_of(len(A))
@@ -187,7 +187,7 @@ def _orders(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     changes = [
         likely[k].undone(given.poses, A)
         for k in np.argsort(sifted.score, kind='stable')[:KEPT].tolist()
-        if sifted.score[k] < before
+        if sifted.score[k] < most
     ]
     return _undoing(given, changes, fit) if changes else []
 
