@@ -150,7 +150,7 @@ def test_the_noise_of_an_instrument_has_both_units(capsys, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    'name', ['ur5e', 'panda', 'scara_hsr065', 'rrp_elementary', 'offset_stanford_shape']
+    'name', ['panda', 'scara_hsr065', 'rrp_elementary', 'offset_stanford_shape']
 )
 def test_the_text_says_what_was_found_in_every_convention(name):
     arm = measured_arm(name, 40)

@@ -77,6 +77,8 @@ def writer(request, folder):
 def one_writer(request, folder):
     """
     Return those of one text, one picture, one bag: what each of them does is `write_file`'s.
+
+    That every command writes by it, a disk that fills shows.
     """
     return writer_called(request.param)
 
@@ -121,8 +123,8 @@ def test_a_device_is_written_to_and_stays_a_device(one_writer, folder, capsys):
 
 
 @pytest.mark.slow
-def test_a_device_that_is_full_is_a_sentence(writer, folder, capsys):
-    run, suffix = writer
+def test_a_device_that_is_full_is_a_sentence(one_writer, folder, capsys):
+    run, suffix = one_writer
     full = device(folder / f'full{suffix}', 7)
     assert run(full) == 1
     error = capsys.readouterr().err.strip()
@@ -132,8 +134,8 @@ def test_a_device_that_is_full_is_a_sentence(writer, folder, capsys):
 
 
 @pytest.mark.slow
-def test_a_named_pipe_gets_the_whole_output(writer, folder, capsys):
-    run, suffix = writer
+def test_a_named_pipe_gets_the_whole_output(one_writer, folder, capsys):
+    run, suffix = one_writer
     file = folder / f'file{suffix}'
     assert run(file) == 0, capsys.readouterr().err
     expected = file.stat().st_size

@@ -89,13 +89,12 @@ def likely_orders(
     few = few_of(len(R))
     pairs = _pairs(read)
     numbers = {name: _numbers(name, R[few]) for name in dict.fromkeys(one.read for one in pairs)}
-    every = np.empty((len(pairs), 2, len(few), 3, 3))
+    made = np.empty((len(pairs), 2, len(few), 3, 3))
     for kind in dict.fromkeys(one.written for one in pairs):
         own = [k for k, one in enumerate(pairs) if one.written == kind]
-        every[own] = _rotations(kind, np.stack([numbers[pairs[k].read] for k in own]))
+        made[own] = _rotations(kind, np.stack([numbers[pairs[k].read] for k in own]))
     of_file = A[few, :3, :3].reshape(-1, 9)
-    every = every.reshape(*every.shape[:3], 9)
-    chosen, off = _chosen(every, of_file @ of_file.T)
+    chosen, off = _chosen(made.reshape(*made.shape[:3], 9), of_file @ of_file.T)
     # Where remainders turn poses i and j by a and b, |trace(B_i^T B_j) - trace(A_i^T A_j)| is at
     # most 2 (a + b), of which the squares are at most 8 (a^2 + b^2).
     least = np.sqrt(off / max(16.0 * len(few) * (len(few) - 1), 1.0))

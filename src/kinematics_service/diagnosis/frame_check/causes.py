@@ -175,7 +175,7 @@ def _orders(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     if errors_of(fit.position, fit.rotation).rotation_rms < NOMINAL.angle:
         return []  # angles so small hardly depend on their order
     # As of other mistakes: what leaves as much of few poses is not fitted to all of them.
-    most = SIFT_MARGIN / MOST_OF_IT * fit.score
+    most = SIFT_MARGIN / MOST_OF_IT * float(fit.score)
     likely = likely_orders(given.poses, A, given.read, most)
     if not likely:
         return []
