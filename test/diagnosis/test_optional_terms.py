@@ -348,13 +348,12 @@ def test_columns_name_session_and_load_of_each_row(tmp_path, capsys):
     # Rows without a pose do not shift the others.
     skipped = (0, 30)
     file = written(tmp_path / 'loads.csv', rows, {'kg': masses, 'day': days}, skipped)
-    out = tmp_path / 'arm.yaml'
+    out, found, page = (tmp_path / name for name in ('arm.yaml', 'found.json', 'found.html'))
     options = ('--stamps', 'none', '--load', 'kg', '--load-at', *AT, '--sessions', 'day')
-    code, text, _ = run(
-        capsys, 'calibrate', file, '--robot', 'ur5e', *options, '--json', '-', '--output', out
-    )
+    outputs = ('--json', found, '--html', page, '--output', out)
+    code, text, _ = run(capsys, 'calibrate', file, '--robot', 'ur5e', *options, *outputs)
     assert code == 0
-    document = json.loads(text)
+    document = json.loads(found.read_text())
     terms = {one['kind']: one for one in document['terms']}
     assert {kind for kind, one in terms.items() if one['kept']} == {'elasticity'}
     own = ~np.isin(np.arange(50), skipped)
@@ -367,8 +366,6 @@ def test_columns_name_session_and_load_of_each_row(tmp_path, capsys):
     )
     values = [one._asdict() for one in term(same, 'elasticity').values]
     assert terms['elasticity']['values'] == values
-    page = tmp_path / 'found.html'
-    code, text, _ = run(capsys, 'calibrate', file, '--robot', 'ur5e', *options, '--html', page)
     assert 'compliance of elbow_joint' in page.read_text()
     text = ' '.join(text.split())
     assert 'Elasticity of the joints helps and is kept' in text
