@@ -1,5 +1,6 @@
 """Arms that differ from their tables by known errors, and poses measured of them."""
 
+import itertools
 from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
@@ -123,15 +124,17 @@ def touching_positions(robot, point, count, seed, noise=0.0):
     q = positions_within(robot, 8 * count, seed)
     random = np.random.default_rng([seed, 5])
     targets = np.asarray(point) + noise * random.normal(size=(len(q), 3))
+    off = np.arange(len(q))  # rows that are not there yet
     for _ in range(40):
-        T = ks.forward_kinematics(robot, q)
-        left = targets - (T[:, :3, 3] + T[:, :3, :3] @ TIP)
-        J = ks.jacobian(robot, q, at=TIP)[:, :3]
+        T = ks.forward_kinematics(robot, q[off])
+        left = targets[off] - (T[:, :3, 3] + T[:, :3, :3] @ TIP)
+        far = np.linalg.norm(left, axis=1) >= 1e-14
+        off, left = off[far], left[far]
+        J = ks.jacobian(robot, q[off], at=TIP)[:, :3]
         damped = J @ np.swapaxes(J, 1, 2) + np.sum(left**2, axis=1)[:, None, None] * np.eye(3)
         step = np.swapaxes(J, 1, 2) @ np.linalg.solve(damped, left[:, :, None])
-        q = q + np.clip(step[:, :, 0], -0.3, 0.3)
-    T = ks.forward_kinematics(robot, q)
-    reached = np.linalg.norm(targets - (T[:, :3, 3] + T[:, :3, :3] @ TIP), axis=1) < 1e-14
+        q[off] += np.clip(step[:, :, 0], -0.3, 0.3)
+    reached = ~np.isin(np.arange(len(q)), off)
     reached &= np.max(np.abs(q), axis=1) < 2.0 * np.pi
     assert np.sum(reached) >= count
     return q[reached][:count]
@@ -340,8 +343,11 @@ def in_view(true, on_tool, still, where, count, random, camera=INTRINSICS):
     while len(kept) < count:
         q = BEFORE_BOARD + random.uniform(-AROUND, AROUND, (400, 6))
         poses = board_seen(true, q, on_tool, still, where)
-        kept = np.concatenate([kept, q[[is_in_view(pose, camera) for pose in poses]]])
-    return kept[:count]
+        seen = (own for own, pose in zip(q, poses) if is_in_view(pose, camera))
+        kept = np.concatenate(
+            [kept, *(own[None] for own in itertools.islice(seen, count - len(kept)))]
+        )
+    return kept
 
 
 def pictured(arm, where, camera=INTRINSICS):
@@ -357,7 +363,7 @@ def pictured(arm, where, camera=INTRINSICS):
 def pictured_errors(arm, where, found, forms=(closed_form,)):
     """Return `board_errors` of the middle of the board, where it is seen."""
     random = np.random.default_rng(77)
-    q = in_view(arm.true, arm.on_tool, arm.still, where, 200, random)
+    q = in_view(arm.true, arm.on_tool, arm.still, where, 60, random)
     seen = arm._replace(q=arm.q[found.views.rows], poses=found.views.poses)
     return board_errors(seen, where, found, q, BOARD.corners.mean(axis=0), forms)
 

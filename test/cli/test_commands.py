@@ -746,16 +746,16 @@ def test_a_page_in_a_folder_that_is_not_there_is_a_sentence(capsys, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ('command', 'others'),
+    ('command', 'others', 'option'),
     [
-        ('check', ()),
-        ('compare', ('mine.txt',)),
-        ('derive', ('--format', 'json')),
-        ('export', ('--urdf', '-')),
-        ('plot', ('map', '--points', '5', '--save', 'map.svg')),
+        ('check', (), ('--robot', 'planar_2r')),
+        ('check', (), ('--robot=planar_2r',)),
+        ('compare', ('mine.txt',), ('--robot', 'planar_2r')),
+        ('derive', ('--format', 'json'), ('--robot=planar_2r',)),
+        ('export', ('--urdf', '-'), ('--robot', 'planar_2r')),
+        ('plot', ('map', '--points', '5', '--save', 'map.svg'), ('--robot', 'planar_2r')),
     ],
 )
-@pytest.mark.parametrize('option', [('--robot', 'planar_2r'), ('--robot=planar_2r',)])
 def test_a_robot_that_stands_alone_is_taken_by_its_option_too(
     capsys, tmp_path, monkeypatch, command, others, option
 ):

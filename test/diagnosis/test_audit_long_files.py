@@ -17,7 +17,6 @@ from recordings import SECOND, awkward, motion, samples_of
 import kinematics_service as ks
 from kinematics_service.estimation.estimator import UNREADABLE
 from kinematics_service.formats.recordings import columns, table_rows, unpacking
-from kinematics_service.formats.recordings.block import LARGEST_BLOCK
 from kinematics_service.formats.recordings.joint_state_cdr import columns_of
 from kinematics_service.formats.recordings.open_file import open_source
 from kinematics_service.formats.recordings.source import Selection
@@ -25,8 +24,15 @@ from kinematics_service.formats.recordings.source import Selection
 ROBOT = ('--robot', 'planar_2r')
 HEADER = 'stamp,position.q1,position.q2'
 # Rows of a table that is longer than one piece, and the line of the row that is made bad.
-ROWS, BAD = LARGEST_BLOCK + 3000, LARGEST_BLOCK + 1000
+PIECE = 500
+ROWS, BAD = PIECE + 300, PIECE + 100
 LINE = BAD + 2
+
+
+@pytest.fixture(autouse=True)
+def short_pieces(monkeypatch):
+    """Have tables read in pieces of a few hundred rows, of which a short file has several."""
+    monkeypatch.setattr(table_rows, 'LARGEST_BLOCK', PIECE)
 
 
 def lines(rows=ROWS):
@@ -70,7 +76,7 @@ def test_a_bad_line_deep_in_a_table_is_refused_in_a_sentence(tmp_path, capsys, r
 
 
 def test_a_quote_that_nobody_closes_does_not_swallow_the_table(tmp_path, capsys, monkeypatch):
-    rows = lines()
+    rows = lines(10_000)  # more than a field may hold
     rows[5] = '1700000000.05,"0.2,1.0'
     file = written(tmp_path / 'quote.csv', rows)
     expected = f'{file}: cannot be read as a table: field larger than field limit (131072)'
@@ -112,7 +118,7 @@ def test_a_table_is_judged_while_it_is_read(tmp_path):
     file = written(tmp_path / 'run.csv', rows)
     with open_source(file, Selection(robot_of('planar_2r'))) as source:
         first = next(source.blocks)
-        assert len(first) == LARGEST_BLOCK
+        assert len(first) == PIECE
         assert source.total == ROWS - 1 + (rows[-1] == '')
         with pytest.raises(ks.KinematicsError, match=f'{ROWS}: 1 cells'):
             list(source.blocks)

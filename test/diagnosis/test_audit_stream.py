@@ -84,7 +84,7 @@ def in_one_piece(name, first, last):
     # Each piece takes its time: of the small ones those around a repeated message, a jump, a lag.
     [
         *(('ur5e', 1, 0, 60), ('ur5e', 31, 0, 1250)),
-        *(('kinova_gen3', 1, 680, 720), ('kinova_gen3', 512, 0, 2500)),
+        *(('kinova_gen3', 1, 680, 720), ('kinova_gen3', 512, 1000, 2500)),
     ],
 )
 def test_pieces_of_any_size_give_the_same_verdict(name, size, first, last, monkeypatch):

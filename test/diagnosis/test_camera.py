@@ -69,7 +69,7 @@ def test_without_errors_of_the_arm_the_closed_form_agrees(where):
 @pytest.mark.parametrize('where', BOTH)
 def test_at_once_is_nearer_than_the_closed_form_and_as_sure_as_it_says(where):
     ratios, squares, shares = [], [], []
-    for seed in range(100, 108):
+    for seed in range(100, 104):
         arm = camera_arm(where, 25, seed)
         found = ks.calibrate(arm.robot, arm.q, arm.poses, camera=where)
         fitted, closed = board_errors(arm, where, found)
@@ -131,7 +131,7 @@ links:
 )
 def test_no_size_of_the_board_is_doubted_that_is_right(name, where):
     robot = ks.robot_from_text(PAN_TILT) if name == 'pan_tilt' else ks.load_robot(name)
-    for seed in (1, 2):
+    for seed in (1,):
         random = np.random.default_rng([seed, 3])
         table = parameters_of(robot, False).table
         errors = np.array([one.scale for one in table]) * random.normal(size=len(table))
@@ -163,9 +163,9 @@ def test_a_board_of_another_size_is_named_and_refused(where):
 @pytest.mark.parametrize('where', BOTH)
 def test_zeros_that_drift_are_no_size_of_the_board(where):
     """The size is judged beside the drifts that are kept, and is found beside them."""
-    arm = camera_arm(where, 100, 1)
-    sessions = np.random.default_rng(17).permutation(np.repeat(np.arange(4), 25))
-    q = arm.q + 0.004 * np.random.default_rng(18).normal(size=(4, 6))[sessions]
+    arm = camera_arm(where, 48, 1)
+    sessions = np.random.default_rng(17).permutation(np.repeat(np.arange(3), 16))
+    q = arm.q + 0.004 * np.random.default_rng(18).normal(size=(3, 6))[sessions]
     for size in (1.0, 0.97):
         poses = arm.poses.copy()
         poses[:, :3, 3] *= size

@@ -1,7 +1,6 @@
 """The frame doctor finds planted offsets and names planted faults, and none on clean data."""
 
 import dataclasses
-import itertools
 import math
 import time
 
@@ -13,9 +12,13 @@ from recordings import motion, recorded
 from scipy.spatial.transform import Rotation
 
 import kinematics_service as ks
-from kinematics_service.diagnosis.frame_check.angle_orders import order_hypotheses_of
+from kinematics_service.diagnosis.frame_check.angle_orders import (
+    likely_orders,
+    order_hypotheses_of,
+)
 from kinematics_service.diagnosis.frame_check.diagnosis import diagnose_frames
 from kinematics_service.diagnosis.frame_check.errors import NOMINAL, PoseLimit
+from kinematics_service.diagnosis.frame_check.offsets import fit_offsets
 from kinematics_service.diagnosis.frame_check.other_robots import first_look
 from kinematics_service.errors import FramesError
 from kinematics_service.formats.recordings.pose_format import PoseFormat
@@ -100,12 +103,12 @@ def test_what_the_poses_do_not_determine_is_said(name):
 @pytest.mark.parametrize('name', SPATIAL)
 def test_a_joint_that_counts_the_other_way_is_named(name):
     robot, t, q, B = poses_of_arm(name)
-    for j, joint in enumerate(robot.joint_names):
+    for j in {0, 2, robot.dof - 1}:  # one that slides, and those at the ends
         wrong = q.copy()
         wrong[:, j] *= -1.0
         cause = diagnose_frames(robot, wrong, B, t).cause
         assert cause.key == 'joint_sign'
-        assert joint in cause.sentence
+        assert robot.joint_names[j] in cause.sentence
         assert cause.ratio > 10.0
 
 
@@ -113,7 +116,7 @@ def test_a_joint_that_counts_the_other_way_is_named(name):
 @pytest.mark.parametrize('name', SPATIAL)
 def test_joints_in_each_others_place_are_named(name):
     robot, t, q, B = poses_of_arm(name)
-    for i, j in [(0, 2), (1, 2), (robot.dof - 2, robot.dof - 1)]:
+    for i, j in [(1, 2), (robot.dof - 2, robot.dof - 1)]:
         wrong = q.copy()
         wrong[:, [i, j]] = wrong[:, [j, i]]
         cause = diagnose_frames(robot, wrong, B, t).cause
@@ -125,7 +128,7 @@ def test_joints_in_each_others_place_are_named(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', SPATIAL)
+@pytest.mark.parametrize('name', SPATIAL[1:])
 def test_units_axes_and_quaternion_order_are_named(name):
     robot, t, q, B = poses_of_arm(name)
     degrees = np.where(sliding(robot), q, np.degrees(q))
@@ -171,7 +174,7 @@ def misread(robot):
 @pytest.mark.parametrize('name', ['puma560', 'panda'])
 def test_a_joint_that_turns_with_another_is_named(name):
     arm = measured_arm(name, 60, NOISE, seed=4, size=0.5)
-    for (i, j), sign in itertools.product([(1, 2), (2, 1), (3, 5), (0, 4)], (1.0, -1.0)):
+    for (i, j), sign in [((1, 2), 1.0), ((2, 1), -1.0), ((0, 4), -1.0)]:
         q = arm.q.copy()
         q[:, j] -= sign * q[:, i]
         cause = diagnose_frames(arm.robot, q, arm.poses).cause
@@ -190,7 +193,7 @@ def taken_for(poses, written, read):
     return wrong
 
 
-# Every order of few poses of one arm; of each other set of poses every fourth one.
+# Every order of few poses of one arm; of each other set of poses every eighth one.
 OTHER_ORDERS = [written for written in EULER_ORDERS if written != 'xyz']
 
 
@@ -199,18 +202,20 @@ OTHER_ORDERS = [written for written in EULER_ORDERS if written != 'xyz']
     ('name', 'count', 'orders'),
     [
         ('ur5e', 12, OTHER_ORDERS),
-        ('panda', 12, OTHER_ORDERS[1::4]),
-        ('puma560', 60, OTHER_ORDERS[2::4]),
+        ('panda', 12, OTHER_ORDERS[1::8]),
+        ('puma560', 60, OTHER_ORDERS[2::8]),
     ],
 )
 def test_angles_in_any_other_order_are_named(name, count, orders):
     arm = measured_arm(name, count, NOISE, seed=3, size=0.5)
-    for written in orders:
+    for k, written in enumerate(orders):
         wrong = taken_for(arm.poses, written, 'xyz')
         diagnosis = diagnose_frames(arm.robot, arm.q, wrong, read='rpy')
         assert diagnosis.cause.key == 'angle_order', diagnosis.sentence
         assert f'(--pose-format {written})' in diagnosis.sentence
         # Where the reading is unknown kinds that come to the same are one.
+        if k % 2:
+            continue
         found = diagnose_frames(arm.robot, arm.q, wrong)
         assert found.cause.key == 'angle_order', found.sentence
         assert f'the orientations are angles {written}' in found.sentence.lower().replace(
@@ -260,7 +265,7 @@ def test_a_table_read_by_the_other_convention_is_named(name):
 @pytest.mark.parametrize('name', SPATIAL)
 def test_a_zero_position_that_is_off_is_named_with_its_size(name):
     robot, t, q, B = poses_of_arm(name)
-    for j in range(1, robot.dof - 1):  # those of the first and the last are base and tool offsets
+    for j in range(1, robot.dof - 1, 2):  # those of the ends are base and tool offsets
         wrong = q.copy()
         off = 0.01 if sliding(robot)[j] else 0.03
         wrong[:, j] += off
@@ -437,7 +442,7 @@ def test_a_real_arms_tool_is_found_and_no_cause_named(real):
 @pytest.mark.slow
 def test_faults_planted_in_a_real_recording_are_named(real):
     robot, t, q, B = real
-    for j in range(6):
+    for j in (0, 3, 5):
         wrong = q.copy()
         wrong[:, j] *= -1.0
         cause = diagnose_frames(robot, wrong, B, t).cause
@@ -452,7 +457,7 @@ def test_faults_planted_in_a_real_recording_are_named(real):
     assert diagnose_frames(misread(robot), q, B, t).cause.key == 'convention'
     assert diagnose_frames(robot, q, shuffled(B), t).cause.key == 'quaternion_order'
     assert diagnose_frames(robot, q, np.linalg.inv(B), t).cause.key == 'tool_axes'
-    for j in (1, 2, 3):
+    for j in (1, 3):
         wrong = q.copy()
         wrong[:, j] += 0.03
         cause = diagnose_frames(robot, wrong, B, t).cause
@@ -603,6 +608,19 @@ def test_orders_that_are_one_order_turned_are_all_tried(seed):
     true, seen, A = read_as_another('zyz', 'xyx', seed, off=1e-3)
     undone = [one.poses for one in order_hypotheses_of(seen, A)]
     assert min(np.max(np.abs(poses - true)) for poses in undone) < 1e-9
+
+
+@pytest.mark.parametrize('most', [0.02, 0.1, 0.3])
+def test_orders_that_are_left_out_leave_more_whatever_base_and_tool_are(most):
+    true, seen, A = read_as_another('zyz', 'xyz', 3, off=0.01)
+    every, kept = likely_orders(seen, A, 'xyz'), likely_orders(seen, A, 'xyz', most)
+    names = {one.written for one in kept}
+    assert 'zyz' in names
+    out = [one for one in every if one.written not in names]
+    assert out
+    for one in out:
+        left = fit_offsets(A[None], one.undone(seen, A).poses[None]).rotation
+        assert np.sqrt(np.mean(np.sum(left**2, axis=-1))) > most
 
 
 @pytest.mark.parametrize('lag', [0.45, -0.45])

@@ -71,7 +71,7 @@ def test_without_noise_the_board_is_where_it_is_seen(where):
 @pytest.mark.parametrize('where', BOTH)
 def test_images_are_nearer_than_the_closed_form_and_as_sure_as_they_say(where):
     ratios, squares = [], []
-    for seed in range(200, 210):
+    for seed in range(200, 205):
         arm = pictured_arm(where, 25, seed, corner=0.4)
         found = pictured(arm, where)
         fitted, closed = pictured_errors(arm, where, found)
@@ -164,7 +164,7 @@ def test_without_an_image_that_tells_flat_boards_are_left_out():
 @pytest.mark.parametrize('where', BOTH)
 @pytest.mark.parametrize('size', [0.97, 1.03])
 def test_squares_of_another_size_are_named(where, size):
-    for seed in (21, 22):
+    for seed in (21,):
         arm = pictured_arm(where, 25, seed)
         seen = [one._replace(points=size * one.points) for one in arm.seen]
         try:
@@ -212,7 +212,7 @@ def test_another_camera_is_refused():
 
 @pytest.mark.parametrize('where', BOTH)
 def test_a_camera_that_is_elsewhere_is_refused(where):
-    for seed in (26, 27):
+    for seed in (26,):
         arm = pictured_arm(where, 25, seed)
         other = BOTH[BOTH.index(where) - 1]
         with pytest.raises(CalibrationError, match='take --camera on-tool, or fixed'):
@@ -241,8 +241,9 @@ def test_proposed_poses_have_the_board_in_the_image(where):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('where', BOTH)
-def test_the_command_goes_from_images_to_the_robot_file(where, tmp_path, capsys):
+def test_the_command_goes_from_images_to_the_robot_file(tmp_path, capsys):
+    # Of a camera that is fixed the command says the same by measured poses.
+    where = 'on-tool'
     random = np.random.default_rng(1)
     arm = pictured_arm(where, 12, 30, camera=SMALL)
     folder = tmp_path / 'pictures'

@@ -51,20 +51,20 @@ def real_ur3e():
 
 def made_panda():
     robot = robot_of('panda')
-    q, read = swinging(robot, 400, seed=1, noise=1e-4)
+    q, read = swinging(robot, 280, seed=1, noise=1e-4)
     return Recording(robot, read, poses_of(robot, q), 30)
 
 
 def made_so101():
     robot = robot_of('so101')
-    q, _ = swinging(robot, 400, seed=2)
+    q, _ = swinging(robot, 280, seed=2)
     return Recording(robot, TICK * np.round(q / TICK), poses_of(robot, q), 30)
 
 
 def made_pair():
     robot = robot_of('ur5e')
-    q, read = swinging(robot, 400, seed=3, noise=1e-4)
-    other, _ = swinging(robot, 400, seed=4)
+    q, read = swinging(robot, 280, seed=3, noise=1e-4)
+    other, _ = swinging(robot, 280, seed=4)
     return Recording(robot, read, poses_of(robot, q), 50, other)
 
 

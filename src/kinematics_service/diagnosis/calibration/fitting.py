@@ -9,7 +9,7 @@ the corrections, from the remainder and from how many numbers the poses determin
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -46,6 +46,10 @@ HALVINGS = 5
 DISTANCE = 1e-5
 # Difference (s, rad) by which poses move with what moves the joints: a lag, or a backlash.
 STEP = 1e-4
+
+
+# What remains (N, 2, 3), and how the poses move (N, 2, 3, P), as `FitProblem.equations` has them.
+Equations: TypeAlias = tuple[Floats, Floats]
 
 
 class KnownDistance(NamedTuple):
@@ -194,7 +198,7 @@ class FitProblem:
             return remainders_between(inverses(self.poses), inverses(poses), self.positions)
         return remainders_between(self.poses, poses, self.positions)
 
-    def equations(self, values: Floats) -> tuple[Floats, Floats]:
+    def equations(self, values: Floats) -> Equations:
         """Return what remains (N, 2, 3), and how the poses move (N, 2, 3, P), as weighed."""
         poses = np.empty_like(self.poses)
         jacobian = np.empty((len(self.q), 6, len(self.columns)))
@@ -362,8 +366,9 @@ class _Equations:
             [rows, problem.distance_equations(values)[1], -values / problem.prior]
         )
 
-    def solved(self, values: Floats) -> _Step:
-        remainders, J = self.problem.equations(values)
+    def solved(self, values: Floats, there: Equations | None = None) -> _Step:
+        # `there`: the equations of the problem at the values, if they are known.
+        remainders, J = self.problem.equations(values) if there is None else there
         count = len(values)
         rows, right = self.rows(values, J), self.right(values, remainders)
         triangle = triangle_of(np.column_stack([rows, right]))
@@ -371,8 +376,8 @@ class _Equations:
         step = np.linalg.solve(R, triangle[:count, count])
         return _Step(np.asarray(step, dtype=np.float64), R, rows, right)
 
-    def squares(self, values: Floats) -> float:
-        d = distances_of(self.problem, self.problem.weighed(values), self.noise)
+    def squares(self, values: Floats, remainders: Floats) -> float:
+        d = distances_of(self.problem, remainders, self.noise)
         known = np.sum(self.problem.distance_equations(values)[1] ** 2)
         priors = np.sum((values / self.problem.prior) ** 2)
         return float(np.sum(self.weights * d**2) + known + priors)
@@ -396,17 +401,16 @@ def find_values(
     values = np.zeros(len(problem.parameters))
     weights = np.ones(len(problem.q))
     limit = OUTLIER_OF_THREE if problem.positions else OUTLIER
+    remainders = problem.weighed(values)
     for k in range(ROBUST_ROUNDS):
         progress(k)
-        remainders = problem.weighed(values)
         found = _at_least(noise, _median_noise(remainders))
         distances = distances_of(problem, remainders, found)
         weights = np.minimum(1.0, HUBER / np.maximum(distances, 1e-300))
-        step = _stepped(_Equations(problem, found, weights), values)
+        step, remainders = _stepped(_Equations(problem, found, weights), values, remainders)
         values = values + step
         if np.all(np.abs(step) < ENOUGH * problem.prior):
             break
-    remainders = problem.weighed(values)
     found = _at_least(noise, _median_noise(remainders))
     used = distances_of(problem, remainders, found) < limit
     for k in range(ROUNDS):
@@ -445,10 +449,11 @@ def _mean_covariance(problem: FitProblem, found: FoundValues) -> Floats:
     each = [_possible_noises(own, f) for own, f in zip(found.noise, found.freedom)]
     if problem.positions:
         each[1] = [(1.0, found.noise.rotation)]
+    there = problem.equations(found.values)
     mean = np.zeros((len(found.values), len(found.values)))
     for (weight, position), (times, rotation) in product(*each):
         known = Noise(position, rotation)
-        solved = _Equations(problem, known, found.used).solved(found.values)
+        solved = _Equations(problem, known, found.used).solved(found.values, there)
         inverse = problem.prior[:, None] * np.linalg.inv(solved.triangle)
         mean += weight * times * (inverse @ inverse.T)
     return mean
@@ -493,10 +498,20 @@ def _widening(freedom: float) -> float:
     return float(np.sqrt(1.0 + 2.0 / max(freedom - 2.0, LEAST_FREEDOM)))
 
 
-def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
-    """Return the corrections by some of the rows alone, the noise being known."""
-    for _ in range(KNOWN_STEPS if len(values) else 0):
-        solved = _Equations(problem, noise, used).solved(values)
+def refined(
+    problem: FitProblem,
+    values: Floats,
+    noise: Noise,
+    used: Flags,
+    there: Equations | None = None,
+) -> Floats:
+    """
+    Return the corrections by some of the rows alone, the noise being known.
+
+    `there`: the equations of the problem at the values that it begins with, if they are known.
+    """
+    for k in range(KNOWN_STEPS if len(values) else 0):
+        solved = _Equations(problem, noise, used).solved(values, there if k == 0 else None)
         values = values + problem.prior * solved.step
         if np.all(np.abs(solved.step) < ENOUGH * ENOUGH):
             break
@@ -519,10 +534,11 @@ def held_out_remainders(
         The block of each row.
     """
     result = np.zeros((len(problem.q), 2, 3))
+    equations = problem.equations(values)
     for k in np.unique(blocks):
         block = blocks == k
         others = found.used & ~block
-        without = refined(problem, values, found.noise, others)
+        without = refined(problem, values, found.noise, others, equations)
         result[block] = problem.remainders(without)[block]
     return result
 
@@ -556,15 +572,17 @@ def one_more(problem: FitProblem, found: FoundValues, moves: Floats) -> tuple[fl
     return float(triangle[at, at + 1] / triangle[at, at]), float(1.0 / abs(triangle[at, at]))
 
 
-def _stepped(equations: _Equations, values: Floats) -> Floats:
-    # A step that is halved until it brings the poses nearer.
+def _stepped(equations: _Equations, values: Floats, remainders: Floats) -> tuple[Floats, Floats]:
+    # A step that is halved until it brings the poses nearer, and what remains then; `remainders`
+    # are those before.
     step = equations.problem.prior * equations.solved(values).step
-    before = equations.squares(values)
+    before = equations.squares(values, remainders)
     for _ in range(HALVINGS):
-        if equations.squares(values + step) <= before:
-            break
+        after = equations.problem.weighed(values + step)
+        if equations.squares(values + step, after) <= before:
+            return step, after
         step = 0.5 * step
-    return np.asarray(step)
+    return np.asarray(step), equations.problem.weighed(values + step)
 
 
 def _bend(equations: _Equations, values: Floats) -> Floats:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...formats.recordings.pose_format import MAKERS
-from ...kernel import Floats
+from ...kernel import Floats, Integers
 from ...rigid_motion import (
     EULER_ORDERS,
     euler_angles,
@@ -37,9 +37,42 @@ class _Taken(NamedTuple):
     read: str
 
 
-def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hypothesis]:
+class LikelyOrder(NamedTuple):
     """
-    Yield the likeliest orders of the three numbers that the orientations were made of.
+    One of the likeliest orders.
+
+    Attributes
+    ----------
+    sentence
+        What is wrong.
+    written, read
+        The kinds of numbers that the orientations were written as, and read as.
+    chosen, of_file : shape (F, 9)
+        Orientations of few poses with that undone, and by the robot file.
+    """
+
+    sentence: str
+    written: str
+    read: str
+    chosen: Floats
+    of_file: Floats
+
+    def undone(self, poses: Floats, A: Floats) -> Hypothesis:
+        """Return the mistake undone in poses (N, 4, 4), which A are by the robot file."""
+        # Of each pose the triple that agrees with those that were chosen.
+        rotations = _rotations(self.written, _numbers(self.read, poses[:, :3, :3]))
+        found = rotations.reshape(2, -1, 9) @ self.chosen.T
+        wrong = np.sum((found - A[:, :3, :3].reshape(-1, 9) @ self.of_file.T) ** 2, axis=2)
+        undone = np.array(poses)
+        undone[:, :3, :3] = rotations[np.argmin(wrong, axis=0), np.arange(len(poses))]
+        return Hypothesis('angle_order', self.sentence, poses=undone)
+
+
+def likely_orders(
+    poses: Floats, A: Floats, read: str = '', most: float = np.inf
+) -> list[LikelyOrder]:
+    """
+    Return the likeliest orders of the three numbers that the orientations were made of.
 
     Parameters
     ----------
@@ -48,31 +81,43 @@ def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hy
     read
         How the orientations were read, `rpy`, one of `EULER_ORDERS` or `rotvec`; of others nothing
         is known of what they were made of.
+    most
+        Orders are left out that leave more than this angle (rad, rms) of the poses by which they
+        are compared, whatever base and tool are.
     """
     R = poses[:, :3, :3]
-    few = np.unique(np.linspace(0, len(R) - 1, SIFTED).astype(int))
+    few = few_of(len(R))
     pairs = _pairs(read)
-    reads = dict.fromkeys(one.read for one in pairs)
-    numbers = {name: _numbers(name, R) for name in reads}
-    every = np.empty((len(pairs), 2, len(few), 3, 3))
+    numbers = {name: _numbers(name, R[few]) for name in dict.fromkeys(one.read for one in pairs)}
+    made = np.empty((len(pairs), 2, len(few), 3, 3))
     for kind in dict.fromkeys(one.written for one in pairs):
         own = [k for k, one in enumerate(pairs) if one.written == kind]
-        every[own] = _rotations(kind, np.stack([numbers[pairs[k].read][:, few] for k in own]))
+        made[own] = _rotations(kind, np.stack([numbers[pairs[k].read] for k in own]))
     of_file = A[few, :3, :3].reshape(-1, 9)
-    chosen, off = _chosen(every.reshape(*every.shape[:3], 9), of_file @ of_file.T)
+    chosen, off = _chosen(made.reshape(*made.shape[:3], 9), of_file @ of_file.T)
+    # Where remainders turn poses i and j by a and b, |trace(B_i^T B_j) - trace(A_i^T A_j)| is at
+    # most 2 (a + b), of which the squares are at most 8 (a^2 + b^2).
+    least = np.sqrt(off / max(16.0 * len(few) * (len(few) - 1), 1.0))
     # Where nothing is known of the reading several kinds come to the same: the usual one is named.
     likely: list[int] = []
     for k in sorted(np.argsort(off, kind='stable')[:KEPT].tolist()):
-        if not likely or np.min(np.max(np.abs(chosen[likely] - chosen[k]), axis=(1, 2))) > SAME:
+        first = np.max(np.abs(chosen[likely, 0] - chosen[k, 0]), axis=1)
+        near = [likely[i] for i in np.flatnonzero(first <= SAME).tolist()]
+        alike = np.max(np.abs(chosen[near] - chosen[k]), axis=(1, 2), initial=0.0) <= SAME
+        if least[k] <= most and not np.any(alike):
             likely.append(k)
-    for k in likely:
-        # Of each pose the triple that agrees with those that were chosen.
-        rotations = _rotations(pairs[k].written, numbers[pairs[k].read])
-        found = rotations.reshape(2, -1, 9) @ chosen[k].T
-        wrong = np.sum((found - A[:, :3, :3].reshape(-1, 9) @ of_file.T) ** 2, axis=2)
-        undone = np.array(poses)
-        undone[:, :3, :3] = rotations[np.argmin(wrong, axis=0), np.arange(len(R))]
-        yield Hypothesis('angle_order', _sentence(pairs[k], read), poses=undone)
+    return [LikelyOrder(_sentence(pairs[k], read), *pairs[k], chosen[k], of_file) for k in likely]
+
+
+def few_of(count: int) -> Integers:
+    """Return the places of the few among as many poses by which orders are compared."""
+    return np.unique(np.linspace(0, count - 1, SIFTED).astype(int))
+
+
+def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hypothesis]:
+    """Yield that the orientations were made of another order, as `likely_orders` takes them."""
+    for one in likely_orders(poses, A, read):
+        yield one.undone(poses, A)
 
 
 def _pairs(read: str) -> list[_Taken]:
@@ -106,27 +151,34 @@ def _rotations(kind: str, numbers: Floats) -> Floats:
 def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
     # Of every pair of kinds the triple of each pose that agrees with the others, from both of the
     # first: rotations (H, N, 9) of (H, 2, N, 9), and by how much their products (N, N) are off.
-    best, least = every[:, 0], np.full(len(every), np.inf)
+    count, _, many, _ = every.shape
+    flat = every.reshape(count, 2 * many, 9)
+    wrong = (flat @ np.swapaxes(flat, 1, 2)).reshape(count, 2, many, 2, many)
+    wrong = (wrong - products[:, None]) ** 2
+    pair, pose = np.arange(count), np.arange(many)
+    wrong[:, :, pose, :, pose] = 0.0  # a pose says nothing of itself
+    best, least = np.zeros((count, many), dtype=np.int64), np.full(count, np.inf)
     for start in (0, 1):
-        chosen = np.array(every[:, start])
-        for k in range(1, chosen.shape[1]):
-            _choose(chosen, every, products, k, slice(k))
-        for _ in range(ROUNDS):
-            for k in range(chosen.shape[1]):
-                _choose(chosen, every, products, k, slice(None))
-        off = np.sum((chosen @ np.swapaxes(chosen, 1, 2) - products) ** 2, axis=(1, 2))
-        best = np.where((off < least)[:, None, None], chosen, best)
+        branches = np.full((count, many), start)
+        # By how much each triple is off, of those that are chosen so far.
+        sums = wrong[:, start, 0]
+        for k in range(1, many):
+            branches[:, k] = sums[:, 1, k] < sums[:, 0, k]
+            sums = sums + wrong[pair, branches[:, k], k]
+        for k in [*range(many)] * ROUNDS:
+            other = np.asarray(sums[:, 1, k] < sums[:, 0, k], dtype=np.int64)
+            turned = np.flatnonzero(other != branches[:, k])
+            before, after = branches[turned, k], other[turned]
+            sums[turned] += wrong[turned, after, k] - wrong[turned, before, k]
+            branches[:, k] = other
+        branches = np.argmin(sums, axis=1)
+        each = wrong[pair[:, None], branches, pose]
+        off = np.sum(
+            each[pair[:, None, None], pose[:, None], branches[:, None], pose], axis=(1, 2)
+        )
+        best = np.where((off < least)[:, None], branches, best)
         least = np.minimum(off, least)
-    return best, least
-
-
-def _choose(chosen: Floats, every: Floats, products: Floats, k: int, others: slice) -> None:
-    found = every[:, :, k] @ np.swapaxes(chosen[:, others], 1, 2)
-    wrong = (found - products[k, others]) ** 2
-    if others.stop is None:
-        wrong[:, :, k] = 0.0
-    branch = np.argmin(np.sum(wrong, axis=2), axis=1)
-    chosen[:, k] = every[np.arange(len(every)), branch, k]
+    return every[pair[:, None], best, pose], least
 
 
 def _sentence(pair: _Taken, read: str) -> str:

@@ -13,7 +13,7 @@ from ...errors import LoopError
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from ...robot.closed_poses import closes_at
-from .angle_orders import order_hypotheses_of
+from .angle_orders import few_of, likely_orders
 from .errors import (
     EXPLAINED,
     MOST,
@@ -174,13 +174,22 @@ def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
 def _orders(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     if errors_of(fit.position, fit.rotation).rotation_rms < NOMINAL.angle:
         return []  # angles so small hardly depend on their order
-    changes = list(order_hypotheses_of(given.poses, A, given.read))
-    few = np.unique(np.linspace(0, len(A) - 1, SIFTED).astype(int))
+    # As of other mistakes: what leaves as much of few poses is not fitted to all of them.
+    most = SIFT_MARGIN / MOST_OF_IT * float(fit.score)
+    likely = likely_orders(given.poses, A, given.read, most)
+    if not likely:
+        return []
+    few = few_of(len(A))
     # The joints are where they were.
-    others = np.stack([change.seen(given.poses)[few] for change in changes])
+    others = np.tile(given.poses[few], (len(likely), 1, 1, 1))
+    others[..., :3, :3] = np.reshape([one.chosen for one in likely], (len(likely), -1, 3, 3))
     sifted = fit_offsets(np.broadcast_to(A[few], others.shape), others, steps=SIFT_STEPS)
-    changes = [changes[k] for k in np.argsort(sifted.score, kind='stable')[:KEPT].tolist()]
-    return _undoing(given, changes, fit)
+    changes = [
+        likely[k].undone(given.poses, A)
+        for k in np.argsort(sifted.score, kind='stable')[:KEPT].tolist()
+        if sifted.score[k] < most
+    ]
+    return _undoing(given, changes, fit) if changes else []
 
 
 def _undoing(
