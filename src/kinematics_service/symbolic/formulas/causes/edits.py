@@ -105,7 +105,7 @@ def symbols_exchanged(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
         for other in symbols:
             if one != other:
                 sentence = f'{one} stands where {other} belongs'
-                yield Edit(sentence, e.subs(one, other))
+                yield Edit(sentence, e.xreplace({one: other}))
     for path, part in places(e):
         if part.is_Symbol:
             for other in symbols:
@@ -118,7 +118,7 @@ def symbols_exchanged(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
                 yield Edit(sentence, replaced(e, path, part.base * other))
     for one, other in combinations(free, 2):
         changes = {one: other, other: one}
-        yield Edit(f'{one} and {other} are exchanged', e.subs(changes, simultaneous=True))
+        yield Edit(f'{one} and {other} are exchanged', e.xreplace(changes))
 
 
 def lost_lengths(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
