@@ -339,20 +339,19 @@ def stays_whole_beside_i(cut: Any) -> bool:
     """
     Return whether an integer polynomial of t is proved irreducible over the Gaussian integers.
 
-    Were it c g conj(g), a factor modulo a prime that is 3 modulo 4 and of odd degree, which
-    conjugation leaves as it is, would divide both of them; without squares there is none.
+    It is primitive. Were it g conj(g), a factor modulo a prime that is 3 modulo 4 and of odd
+    degree, which conjugation leaves as it is, would divide both; without squares there is none.
     """
     if not cut.is_irreducible:
         return False
     if cut.degree() % 2:
         return True
     for p in PRIMES:
-        if cut.LC % p:
-            _, monic = gf_monic(gf_trunc(cut.to_dense(), p), p, ZZ)
-            if gf_sqf_p(monic, p, ZZ) and any(
-                degree % 2 for _, degree in gf_ddf_zassenhaus(monic, p, ZZ)
-            ):
-                return True
+        _, monic = gf_monic(gf_trunc(cut.to_dense(), p), p, ZZ)
+        if gf_sqf_p(monic, p, ZZ) and any(
+            degree % 2 for _, degree in gf_ddf_zassenhaus(monic, p, ZZ)
+        ):
+            return True
     return False
 
 
