@@ -1,6 +1,7 @@
 """Results at a prompt and in a notebook: a line, a table, a sketch, formulas."""
 
 import dataclasses
+import functools
 import re
 from xml.etree import ElementTree
 
@@ -27,14 +28,18 @@ SOME = [
 LINE = 200
 
 
+@functools.cache
+def shown_pose(name):
+    return clear_pose(robot_of(name))
+
+
 def well_formed(html):
     return ElementTree.fromstring(html)
 
 
 @pytest.mark.parametrize('name', SOME)
 def test_every_result_is_a_line_and_a_page(name):
-    robot = robot_of(name)
-    q = clear_pose(robot)
+    robot, q = robot_of(name), shown_pose(name)
     state = ks.evaluate(robot, q, np.ones_like(q))
     batch = np.stack([q, q])
     results = [robot, state, ks.singularity(robot, q), ks.evaluate(robot, batch)]
@@ -51,8 +56,7 @@ def test_every_result_is_a_line_and_a_page(name):
 
 @pytest.mark.parametrize('name', SOME)
 def test_the_sketch_holds_the_whole_arm_as_it_is_seen(name):
-    robot = robot_of(name)
-    q = clear_pose(robot)
+    robot, q = robot_of(name), shown_pose(name)
     drawn = sketch(robot, q)
     lines = [line.attrib for line in well_formed(drawn).iter('line')]
     arm = [line for line in lines if line['stroke-width'] == '4']

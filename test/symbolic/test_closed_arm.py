@@ -85,7 +85,7 @@ arms:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ('first', 'second'), [('planar_2r', 'five_bar'), ('crank_slider', 'planar_2r')]
+    ('first', 'second'), [('planar_2r', 'crank_slider'), ('crank_slider', 'planar_2r')]
 )
 def test_the_motion_of_one_arm_against_another_with_closed_loops_in_symbols(
     tmp_path, first, second
@@ -94,7 +94,7 @@ def test_the_motion_of_one_arm_against_another_with_closed_loops_in_symbols(
     robot = ks.load_robot(tmp_path / 'cell.yaml')
     derivation = ks.derive(robot)
     T, J = (numbers_of(derivation, m) for m in (derivation.T, derivation.jacobian))
-    closed = {'planar_2r': (0.3, -0.9), 'five_bar': (1.9, 1.0), 'crank_slider': (0.7,)}
+    closed = {'planar_2r': (0.3, -0.9), 'crank_slider': (0.7,)}
     q = [*closed[first], *closed[second]]
     state = ks.evaluate(robot, q)
     at = [*q, *state.closure.passive]
@@ -106,18 +106,30 @@ def test_the_motion_of_one_arm_against_another_with_closed_loops_in_symbols(
 def test_what_is_too_long_to_simplify_or_to_multiply_out_stays_as_it_is():
     page = (ROOT / 'docs' / 'tutorials' / 'palletizer.md').read_text(encoding='utf-8')
     text = page.split(':caption: palletizer.yaml\n')[1].split('```')[0]
+    # Without its first loop: the last one follows the second, by products that are too long.
+    table, rest = text.split('  - name: crank_loop\n')
+    text = table + '  - name: lower_rods\n' + rest.split('  - name: lower_rods\n')[1]
+    for old, new in (
+        ('-elbow', '-q3'),
+        # As the crank: the upper rods are never flat.
+        ('[pi/4, 3*pi/4]', '[3*pi/8, 5*pi/8]'),
+        ('[3*pi/4, 5*pi/4]', '[-5*pi/8, -3*pi/8]'),
+        ('pi/2, pi, 0]', 'pi/2, -pi/2, 0]'),
+    ):
+        assert old in text
+        text = text.replace(old, new)
     robot = ks.robot_from_text(text)
     derivation = ks.derive(robot)
     assert derivation.determinant is None
     said = text_of(report_of(derivation))
     assert (
         'The determinant of the arm, rows x y z rz, is that of these rows of J. It is not '
-        'multiplied out: that is done of 6 joints and passive ones at most. Here are 10.\n'
+        'multiplied out: that is done of 6 joints and passive ones at most. Here are 8.\n'
     ) in said
     coupling, J = (
         numbers_of(derivation, m) for m in (derivation.loop_coupling, derivation.jacobian)
     )
-    for q in ([0.3, 1.9, 2.9, 0.5], [-1.0, 1.2, 3.3, 2.0]):
+    for q in ([0.3, 1.9, -1.2, 0.5], [-1.0, 1.2, -1.9, 2.0]):
         state = ks.evaluate(robot, q)
         at = [*q, *state.closure.passive]
         np.testing.assert_allclose(

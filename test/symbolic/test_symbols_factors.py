@@ -14,10 +14,13 @@ import pytest
 import sympy
 from arms import robot_of
 from derivations import derived, marked
+from sympy.polys.domains import ZZ, ZZ_I
+from sympy.polys.rings import ring as polynomial_ring
 
 import kinematics_service as ks
 from kinematics_service.errors import DerivationError, RobotFileWriteError
 from kinematics_service.robot.file.writing.writer import with_factors
+from kinematics_service.symbolic import trigonometry
 from kinematics_service.symbolic.algebra import factors
 from kinematics_service.symbolic.algebra.arithmetic import arithmetic_of
 from kinematics_service.symbolic.algebra.quotient import divided
@@ -367,3 +370,43 @@ def test_an_arc_cosine_of_one_or_minus_one_is_one_solution():
         assert found.solutions == (angle + 2 * sympy.pi * K,)
     found = family_of(cosine + length.scaled(1, 2), arithmetic, exact.writer)
     assert len(found.solutions) == 2
+
+
+def test_what_stays_whole_beside_i_is_what_the_gaussian_factoring_says():
+    ring, t = polynomial_ring('t', ZZ)
+    gaussian, _ = polynomial_ring('t', ZZ_I)
+    random, found = np.random.default_rng(9), []
+    for k in range(60):
+        degree, lead = int(random.choice([2, 2, 3, 4, 6])), int(random.choice([1, 2, 3, 77]))
+        a, b = random.integers(-9, 10, (2, degree)).tolist()
+        polynomial = lead * t**degree + sum((x * t**j for j, x in enumerate(a)), ring.zero)
+        if k % 3 == 0:
+            # c g conj(g): its real part squared, and the imaginary one's.
+            polynomial = polynomial**2 + sum((x * t**j for j, x in enumerate(b)), ring.zero) ** 2
+        polynomial = polynomial.primitive()[1]
+        found.append(factors.stays_whole_beside_i(polynomial))
+        assert found[-1] == polynomial.set_ring(gaussian).is_irreducible, polynomial
+    assert 20 < sum(found) < 50
+    # Irreducible over the integers, and (t + i)(t - i); its squares modulo 7 are no factors.
+    assert not factors.stays_whole_beside_i(t**2 + 1)
+    assert not factors.stays_whole_beside_i((t + 7) ** 2 + 49)
+
+
+@pytest.mark.parametrize(
+    'terms',
+    [
+        'a*b + c*d',
+        'a + 2*b*cos(q)',
+        '2*(a + b) + c',
+        '4*a + 6*b',
+        'a*b + a*c',
+        '-a*b - c',
+        'a/b + c',
+    ],
+)
+def test_a_sum_without_a_shared_factor_is_written_as_sympy_does(terms):
+    summands = sympy.Add.make_args(sympy.sympify(terms, evaluate='(' not in terms))
+    found = trigonometry._nothing_shared(summands)
+    expected = sympy.gcd_terms(sympy.Add._from_args(summands), isprimitive=True, clear=False)
+    shares = terms in ('4*a + 6*b', 'a*b + a*c', 'a/b + c')
+    assert found is None if shares else found == expected

@@ -3,6 +3,7 @@ Where each joint is looked at: finite ranges, and a pose to start from that is w
 """
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -56,11 +57,12 @@ def random_positions(robot: Robot, random: np.random.Generator, count: int) -> F
     return np.asarray(low + (high - low) * random.uniform(size=(count, robot.dof)))
 
 
+@lru_cache(maxsize=8)
 def clear_pose(robot: Robot) -> Floats:
     """
     Return joint positions worth looking at, shape (n,): far from singular, bent, above the base.
 
-    The same each time, and inside the limits; rounded to 0.1 where there is room.
+    The same each time, and inside the limits; rounded to 0.1 where there is room. Read only.
     """
     ranges = finite_ranges(robot)
     # A tenth of the range stays free at either end, and no joint bends by more than two thirds of
@@ -78,4 +80,6 @@ def clear_pose(robot: Robot) -> Floats:
     lowest = np.min(evaluate(robot, q, depth=kernel.ALL_FRAMES).link_frames[..., 2, 3], axis=-1)
     hangs = np.maximum(-lowest, 0.0) / robot.task.reach
     worth = np.minimum(singularity(robot, q).distance, FAR) - TIDINESS * bent - hangs
-    return np.array(q[int(np.argmax(worth))]) + 0.0  # no negative zero
+    found: Floats = q[int(np.argmax(worth))] + 0.0  # no negative zero
+    found.setflags(write=False)
+    return found

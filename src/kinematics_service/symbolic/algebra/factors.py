@@ -9,13 +9,14 @@ integers are factored over.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from random import Random
 from typing import Any
 
 from sympy.core.random import seed as seed_random
 from sympy.polys.domains import ZZ, ZZ_I
+from sympy.polys.galoistools import gf_ddf_zassenhaus, gf_monic, gf_sqf_p, gf_trunc
 from sympy.polys.rings import ring as polynomial_ring
 
 from .arithmetic import Arithmetic
@@ -26,6 +27,8 @@ from .quotient import quotient_constant
 # Random lines a polynomial is cut with; one on which it does not factor shows that it does not.
 LINES, MOST_ON_LINE = 8, 23
 SEED = 1955
+# 3 modulo 4: of what stays whole beside i about half of them show it.
+PRIMES = (7, 11, 19, 23, 31, 43, 47, 59, 67, 71, 79, 83)
 # Above this many terms the full factoring, whose time grows steeply, is not tried.
 MOST_TERMS = 6000
 # The same over the Gaussian integers, where it takes seconds from four generators on.
@@ -302,10 +305,16 @@ def _stays_whole(element: Any) -> bool:
     # two complex ones, which might be real in the angles, as those of cos 2q = (cos q + sin q)
     # (cos q - sin q): they are conjugate, and so of one degree in every generator.
     odd = any(degree % 2 for degree in [*_degrees(element), max(sum(e) for e in element)])
-    return odd or _irreducible_on_a_line(element, ZZ_I)
+    return odd or _irreducible_on_a_line(element, ZZ, stays_whole_beside_i)
 
 
-def _irreducible_on_a_line(element: Any, domain: Any) -> bool:
+def _irreducible(cut: Any) -> bool:
+    return bool(cut.is_irreducible)
+
+
+def _irreducible_on_a_line(
+    element: Any, domain: Any, is_whole: Callable[[Any], bool] = _irreducible
+) -> bool:
     # A factor stays a factor when every generator is set to a_k t + b_k, its degree too unless the
     # leading part vanishes there: if the cut does not factor at full degree, neither does the
     # polynomial. (Content without t cannot hide: the cut has integer content only.)
@@ -321,7 +330,27 @@ def _irreducible_on_a_line(element: Any, domain: Any) -> bool:
         for exponents, c in element.terms():
             factors = (powers[k][e] for k, e in enumerate(exponents) if e)
             cut += math.prod(factors, start=R.ground_new(domain.convert(c)))
-        if cut.degree() == degree and cut.primitive()[1].is_irreducible:
+        if cut.degree() == degree and is_whole(cut.primitive()[1]):
+            return True
+    return False
+
+
+def stays_whole_beside_i(cut: Any) -> bool:
+    """
+    Return whether an integer polynomial of t is proved irreducible over the Gaussian integers.
+
+    It is primitive. Were it g conj(g), a factor modulo a prime that is 3 modulo 4 and of odd
+    degree, which conjugation leaves as it is, would divide both; without squares there is none.
+    """
+    if not cut.is_irreducible:
+        return False
+    if cut.degree() % 2:
+        return True
+    for p in PRIMES:
+        _, monic = gf_monic(gf_trunc(cut.to_dense(), p), p, ZZ)
+        if gf_sqf_p(monic, p, ZZ) and any(
+            degree % 2 for _, degree in gf_ddf_zassenhaus(monic, p, ZZ)
+        ):
             return True
     return False
 

@@ -1,6 +1,7 @@
 """The values of expressions at many poses at once: a walk over their trees, without any eval."""
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -39,8 +40,11 @@ class Evaluation:
     def of_matrix(self, matrix: Any) -> Floats:
         """Return the values of a matrix, shape (N, rows, columns)."""
         with np.errstate(all='ignore'):
-            entries = [self._of(entry) for entry in matrix.flat()]
-        return np.stack(entries, axis=-1).reshape(self.poses, matrix.rows, matrix.cols)
+            entries = [self._of(entry) for entry in _entries(matrix)]
+        result = np.empty((self.poses, len(entries)), np.result_type(*entries))
+        for k, entry in enumerate(entries):
+            result[:, k] = entry
+        return result.reshape(self.poses, matrix.rows, matrix.cols)
 
     def _of(self, expression: Any) -> Floats:
         found = self._known.get(expression)
@@ -67,6 +71,12 @@ class Evaluation:
             arguments = [arguments[0] * DEGREE]
         result = FUNCTIONS.get(name, _nowhere)(*arguments)
         return result / DEGREE if self.degrees and name.startswith('a') else result
+
+
+@lru_cache(maxsize=4096)
+def _entries(matrix: Any) -> tuple[Any, ...]:
+    # Sympy takes longer to list them than they take to be computed.
+    return tuple(matrix.flat())
 
 
 def _nowhere(first: Floats, *_: Floats) -> Floats:

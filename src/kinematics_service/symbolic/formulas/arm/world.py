@@ -4,7 +4,7 @@ Frames and Jacobian of a table at many poses, by products of matrices and their 
 A second road beside the kernel: J comes from dT/dq here, not from axes and moment arms.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -28,6 +28,8 @@ class World:
         N.
     coupling : shape (N, P, n)
         How the joints that closed loops move follow the others; None without loops.
+    still
+        Matrices of rows that are known, by their indices.
     """
 
     def __init__(
@@ -36,16 +38,21 @@ class World:
         values: Mapping[Any, Floats],
         poses: int,
         coupling: Floats | None = None,
+        still: Mapping[int, Floats] | None = None,
     ) -> None:
         self.table = table
         self.coupling = coupling
+        self._still = still or {}
         self.evaluation = Evaluation(values, poses)
         self.poses = poses
 
     @cached_property
     def rows(self) -> list[Floats]:
         """Return the matrix of each row, shape (N, 4, 4)."""
-        return [self.evaluation.of_matrix(row_matrix(row)) for row in self.table.rows]
+        return [
+            self._still[i] if i in self._still else self.evaluation.of_matrix(row_matrix(row))
+            for i, row in enumerate(self.table.rows)
+        ]
 
     @cached_property
     def base(self) -> Floats:
@@ -58,8 +65,13 @@ class World:
         frames = [self.base]
         for row in self.rows:
             frames.append(frames[-1] @ row)
-        frames.append(frames[-1] @ self.evaluation.of_matrix(self.table.tool))
+        frames.append(frames[-1] @ self.tool)
         return frames
+
+    @cached_property
+    def tool(self) -> Floats:
+        """Return the tool in the frame after the last row, shape (N, 4, 4)."""
+        return self.evaluation.of_matrix(self.table.tool)
 
     def between(self, i: int, j: int) -> Floats:
         """Return frame j in frame i of the table, shape (N, 4, 4)."""
@@ -73,26 +85,45 @@ class World:
     @cached_property
     def row_columns(self) -> dict[tuple[int, int], Floats]:
         """Return what each row adds to each column of the Jacobian: keys (row, joint), (N, 6)."""
+        return self._row_columns(range(len(self.table.variables)))
+
+    def _row_columns(self, joints: Sequence[int]) -> dict[tuple[int, int], Floats]:
         parts = {}
         for i, row in enumerate(self.table.rows):
-            for k, variable in enumerate(self.table.variables):
+            for k in joints:
+                variable = self.table.variables[k]
                 if variable not in row.symbols:
                     continue
                 derivative = self.evaluation.of_matrix(row_derivative(row, variable))
-                # T = A row B: dT = A drow B, with B = inverse(A row) T.
-                rest = np.linalg.solve(self.frames[i + 1], self.pose)
-                parts[i, k] = twist_of(self.frames[i] @ derivative @ rest, self.pose)
+                # T = A row B: dT = A drow B.
+                dT = self.frames[i] @ derivative @ self._behind[i]
+                parts[i, k] = twist_of(dT, self.pose)
         return parts
+
+    @cached_property
+    def _behind(self) -> list[Floats]:
+        # The tool in the frame after each row.
+        found = [self.tool]
+        for row in reversed(self.rows[1:]):
+            found.append(row @ found[-1])
+        return found[::-1]
+
+    def columns_of(self, joints: Sequence[int]) -> Floats:
+        """Return the columns of some joints as if no loop moved any, shape (N, 6, k)."""
+        return self._summed(self._row_columns(joints), joints)
+
+    def _summed(self, parts: Mapping[tuple[int, int], Floats], joints: Sequence[int]) -> Floats:
+        J = np.zeros((self.poses, 6, len(joints)), np.result_type(float, *parts.values()))
+        for (_, k), column in parts.items():
+            J[:, :, joints.index(k)] += column
+        return J
 
     @cached_property
     def jacobian(self) -> Floats:
         """
         Return J in base axes, reference point the tool's origin, shape (N, 6, n), linear first.
         """
-        columns = self.row_columns.values()
-        J = np.zeros((self.poses, 6, len(self.table.variables)), np.result_type(float, *columns))
-        for (_, k), column in self.row_columns.items():
-            J[:, :, k] += column
+        J = self._summed(self.row_columns, range(len(self.table.variables)))
         if self.coupling is None:
             return J
         n = self.table.joints

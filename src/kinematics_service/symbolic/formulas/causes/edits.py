@@ -102,7 +102,7 @@ def symbols_exchanged(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
     for one in free:
         for other in symbols:
             if one != other:
-                yield Edit(f'{one} stands where {other} belongs', (), e.subs(one, other))
+                yield Edit(f'{one} stands where {other} belongs', (), e.xreplace({one: other}))
     for path, part in places(e):
         if part.is_Symbol:
             for other in symbols:
@@ -114,7 +114,7 @@ def symbols_exchanged(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
                 yield Edit(sentence, path, part.base * other)
     for one, other in combinations(free, 2):
         changes = {one: other, other: one}
-        yield Edit(f'{one} and {other} are exchanged', (), e.subs(changes, simultaneous=True))
+        yield Edit(f'{one} and {other} are exchanged', (), e.xreplace(changes))
 
 
 def lost_lengths(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:

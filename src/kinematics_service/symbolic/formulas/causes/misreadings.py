@@ -30,13 +30,12 @@ def _at(check: QuantityCheck, table: Table, sentence: str) -> Variant:
 
 def _by_joints(check: QuantityCheck, changes: dict[Any, Any], sentence: str) -> Variant:
     # The table with other expressions in place of its joint variables.
-    def changed(value: Any) -> Any:
-        return value.subs(changes, simultaneous=True)
-
     rows = tuple(
-        replace(
-            row.with_quantities({name: changed(row[name]) for name in MOVING}),
-            argument=changed(row.argument),
+        row
+        if row.symbols.isdisjoint(changes)
+        else replace(
+            row.with_quantities({name: row[name].xreplace(changes) for name in MOVING}),
+            argument=row.argument.xreplace(changes),
         )
         for row in check.names.table.rows
     )

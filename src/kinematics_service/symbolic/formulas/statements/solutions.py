@@ -140,12 +140,18 @@ class PoseSearch:
                     size=len(at)
                 )
         target = self.target.pose[at]
+        moved = {*given, *(table.variables[k] for k in self.moving)}
+        still = {
+            i: rows[at]
+            for i, rows in enumerate(self.target.rows)
+            if table.rows[i].symbols.isdisjoint(moved)
+        }
         for step_left in reversed(range(STEPS if self.moving else 1)):
-            world = World(table, values, len(at))
+            world = World(table, values, len(at), still=still)
             gap = self._twist_to(target, world.pose)[:, : self.rows]
             if not step_left or float(np.max(np.abs(gap))) <= HIT / 10:
                 break
-            J = world.jacobian[:, : self.rows, self.moving]
+            J = world.columns_of(self.moving)[:, : self.rows]
             J_t = np.swapaxes(J, 1, 2).conj()
             damped = J_t @ J + 1e-12 * np.eye(len(self.moving))
             step = np.linalg.solve(damped, J_t @ gap[..., None])[..., 0]
