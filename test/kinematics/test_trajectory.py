@@ -105,7 +105,7 @@ def test_the_smooth_path_keeps_its_share_of_the_velocity_limits(name):
 def test_the_smooth_path_leads_from_regular_poses_through_a_singular_one(name):
     robot = robot_of(name)
     motion = motion_of(name)
-    t = np.linspace(0.0, 0.5 * motion.period, SAMPLES)
+    t = np.linspace(0.0, 0.5 * motion.period, SAMPLES)[::5]
     measured = ks.singularity(robot, motion.at(t).q)
     assert np.min(measured.distance) < THROUGH
     assert np.min(measured.smallest_singular_value) < 1e-3 * np.max(
