@@ -74,7 +74,7 @@ def test_other_arms_have_none(name):
 def test_closed_curves_are_those_of_the_slices(name):
     robot = redundant_arm(name) if isinstance(name, str) else closed_form_arm(name)
     proved, counted, taken = 0, 0, 0
-    for q in poses_within(robot, 1):
+    for q in poses_within(robot, 2):
         pose = ks.forward_kinematics(robot, q)
         closed, sliced = search_of(robot, pose), search_of(robot, pose, closed=False)
         is_taken = closed._take_closed()
@@ -92,6 +92,8 @@ def test_closed_curves_are_those_of_the_slices(name):
             for curve in sliced.curves:
                 away = [farthest_from_curve(one, curve.psi[0]) for one in closed.curves]
                 assert min(away) < ON_CURVE
+        if proved and taken:
+            break
     assert proved
     assert counted
     # A number that is not certain leaves a target to the slices: that is for few of them.

@@ -405,7 +405,9 @@ def test_a_distance_is_to_a_singular_pose_and_about_to_the_nearest(name):
         if found.decided:
             assert found.distance < 1.1 * nearest
         checked += 1
-    assert checked > 4
+        if checked == 5:
+            return
+    pytest.fail('few are near a singular pose')
 
 
 def test_along_a_motion_loops_are_named_and_judged_as_alone():
