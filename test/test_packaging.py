@@ -296,11 +296,7 @@ def modules_imported():
     for file in PACKAGE.rglob('*.py'):
         if file.name.endswith('.launch.py'):  # read by `ros2 launch`, which has them
             continue
-        # Statements alone: what they are made of is most of a tree.
-        nodes = [ast.parse(file.read_text(encoding='utf-8'))]
-        for node in nodes:
-            parts = ast.iter_child_nodes(node)
-            nodes += [one for one in parts if not isinstance(one, ast.expr | ast.arguments)]
+        for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
             if isinstance(node, ast.Import):
                 yield from (alias.name.partition('.')[0] for alias in node.names)
             elif isinstance(node, ast.ImportFrom) and not node.level:
