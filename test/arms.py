@@ -125,6 +125,7 @@ def calm_poses(robot, count=20):
     return away_from_flat(robot, seeded(robot, 20 * count))[:count]
 
 
+@functools.cache
 def elementary_arm(links, types='rrr', settings=''):
     """Return an arm of elementary transforms; of its joints p slide, R need not be there."""
     kinds = {'r': 'revolute', 'p': 'prismatic', 'R': 'revolute, unused: true'}

@@ -16,7 +16,7 @@ ENDED = 1e-9
 SINGULAR = 1e-8
 STEPS, LAST_STEPS, LONGEST, FARTHEST = 32, 6, 0.2, 1.2
 # Poses from which singular ones are looked for anywhere.
-SEEDS = 4000
+SEEDS = 1200
 
 
 def scaled_jacobian(robot, q):

@@ -1,5 +1,6 @@
 """Arms whose table is off by what a calibration finds, so that no factorisation is left."""
 
+import functools
 import math
 
 import numpy as np
@@ -19,18 +20,20 @@ UR5 = (
 )
 
 
+@functools.cache
 def calibrated_ur5(seed):
     """Return a UR5 (a, alpha, d of each row) with errors of its own."""
-    return with_errors(UR5, np.array([LENGTH, ANGLE, LENGTH, ANGLE]), seed)
+    return with_errors(UR5, (LENGTH, ANGLE, LENGTH, ANGLE), seed)
 
 
+@functools.cache
 def with_errors(rows, size, seed):
     """Return an arm of rows (a, alpha, d) with errors of a size in each number and each angle."""
     random = np.random.default_rng(seed)
     joints, links = [], []
     for i, row in enumerate(rows, 1):
         a, alpha, d, theta = (
-            float(x) for x in np.array([*row, 0.0]) + random.normal(size=4) * size
+            float(x) for x in np.array([*row, 0.0]) + random.normal(size=4) * np.asarray(size)
         )
         joints.append(f'  - {{name: j{i}, variable: q{i}, type: revolute}}\n')
         links.append(f'  - {{a: {a!r}, alpha: {alpha!r}, d: {d!r}, theta: q{i} + ({theta!r})}}\n')

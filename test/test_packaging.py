@@ -211,6 +211,70 @@ def compiled_files(folder):
     return [*folder.rglob('*.so'), *folder.rglob('*.o')]
 
 
+# A kernel that is translated in a moment: a module with a class, one that uses it, one that uses
+# both, and one that uses neither.
+SMALLEST_KERNEL = {
+    '__init__.py': '',
+    'pairs.py': 'def real(a: Complex) -> float:\n    """Return a part."""\n    return a[0]\n',
+    'layout/__init__.py': '',
+    'layout/places.py': 'LANES = 16\n',
+    'points.py': """
+from .layout import arrays
+from .layout.arrays import Floats
+
+class Points:
+    def __init__(self, table: Floats) -> None:
+        self.most: int = arrays.size(table)
+""",
+    'sums.py': """
+from .layout import places
+from .points import Points
+
+def total(one: Points) -> float:
+    turns = 2.0 * float(one.most)
+    return turns * places.LANES
+""",
+    'means.py': """
+from . import sums
+from .points import Points
+
+def mean(one: Points) -> float:
+    return sums.total(one) / float(one.most)
+""",
+    'alone.py': """
+def half(x: float) -> float:
+    return 0.5 * x
+""",
+}
+SMALLEST_UNITS = {f'_{name}': (name,) for name in ('points', 'sums', 'means', 'alone')}
+SMALLEST_SETUP = f"""
+import runpy, sys
+sys.path.insert(0, 'packaging')
+import kernel_build, kernel_types
+kernel_build.UNITS = {SMALLEST_UNITS}
+kernel_types.AVX2 = kernel_types.INLINE = {{}}
+runpy.run_path('setup.py', run_name='__main__')
+"""
+
+
+def write_smallest(folder):
+    """Write the smallest kernel, with the arrays of the package's, into a folder."""
+    for name, text in SMALLEST_KERNEL.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+    of_package = PACKAGE / 'kernel'
+    for name in ('compiled.py', 'layout/arrays.py', 'layout/arrays.pxd', 'layout/math.pxd'):
+        shutil.copy(of_package / name, folder / name)
+
+
+@pytest.fixture
+def small_clone(clone):
+    """Return a clone with the smallest kernel, which `SMALLEST_SETUP` builds."""
+    shutil.rmtree(clone / 'src' / NAME / 'kernel')
+    write_smallest(clone / 'src' / NAME / 'kernel')
+    return clone
+
+
 # What extras bring, of which ROS's package manager knows nothing.
 OF_EXTRAS = {
     'cv2',
@@ -272,12 +336,13 @@ def test_describing_the_package_translates_nothing(clone):
 
 @pytest.mark.slow
 @pytest.mark.parametrize('options', [[], ['--inplace']], ids=['', 'in place'])
-def test_a_failing_compiler_leaves_the_whole_source_and_no_module(clone, options):
+def test_a_failing_compiler_leaves_the_whole_source_and_no_module(small_clone, options):
+    clone = small_clone
     kernel_folder = clone / 'src' / NAME / 'kernel'
     # One of an older build in place: with the others gone it would be a half-built set.
     older = kernel_folder / f'vectors{ENDING}'
     older.touch()
-    build = [sys.executable, 'setup.py', '-q', 'build_ext', *options]
+    build = [sys.executable, '-c', SMALLEST_SETUP, '-q', 'build_ext', *options]
     done = run(build, clone, CC='false', LDSHARED='false')
     assert done.returncode == 0, done.stderr
     assert 'the kernel is not compiled, it stays plain Python' in done.stderr
@@ -285,10 +350,11 @@ def test_a_failing_compiler_leaves_the_whole_source_and_no_module(clone, options
 
 
 @pytest.mark.slow
-def test_a_wheel_has_the_compiled_kernel_or_fails_unless_asked(clone):
+def test_a_wheel_has_the_compiled_kernel_or_fails_unless_asked(small_clone):
+    clone = small_clone
     if importlib.util.find_spec('setuptools.command.bdist_wheel') is None:
         pytest.importorskip('wheel')
-    build = [sys.executable, 'setup.py', '-q', 'bdist_wheel']
+    build = [sys.executable, '-c', SMALLEST_SETUP, '-q', 'bdist_wheel']
     done = run(build, clone, CC='false', LDSHARED='false')
     assert done.returncode != 0
     assert 'the kernel cannot be compiled' in done.stderr
@@ -731,36 +797,42 @@ def test_each_file_is_of_a_module(monkeypatch, room, files, wrong):
 def test_a_module_is_translated_again_when_what_it_uses_has_changed(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / 'packaging'))
     monkeypatch.chdir(tmp_path)
-    from kernel_build import BuildIfPossible, extension_modules
+    import kernel_build
     from setuptools import Distribution
 
-    shutil.copytree(PACKAGE, Path('src', NAME), ignore=shutil.ignore_patterns('__pycache__'))
     kernel_folder = Path('src', NAME, 'kernel')
+    write_smallest(kernel_folder)
+    monkeypatch.setattr('kernel_types.AVX2', {})
+    monkeypatch.setattr('kernel_types.INLINE', {})
+    monkeypatch.setattr(kernel_build, 'UNITS', SMALLEST_UNITS)
+    every = {*SMALLEST_UNITS, '_origin'}
 
     def translated():
         # The modules' sources, and those that are older than what they are made of.
         monkeypatch.setattr('Cython.Build.Dependencies._dep_tree', None)  # remembers ages
-        build = BuildIfPossible(Distribution({'ext_modules': extension_modules()}))
+        modules = kernel_build.extension_modules()
+        build = kernel_build.BuildIfPossible(Distribution({'ext_modules': modules}))
         build.build_temp = 'temporary'
+        build.force = False
         build._write_sources()
         found = {}
-        for module in extension_modules():
+        for module in modules:
+            build._translate(module)
             unit = module.name.rpartition('.')[2]
-            if unit in ('_chain', '_chain_pass', '_loops', '_origin'):
-                build.force = False
-                build._translate(module)
-                found[unit] = Path(module.sources[0]).stat().st_mtime_ns
+            found[unit] = Path(module.sources[0]).stat().st_mtime_ns
+        assert found.keys() == every
         return found
 
     def changed(name, old, new):
         before = translated()
         file = kernel_folder / name
+        assert old in file.read_text()
         file.write_text(file.read_text().replace(old, new))
         return {unit for unit, when in translated().items() if when > before[unit]}
 
-    assert changed('loops/residual.py', 'sine', 'sine') == set()
-    assert changed('forward/chain_pass.py', 'turns', 'quarters') == {'_chain_pass', '_origin'}
-    fields = 'self.frames: int', 'self.spare: int = 0\n        self.frames: int'
-    every = {'_chain', '_chain_pass', '_loops', '_origin'}
-    assert changed('forward/chain.py', *fields) == every
+    assert changed('sums.py', 'turns', 'turns') == set()
+    assert changed('sums.py', 'turns', 'quarters') == {'_sums', '_origin'}
+    fields = 'self.most: int', 'self.spare: int = 0\n        self.most: int'
+    assert changed('points.py', *fields) == every - {'_alone'}
+    # An included file is in all modules, whether they use it or not.
     assert changed('layout/places.py', 'LANES = 16', 'LANES = 8') == every

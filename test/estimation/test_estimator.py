@@ -430,7 +430,7 @@ SAMPLES = st.builds(
 
 
 @pytest.mark.slow
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(samples=st.lists(SAMPLES, max_size=12), source=st.sampled_from(reasons.VELOCITY_SOURCES))
 def test_no_sample_makes_it_raise_and_every_answer_is_finite(craig, samples, source):
     one = Estimator(craig, EstimatorSettings(velocity_source=source))

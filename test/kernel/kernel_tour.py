@@ -41,7 +41,7 @@ from kinematics_service.robot.task import ROW_NAMES
 SECOND = 1_000_000_000
 # More poses than are evaluated side by side.
 POSES, MESSAGES = kernel.LANES + 2, 12
-SINGLY = 4  # of them so many also one by one
+SINGLY = 3  # of them so many also one by one
 # Arms whose inverse kinematics is asked for: three joints, each closed form, a search, a redundant
 # one. Plain Python takes seconds for each.
 SOLVED = ('craig_3r', 'puma560', 'ur5e', 'scara_hsr065', 'panda')

@@ -337,7 +337,7 @@ def test_what_the_kernel_reads_of_an_arm_is_kept():
 
 @pytest.mark.slow
 @compiled_only
-def test_nothing_grows_over_a_hundred_thousand_calls():
+def test_nothing_grows_over_thirty_thousand_calls():
     robot = robot_of('ur3e')
     q = np.random.default_rng(4).uniform(-math.pi, math.pi, (100, 6))
 
@@ -355,8 +355,8 @@ def test_nothing_grows_over_a_hundred_thousand_calls():
         pytest.skip('reads the resident memory from /proc')
     call(5_000)
     before = resident_kib()
-    call(100_000)
-    # One leaked row of results a call would be 40 MiB.
+    call(30_000)
+    # One leaked row of results a call would be 12 MiB.
     assert resident_kib() - before < 2048
 
 
@@ -388,7 +388,7 @@ def test_the_compiled_kernel_gives_the_numbers_of_its_source_to_the_last_bit():
 
 # Every form of a chain. Plain Python takes seconds for each: square and wide tasks of six and of
 # seven joints are among those of the tour.
-UNCOMPILED = ('parallelogram_left', 'planar_3r', 'rrp_elementary')
+UNCOMPILED = ('parallelogram_left', 'rrp_elementary')
 
 
 def stored_numbers(names):

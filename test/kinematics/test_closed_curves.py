@@ -92,6 +92,8 @@ def test_closed_curves_are_those_of_the_slices(name):
             for curve in sliced.curves:
                 away = [farthest_from_curve(one, curve.psi[0]) for one in closed.curves]
                 assert min(away) < ON_CURVE
+        if proved and taken:
+            break
     assert proved
     assert counted
     # A number that is not certain leaves a target to the slices: that is for few of them.
@@ -130,7 +132,7 @@ def test_where_pieces_are_not_apart_nothing_is_traced(name, q):
 @pytest.mark.parametrize('name', CLOSED)
 def test_nearer_to_a_singular_target_no_curve_is_missing_until_it_is_not_decided(name):
     robot = redundant_arm(name)
-    for pose, joint in itertools.product(poses_within(robot, 2), (1, 3, 5)):
+    for pose, joint in itertools.product(poses_within(robot, 1), (1, 3, 5)):
         q, decided = pose.copy(), []
         for share in 10.0 ** -np.arange(1.0, 15.0, 1.5):
             q[joint] = share

@@ -5,7 +5,7 @@ import math
 import linkages
 import numpy as np
 import pytest
-from arms import LOOPED
+from arms import LOOPED, robot_of
 
 import kinematics_service as ks
 
@@ -27,7 +27,7 @@ def test_a_plan_on_which_a_loop_does_not_close_is_refuted_where_its_branch_ends(
 
 
 def test_a_plan_over_a_dead_centre_is_refuted_there():
-    robot = ks.load_robot('crank_slider')
+    robot = robot_of('crank_slider')
     check = ks.check_plan(robot, [1.0, 3.0], [[0.3], [-0.5]], speed_limit=0.02)
     assert check.closure.verdict == 'not decided'
     assert check.closure.moment is None
@@ -49,7 +49,7 @@ def test_a_plan_over_a_dead_centre_is_refuted_there():
 
 @pytest.mark.parametrize('name', LOOPED)
 def test_of_loops_nothing_but_joints_is_called_proved(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     middle = robot.chain.closure.assembled()
     steps = 0.005 * np.arange(1, robot.dof + 1) * robot.task.column_scales
     check = ks.check_plan(robot, [0.0, 1.0], [middle, middle + steps], speed_limit=99.0)
@@ -62,7 +62,7 @@ def test_of_loops_nothing_but_joints_is_called_proved(name):
 
 
 def test_a_plan_of_one_point_and_speeds_of_frames():
-    robot = ks.load_robot('five_bar')
+    robot = robot_of('five_bar')
     check = ks.check_plan(robot, [0.0], [[2.0, 1.0]], speed_limit=1.0, speed_of=['1'])
     assert check.closure.samples >= 1
     assert [speed.lower for speed in check.speeds] == [0.0, 0.0]

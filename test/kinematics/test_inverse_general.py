@@ -239,13 +239,13 @@ def test_what_is_known_of_other_solutions_is_said():
     assert (every.complete, every.roots) == ('proved', (16, 16))
     one = ks.inverse_kinematics(robot, target, near=q, all_solutions=False)
     assert (one.complete, one.roots) == ('partial', None)
-    closed = ks.load_robot('ur5e')
+    closed = robot_of('ur5e')
     result = ks.inverse_kinematics(closed, ks.forward_kinematics(closed, q))
     assert (result.complete, result.roots) == ('proved', None)
-    searched = ks.load_robot('planar_3r')
+    searched = robot_of('planar_3r')
     result = ks.inverse_kinematics(searched, ks.forward_kinematics(searched, [0.3, 0.4, 0.5]))
     assert result.complete == 'found'
-    redundant = ks.load_robot('panda')
+    redundant = robot_of('panda')
     target = ks.forward_kinematics(redundant, [0.1] * 7)
     assert ks.inverse_kinematics(redundant, target, curves=False).complete == 'partial'
     assert all(one.multiplicity == 1 for one in every)
@@ -267,7 +267,7 @@ LEFT_OUT = (
 
 
 def left_out(q):
-    robot = ks.load_robot('crx10ia_l')
+    robot = robot_of('crx10ia_l')
     target = ks.forward_kinematics(robot, q)
     return robot, target, ks.inverse_kinematics(robot, target, respect_limits=False)
 
@@ -301,7 +301,7 @@ def test_a_solution_that_no_start_leads_to_leaves_no_proof(count, q, monkeypatch
 
 
 def test_families_are_no_proof():
-    robot = ks.load_robot('spherical_rrp')
+    robot = robot_of('spherical_rrp')
     result = ks.inverse_kinematics(robot, [0.0, 0.0, 0.9])
     assert result.status == 'family'
     assert result.complete == 'found'
@@ -423,7 +423,7 @@ def test_a_border_of_the_directions_that_three_sliding_joints_reach_is_one_doubl
 def test_directions_that_three_sliding_joints_cannot_reach_are_unreachable():
     robot = general_arms.general_arm('PRPRPR-0')
     random = np.random.default_rng(2)
-    targets = ks.forward_kinematics(ks.load_robot('ur5e'), random.uniform(-3, 3, (40, 6)))
+    targets = ks.forward_kinematics(robot_of('ur5e'), random.uniform(-3, 3, (40, 6)))
     results = [ks.inverse_kinematics(robot, target) for target in targets]
     assert {result.status for result in results} == {'solved', 'unreachable'}
     for result in results:

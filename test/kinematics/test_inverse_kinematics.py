@@ -140,7 +140,7 @@ def test_one_solution_where_the_arm_is_already(name):
 
 
 def test_one_solution_of_what_has_none_inside_is_answered_as_for_all():
-    robot = ks.load_robot('rrp_elementary')
+    robot = robot_of('rrp_elementary')
     for respect in (True, False):
         one = ks.inverse_kinematics(
             robot, [0.2, 0.1, 0.5], respect_limits=respect, all_solutions=False
@@ -148,9 +148,9 @@ def test_one_solution_of_what_has_none_inside_is_answered_as_for_all():
         assert one.status == 'outside_limits'
         assert len(one) == (0 if respect else 1)
         assert one.nearest.residual > 0.1
-    far = ks.inverse_kinematics(ks.load_robot('craig_3r'), [9.0, 0, 0], all_solutions=False)
+    far = ks.inverse_kinematics(robot_of('craig_3r'), [9.0, 0, 0], all_solutions=False)
     assert far.status == 'unreachable'
-    above = ks.inverse_kinematics(ks.load_robot('spherical_rrp'), [0, 0, 0.9], all_solutions=False)
+    above = ks.inverse_kinematics(robot_of('spherical_rrp'), [0, 0, 0.9], all_solutions=False)
     assert above.status == 'family'
     assert above.families[0].joints == ('theta1',)
 
@@ -271,7 +271,7 @@ def test_just_beyond_the_reach_is_unreachable_and_just_inside_is_not(name, beyon
 
 
 def test_solutions_are_the_representatives_nearest_to_near():
-    robot = ks.load_robot('ur5e')
+    robot = robot_of('ur5e')
     q = np.array([5.0, -5.5, 1.1, -4.0, 0.4, 6.0])
     result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q), near=q)
     np.testing.assert_allclose(result[0].q, q, atol=1e-9)
@@ -279,7 +279,7 @@ def test_solutions_are_the_representatives_nearest_to_near():
 
 
 def test_solutions_outside_the_limits_name_the_limit():
-    robot = ks.load_robot('rrp_elementary')
+    robot = robot_of('rrp_elementary')
     result = ks.inverse_kinematics(robot, [0.2, 0.1, 0.5])
     assert result.status == 'outside_limits'
     assert 'd3' in result.reason
@@ -292,7 +292,7 @@ def test_solutions_outside_the_limits_name_the_limit():
 
 @pytest.mark.parametrize('respect_limits', [True, False])
 def test_results_that_the_kernel_fills_in_are_those_of_the_constructor(respect_limits):
-    robot = ks.load_robot('puma560')
+    robot = robot_of('puma560')
     target = ks.forward_kinematics(robot, [0.3, -0.2, 0.4, 0.5, -0.6, 0.7])
     result = ks.inverse_kinematics(robot, target, respect_limits=respect_limits)
     for one in (result, *result):
@@ -311,14 +311,14 @@ def test_results_that_the_kernel_fills_in_are_those_of_the_constructor(respect_l
 
 
 def test_without_limits_angles_are_in_the_half_open_turn():
-    robot = ks.load_robot('craig_3r')
+    robot = robot_of('craig_3r')
     for q in inside_limits(robot, 50, 3):
         for one in ks.inverse_kinematics(robot, target_of(robot, q)):
             assert np.all((one.q > -math.pi) & (one.q <= math.pi))
 
 
 def test_postures_tell_the_solutions_apart():
-    robot = ks.load_robot('ur5e')
+    robot = robot_of('ur5e')
     result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, [0.3, -1, 1, 0.2, 0.7, 1]))
     assert len(result) == 8
     assert len({one.posture for one in result}) == 8
@@ -335,7 +335,7 @@ def side_of_the_elbow(frames):
 
 def test_postures_are_the_sides_that_the_frames_show():
     # The frame of row i has the axis of joint i + 1; that of row 4 stands in the wrist.
-    robot = ks.load_robot('puma560')
+    robot = robot_of('puma560')
     seen = set()
     for q in inside_limits(robot, 30, 6):
         for one in ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q)):
@@ -352,7 +352,7 @@ def test_postures_are_the_sides_that_the_frames_show():
 
 
 def test_rows_may_be_chosen():
-    robot = ks.load_robot('scara_hsr065')
+    robot = robot_of('scara_hsr065')
     q = np.array([0.3, 0.8, 0.1, -0.5])
     T = ks.forward_kinematics(robot, q)
     T[:3, :3] = T[:3, :3] @ [
@@ -367,7 +367,7 @@ def test_rows_may_be_chosen():
 
 
 def test_the_same_seed_gives_the_same_answer():
-    robot = ks.load_robot('offset_stanford_printed')
+    robot = robot_of('offset_stanford_printed')
     T = ks.forward_kinematics(robot, inside_limits(robot, 1)[0])
     first, second = ks.inverse_kinematics(robot, T), ks.inverse_kinematics(robot, T)
     assert [one.q.tolist() for one in first] == [one.q.tolist() for one in second]
@@ -388,11 +388,11 @@ def test_the_same_seed_gives_the_same_answer():
 )
 def test_what_is_no_target_is_refused(target, complaint):
     with pytest.raises(ks.TargetError, match=complaint):
-        ks.inverse_kinematics(ks.load_robot('puma560'), target)
+        ks.inverse_kinematics(robot_of('puma560'), target)
 
 
 def test_near_must_be_joint_positions():
-    robot = ks.load_robot('craig_3r')
+    robot = robot_of('craig_3r')
     for near in ([0.0], [0, 0, np.nan], 'here'):
         with pytest.raises(ks.JointVectorError, match='near'):
             ks.inverse_kinematics(robot, [0.3, 0, 0], near=near)
@@ -454,7 +454,7 @@ def test_a_family_beyond_the_limits_is_given_where_it_is_nearest(tmp_path):
 @pytest.mark.parametrize('name', ['puma560', 'ur5e', 'xarm6', 'panda'])
 @pytest.mark.parametrize('respect_limits', [True, False])
 def test_many_poses_are_answered_as_each_of_them(name, respect_limits):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     poses = ks.forward_kinematics(robot, random_poses(robot, 6, 3))
     # One is beyond reach, and one is singular.
     poses[1, :3, 3] += 5.0
@@ -488,7 +488,7 @@ def test_poses_that_are_none_are_refused():
 
 
 def test_solutions_inside_the_limits_are_those_of_all_that_are():
-    robot = ks.load_robot('puma560')
+    robot = robot_of('puma560')
     for pose in ks.forward_kinematics(robot, random_poses(robot, 40, 5)):
         inside = ks.inverse_kinematics(robot, pose)
         every = ks.inverse_kinematics(robot, pose, respect_limits=False)

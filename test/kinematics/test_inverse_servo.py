@@ -138,7 +138,7 @@ def test_bounded_through_wrist_elbow_and_shoulder_singularities(name, kind, rate
 
 
 def test_what_is_not_lost_is_followed_exactly_at_a_wrist_singularity():
-    robot = ks.load_robot('ur5e')
+    robot = robot_of('ur5e')
     q = singular(robot, INTO['wrist'])
     weights = np.array([1] * 3 + [robot.task.length] * 3)
     lost = np.linalg.svd(weights[:, None] * ks.jacobian(robot, q))[0][:, -1]
@@ -160,7 +160,7 @@ def lost_twist(robot, q):
 @pytest.mark.parametrize('kind', INTO)
 @pytest.mark.parametrize('name', ['ur5e', 'puma560'])
 def test_a_twist_that_is_lost_moves_nothing_and_has_a_way_out(name, kind):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     q = singular(robot, INTO[kind])
     twist = 0.05 * lost_twist(robot, q)
     step = joint_velocity(robot, q, twist)
@@ -178,7 +178,7 @@ def test_a_twist_that_is_lost_moves_nothing_and_has_a_way_out(name, kind):
 
 
 def test_the_share_that_is_followed_is_that_of_the_twist_along_itself():
-    robot = ks.load_robot('ur5e')
+    robot = robot_of('ur5e')
     q = singular(robot, INTO['wrist'])
     q[4] += 0.01
     weights = np.array([1] * 3 + [robot.task.length] * 3)
@@ -195,7 +195,7 @@ def test_the_share_that_is_followed_is_that_of_the_twist_along_itself():
 
 
 def test_what_an_arm_can_make_at_no_pose_is_said_away_from_singular_poses_too():
-    robot = ks.load_robot('scara_hsr065')
+    robot = robot_of('scara_hsr065')
     q = np.array([0.4, 0.9, 0.1, 0.2])
     everything = ServoSettings(rows=ROW_NAMES)
     step = joint_velocity(robot, q, [0, 0, 0.01, 0.02, 0, 0], everything)
@@ -220,7 +220,7 @@ def test_where_no_single_joint_leads_out_none_is_named(tmp_path):
 
 
 def test_damping_and_velocity_grow_smoothly_towards_a_singularity():
-    robot = ks.load_robot('puma560')
+    robot = robot_of('puma560')
     q = np.tile(INSIDE, (4001, 1))
     q[:, 4] = np.linspace(-0.4, 0.4, len(q))
     steps = [joint_velocity(robot, one, [0.02, 0.01, 0.03, 0.02, 0.05, -0.03]) for one in q]
@@ -233,7 +233,7 @@ def test_damping_and_velocity_grow_smoothly_towards_a_singularity():
 @pytest.mark.parametrize('angle', [0.005, 0.01, 0.03, 0.045])
 def test_near_a_singular_pose_it_is_least_squares_damped_by_direction(angle):
     # Each singular value s below a bound b has the damping d^2 (1 - (s / b)^2).
-    robot = ks.load_robot('ur5e')
+    robot = robot_of('ur5e')
     q = np.array([0.3, -1.0, 1.0, 0.2, angle, 1.0])
     twist = 1e-3 * np.array([0.4, -0.3, 0.5, 0.2, -0.6, 0.3])
     step = joint_velocity(robot, q, twist)
@@ -267,7 +267,7 @@ def test_no_position_limit_is_ever_crossed(name, rate):
 
 @pytest.mark.parametrize('left', [0.0, 0.002])
 def test_joints_that_are_free_make_up_for_one_at_its_limit(left):
-    robot = ks.load_robot('panda')
+    robot = robot_of('panda')
     q = np.array([robot.limits[0, 1] - left, 0.3, -0.4, -1.8, 0.3, 1.9, 0.5])
     twist = np.array([0.05, -0.04, 0.06, 0.05, 0.1, 0.1])
     twist *= np.sign(least_squares(robot, q, twist)[0])
@@ -279,7 +279,7 @@ def test_joints_that_are_free_make_up_for_one_at_its_limit(left):
 
 
 def test_beyond_a_limit_only_the_way_back_is_open():
-    robot = ks.load_robot('rrp_elementary')
+    robot = robot_of('rrp_elementary')
     q = np.array([0.1, 0.2, robot.limits[2, 0] - 0.05])
     J = ks.jacobian(robot, q)
     assert joint_velocity(robot, q, -J[:, 2]).qdot[2] == 0.0
@@ -287,7 +287,7 @@ def test_beyond_a_limit_only_the_way_back_is_open():
 
 
 def test_the_tool_keeps_its_direction_at_a_velocity_limit():
-    robot = ks.load_robot('ur5e')
+    robot = robot_of('ur5e')
     q = [0.3, -1.0, 1.0, 0.2, 0.7, 1.0]
     twist = np.array([3.0, -2.0, 1.0, 2.0, 1.0, -4.0])
     step = joint_velocity(robot, q, twist)
@@ -301,7 +301,7 @@ def test_the_tool_keeps_its_direction_at_a_velocity_limit():
 
 
 def test_tool_axes_and_rows():
-    robot = ks.load_robot('ur5e')
+    robot = robot_of('ur5e')
     q = [0.3, -1.0, 1.0, 0.2, 0.7, 1.0]
     R = ks.forward_kinematics(robot, q)[:3, :3]
     twist = np.array([0.1, 0.02, 0.03, 0.1, 0.2, 0.3])
@@ -318,7 +318,7 @@ def test_tool_axes_and_rows():
 
 
 def test_two_joints_on_one_axis_share_and_are_not_called_singular():
-    robot = ks.load_robot('six_joint_dh')
+    robot = robot_of('six_joint_dh')
     for q in np.random.default_rng(0).uniform(-1, 1, (20, 6)):
         wanted = ks.jacobian(robot, q) @ np.random.default_rng(1).normal(size=6) * 0.1
         step = joint_velocity(robot, q, wanted)
@@ -334,11 +334,11 @@ def test_two_joints_on_one_axis_share_and_are_not_called_singular():
 )
 def test_what_is_no_twist_is_refused(twist):
     with pytest.raises(TwistError, match='six'):
-        joint_velocity(ks.load_robot('ur5e'), [0.0] * 6, twist)
+        joint_velocity(robot_of('ur5e'), [0.0] * 6, twist)
 
 
 def test_positions_axes_and_settings_are_checked():
-    robot = ks.load_robot('ur5e')
+    robot = robot_of('ur5e')
     with pytest.raises(ks.JointVectorError):
         joint_velocity(robot, [math.nan] * 6, [0.0] * 6)
     with pytest.raises(ks.JointVectorError):

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from arms import robot_of
 from general_arms import text_of
 
 import kinematics_service as ks
@@ -120,7 +121,7 @@ def test_the_tolerance_is_in_metres_and_radians(arms):
 
 
 def test_exact_solutions_come_first_where_the_arm_can_be_exact():
-    robot = ks.load_robot('ur5e')
+    robot = robot_of('ur5e')
     target = ks.forward_kinematics(robot, [0.3, -1.0, 1.0, 0.2, 0.7, 1.0])
     loose = ks.inverse_kinematics(robot, target, tolerance=1e-2)
     strict = ks.inverse_kinematics(robot, target, tolerance=0.0)
@@ -130,7 +131,7 @@ def test_exact_solutions_come_first_where_the_arm_can_be_exact():
 
 def test_next_to_its_limits_an_arm_reaches_within_the_tolerance():
     # Its boom is 0.4 m long at the least.
-    robot = ks.load_robot('rrp_elementary')
+    robot = robot_of('rrp_elementary')
     target = [0.4 - 5e-7, 0.0, 0.5]
     assert ks.inverse_kinematics(robot, target, tolerance=0.0).status == 'outside_limits'
     result = ks.inverse_kinematics(robot, target)
@@ -140,7 +141,7 @@ def test_next_to_its_limits_an_arm_reaches_within_the_tolerance():
 
 
 def test_a_redundant_arm_just_beyond_its_reach():
-    robot = ks.load_robot('kuka_iiwa14')
+    robot = robot_of('kuka_iiwa14')
     target = ks.forward_kinematics(robot, np.zeros(7))
     target[2, 3] += 5e-7
     assert ks.inverse_kinematics(robot, target, tolerance=0.0).status == 'unreachable'
@@ -154,7 +155,7 @@ def test_a_redundant_arm_just_beyond_its_reach():
 @pytest.mark.parametrize('axis', ['x', 'y', 'z'])
 @pytest.mark.parametrize('name', ['five', 'ur5e', 'panda', 'six_joint_dh'])
 def test_the_direction_of_a_tool_axis_is_reached_and_the_turn_about_it_is_free(arms, name, axis):
-    robot = arms[name] if name in arms else ks.load_robot(name)
+    robot = arms[name] if name in arms else robot_of(name)
     k = 'xyz'.index(axis)
     low, high = np.clip(robot.limits.T, -2.5, 2.5)
     for seed in range(2):
@@ -202,7 +203,7 @@ def test_five_joints_have_isolated_solutions_for_a_direction_they_can_point(arms
 
 def test_from_half_a_turn_away_a_direction_is_reached():
     # Where the tool points the other way no turn to the target is the shortest.
-    robot = ks.load_robot('ur5e')
+    robot = robot_of('ur5e')
     q = np.array([0.3, -1.0, 1.0, 0.2, 0.7, 1.0])
     target = ks.forward_kinematics(robot, q)
     target[:3, :3] = target[:3, :3] @ np.diag([-1.0, 1.0, -1.0])
@@ -222,6 +223,6 @@ def test_from_half_a_turn_away_a_direction_is_reached():
 )
 def test_what_cannot_be_asked_is_refused(asked, complaint):
     with pytest.raises(ks.TargetError, match=complaint):
-        ks.inverse_kinematics(ks.load_robot('ur5e'), np.eye(4), **asked)
+        ks.inverse_kinematics(robot_of('ur5e'), np.eye(4), **asked)
     with pytest.raises(ks.TargetError, match='pose'):
-        ks.inverse_kinematics(ks.load_robot('ur5e'), [0.3, 0.2, 0.4], axis='z')
+        ks.inverse_kinematics(robot_of('ur5e'), [0.3, 0.2, 0.4], axis='z')

@@ -12,6 +12,7 @@ import loop_numbers
 import numpy as np
 import parallel_machines as machines
 import pytest
+from arms import robot_of
 from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
@@ -45,7 +46,7 @@ def planar_poses():
 
 
 def test_a_delta_comes_back_from_its_closed_form():
-    robot = ks.load_robot('flexpicker')
+    robot = robot_of('flexpicker')
     random = np.random.default_rng(3)
     for _ in range(POSES):
         place = random.uniform([-0.5, -0.5, -1.25], [0.5, 0.5, -0.8])
@@ -61,7 +62,7 @@ def test_a_delta_comes_back_from_its_closed_form():
 
 def test_a_delta_stays_below_its_elbows_at_all_its_positions():
     # Inside its limits it closes everywhere, on the known one of the two sides.
-    robot = ks.load_robot('flexpicker')
+    robot = robot_of('flexpicker')
     q = np.random.default_rng(4).uniform(*robot.limits.T, (2000, 3))
     found = ks.forward_kinematics(robot, q)[:, :3, 3]
     expected = [machines.delta_position(one) for one in q]
@@ -70,7 +71,7 @@ def test_a_delta_stays_below_its_elbows_at_all_its_positions():
 
 def test_a_delta_is_that_of_the_report():
     # Its examples, rounded to a tenth of a degree.
-    robot = ks.load_robot('flexpicker')
+    robot = robot_of('flexpicker')
     for degrees, place in (
         ([-20.5, -20.5, -20.5], [0.0, 0.0, -0.9]),
         ([47.5, -11.6, 21.4], [0.3, 0.5, -1.1]),
@@ -222,7 +223,7 @@ def test_the_nearest_flat_position_of_a_group_ends_its_branch(planar):
 
 
 def test_the_nearest_singular_pose_of_a_machine_with_a_group_is_singular():
-    robot = ks.load_robot('flexpicker')
+    robot = robot_of('flexpicker')
     ring = np.random.default_rng(4).normal(size=(60, 3))
     ring /= np.linalg.norm(ring, axis=1)[:, None]
     for q in ([1.55, 1.72, 1.2], [1.5, 1.2, 1.7], [1.7, 1.4, 1.5]):
@@ -257,7 +258,7 @@ def test_a_machine_with_a_group_is_pickled(planar):
 
 
 def test_inverse_kinematics_goes_through_a_group():
-    robot = ks.load_robot('flexpicker')
+    robot = robot_of('flexpicker')
     for place in ([0.1, -0.2, -1.05], [-0.3, 0.2, -0.95], [0.0, 0.0, -1.2]):
         result = ks.inverse_kinematics(robot, place, rows=('x', 'y', 'z'), all_solutions=False)
         (found,) = result.solutions
@@ -268,7 +269,7 @@ def test_inverse_kinematics_goes_through_a_group():
 def test_a_delta_reaches_a_place_in_one_way_inside_its_limits():
     # And in others with its arms turned over, which the search need not wait for.
     place = [0.1, -0.2, -1.05]
-    result = ks.inverse_kinematics(ks.load_robot('flexpicker'), place, rows=('x', 'y', 'z'))
+    result = ks.inverse_kinematics(robot_of('flexpicker'), place, rows=('x', 'y', 'z'))
     (found,) = result.solutions
     np.testing.assert_allclose(found.q, machines.delta_joints(place), rtol=0, atol=1e-6)
 
@@ -278,7 +279,7 @@ def test_a_delta_reaches_a_place_in_one_way_inside_its_limits():
 def test_groups_have_the_numbers_of_the_source_to_the_last_bit(planar, hexapod, tmp_path):
     # Pickled: plain Python takes minutes to look at the poses of a new arm.
     files = []
-    for robot in (planar, hexapod, ks.load_robot('flexpicker')):
+    for robot in (planar, hexapod, robot_of('flexpicker')):
         files.append(str(tmp_path / f'{robot.name}.pickle'))
         Path(files[-1]).write_bytes(pickle.dumps(robot))
     done = subprocess.run(

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from arms import robot_of
 
-import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.kinematics.loop_links import carried_rows, linked_frames, loop_links
 from kinematics_service.kinematics.tool_state import evaluate
@@ -13,7 +13,7 @@ CLOSE = 1e-9
 
 
 def links(name, q):
-    state = evaluate(ks.load_robot(name), q, depth=kernel.ALL_FRAMES)
+    state = evaluate(robot_of(name), q, depth=kernel.ALL_FRAMES)
     return state, loop_links(state)
 
 
@@ -46,7 +46,7 @@ def test_the_motors_of_a_delta_are_at_the_base_across_its_arms():
 
 @pytest.mark.parametrize('stroke', [2.4, 2.8])
 def test_a_cylinder_is_as_long_as_its_joint_says(stroke):
-    robot = ks.load_robot('excavator')
+    robot = robot_of('excavator')
     q = np.array(robot.description.loops[0].q)
     q[1] = stroke
     _, loops = links('excavator', q)
@@ -55,13 +55,13 @@ def test_a_cylinder_is_as_long_as_its_joint_says(stroke):
 
 
 def test_slides_that_place_a_platform_are_no_links():
-    assert carried_rows(ks.load_robot('flexpicker')) == (True, True, True)
-    assert linked_frames(ks.load_robot('flexpicker')).tolist() == [True, False, False, True]
+    assert carried_rows(robot_of('flexpicker')) == (True, True, True)
+    assert linked_frames(robot_of('flexpicker')).tolist() == [True, False, False, True]
 
 
 @pytest.mark.parametrize('name', ['puma560', 'scara_hsr065', 'crank_slider', 'five_bar'])
 def test_rows_of_other_arms_are_links(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     assert not any(carried_rows(robot))
     assert linked_frames(robot).all()
 

@@ -13,7 +13,7 @@ import linkages
 import loop_numbers
 import numpy as np
 import pytest
-from arms import LOOPED, away_from_flat, other_branch_text, seeded, without_known_poses
+from arms import LOOPED, away_from_flat, other_branch_text, robot_of, seeded, without_known_poses
 from folders import GOLDEN
 from tolerances import DIFFERENCE, DIFFERENCE_STEP, QUOTIENT, ROUND_OFF
 
@@ -63,9 +63,7 @@ def golden():
 
 @pytest.mark.parametrize('branch', [1, -1])
 def test_the_general_loop_of_the_source_document(branch):
-    robot = (
-        ks.load_robot('four_bar_arm') if branch == 1 else ks.robot_from_text(other_branch_text())
-    )
+    robot = robot_of('four_bar_arm') if branch == 1 else ks.robot_from_text(other_branch_text())
     configs = [config for config in golden() if config['branch'] == branch]
     assert len(configs) > 10
     q = np.array([config['q'] for config in configs])
@@ -86,7 +84,7 @@ def test_the_general_loop_of_the_source_document(branch):
 
 
 def test_the_five_bar_by_circles():
-    robot = ks.load_robot('five_bar')
+    robot = robot_of('five_bar')
     for q in seeded(robot, 200):
         (x, y), angle = linkages.five_bar(q)
         T = ks.forward_kinematics(robot, q)
@@ -96,7 +94,7 @@ def test_the_five_bar_by_circles():
 
 
 def test_the_crank_slider_by_its_formula():
-    robot = ks.load_robot('crank_slider')
+    robot = robot_of('crank_slider')
     q = np.linspace(-9.0, 9.0, 200)
     found = ks.forward_kinematics(robot, q[:, None])[:, 0, 3]
     expected = [linkages.crank_slider(angle) for angle in q]
@@ -104,7 +102,7 @@ def test_the_crank_slider_by_its_formula():
 
 
 def test_the_excavator_by_triangles():
-    robot = ks.load_robot('excavator')
+    robot = robot_of('excavator')
     for q in seeded(robot, 200):
         place, pitch, (boom, stick, bucket) = linkages.excavator(q)
         state = ks.evaluate(robot, q)
@@ -116,7 +114,7 @@ def test_the_excavator_by_triangles():
 
 
 def test_a_loop_that_is_a_parallelogram_is_the_coupled_arm():
-    looped, coupled = ks.robot_from_text(BOTH_WAYS), ks.load_robot('parallelogram_left')
+    looped, coupled = ks.robot_from_text(BOTH_WAYS), robot_of('parallelogram_left')
     random = np.random.default_rng(2)
     q = random.uniform(-math.pi, math.pi, (500, 3))
     q[:, 2] = q[:, 1] - random.uniform(0.05, math.pi - 0.05, 500)  # on this side of flat
@@ -133,7 +131,7 @@ def test_a_loop_that_is_a_parallelogram_is_the_coupled_arm():
 
 @every_arm
 def test_the_jacobian_is_the_derivative_of_the_closed_arm(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     q = away_from_flat(robot, seeded(robot, 60), 0.05)
     assert len(q) > 20
     J = ks.jacobian(robot, q)
@@ -152,7 +150,7 @@ def test_the_jacobian_is_the_derivative_of_the_closed_arm(name):
 
 @every_arm
 def test_the_twist_is_the_jacobian_times_the_joint_velocities(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     q = seeded(robot, 50)
     qdot = np.random.default_rng(3).normal(size=q.shape)
     state = ks.evaluate(robot, q, qdot)
@@ -162,7 +160,7 @@ def test_the_twist_is_the_jacobian_times_the_joint_velocities(name):
 
 @every_arm
 def test_determinants_of_the_closure_have_the_right_gradient(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     for q in away_from_flat(robot, seeded(robot, 40))[:10]:
         results = ks.singularity(robot, q).factors.results
         state = ks.evaluate(robot, q)
@@ -183,7 +181,7 @@ def test_determinants_of_the_closure_have_the_right_gradient(name):
 @every_arm
 def test_the_way_out_is_the_gradient_of_the_manipulability_or_of_the_loop_that_is_nearer(name):
     # By differences of the sum of log singular values, which the kernel takes from dJ, dC and all.
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     for q in away_from_flat(robot, seeded(robot, 40))[:10]:
         found = ks.singularity(robot, q)
         # Where none was found it leads away from what the first order says to be nearest.
@@ -255,7 +253,7 @@ def test_what_is_near_is_told_as_arm_or_loop():
     assert values['nearest'] == 'loop rods'
     assert re.fullmatch(r'det -0\.0190\d*, 0\.0120\d* rad from flat', values['loop_rods'])
     # At a dead centre the slider stands still, and the loop holds it.
-    robot = ks.load_robot('crank_slider')
+    robot = robot_of('crank_slider')
     found = ks.singularity(robot, [1e-3])
     status = singularity_status(robot, found, found.level, 'base_link')
     assert status.sentence == (
@@ -334,7 +332,7 @@ def test_a_position_at_which_the_loop_does_not_close_says_why():
 
 
 def test_nothing_is_called_decided_that_is_not():
-    robot = ks.load_robot('four_bar_arm')
+    robot = robot_of('four_bar_arm')
     q = [0.1, 1.2, 0.3]
     found = ks.singularity(robot, q)
     assert not found.decided  # the poses of two families are about as far
@@ -354,7 +352,7 @@ def test_nothing_is_called_decided_that_is_not():
 )
 def test_where_a_closed_arm_has_none_found_no_number_is_given(q):
     # The first order says 0.38, 0.42 and 0.78 rad; along 400 rays the nearest is 0.89 rad away.
-    robot = ks.load_robot('flexpicker')
+    robot = robot_of('flexpicker')
     in_order = singularity_of(
         measured_in_order(ks.evaluate(robot, [q]), kernel.NearestSearch(robot.arm))
     )
@@ -389,7 +387,7 @@ def sign_of_determinant(robot, q):
 @pytest.mark.parametrize('name', ['crank_slider', 'five_bar', 'four_bar_arm'])
 def test_a_distance_is_to_a_singular_pose_and_about_to_the_nearest(name):
     # Along rays to where the determinant changes its sign, or a branch ends.
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     checked = 0
     for q in seeded(robot, 12):
         found, here = ks.singularity(robot, q), sign_of_determinant(robot, q)
@@ -405,11 +403,13 @@ def test_a_distance_is_to_a_singular_pose_and_about_to_the_nearest(name):
         if found.decided:
             assert found.distance < 1.1 * nearest
         checked += 1
-    assert checked > 4
+        if checked == 5:
+            return
+    pytest.fail('few are near a singular pose')
 
 
 def test_along_a_motion_loops_are_named_and_judged_as_alone():
-    robot = ks.load_robot('five_bar')
+    robot = robot_of('five_bar')
     q = np.linspace([0.4, 2.4], [1.6, 1.4], 400)
     state = measured_in_order(ks.evaluate(robot, q), kernel.NearestSearch(robot.arm))
     live, alone = singularity_of(state), ks.singularity(robot, q)
@@ -450,7 +450,7 @@ def test_the_nearest_flat_position_is_found():
 
 def test_the_nearest_singular_pose_of_the_closed_arm_is_found():
     # A crank's dead centres are at whole half turns.
-    robot = ks.load_robot('crank_slider')
+    robot = robot_of('crank_slider')
     for q in (0.12, -0.17, 3.0, 3.3, 6.4):
         found = ks.singularity(robot, [q])
         assert flat_loop(robot, found) == ''
@@ -458,7 +458,7 @@ def test_the_nearest_singular_pose_of_the_closed_arm_is_found():
         assert found.nearest_singular[0] == pytest.approx(expected, abs=1e-7)
         assert found.distance == pytest.approx(abs(q - expected), abs=1e-7)
     # The distal rod and the proximal one of a side are in line; no circle of less way is singular.
-    robot = ks.load_robot('five_bar')
+    robot = robot_of('five_bar')
     around = np.linspace(0.0, 2.0 * math.pi, 200)
     ring = np.stack([np.cos(around), np.sin(around)], axis=1)
     for q in ([1.7, 1.8], [1.2, 1.75], [1.5, 1.9]):
@@ -476,21 +476,21 @@ def test_the_nearest_singular_pose_of_the_closed_arm_is_found():
 
 @pytest.mark.parametrize('share', [0.0, 1e-8])
 def test_a_singular_pose_of_a_closed_arm_is_its_own_nearest(share):
-    robot = ks.load_robot('crank_slider')
+    robot = robot_of('crank_slider')
     found = ks.singularity(robot, [share])
     assert found.distance == pytest.approx(share, abs=1e-7)
     assert found.level == ks.Level.ERROR
 
 
 def test_the_nearer_of_loop_and_arm_is_told():
-    robot = ks.load_robot('crank_slider')
+    robot = robot_of('crank_slider')
     # At a dead centre the slider stands, and the loop is far from flat.
     found = ks.singularity(robot, [1e-3])
     assert found.distance == pytest.approx(1e-3, rel=1e-2)
     assert found.factors.names == ('slider_crank',)
     assert found.factors.estimates[0] > 0.5
     # The general loop is flat where crank and upper arm are opposite.
-    robot = ks.load_robot('four_bar_arm')
+    robot = robot_of('four_bar_arm')
     found = ks.singularity(robot, [0.0, math.pi / 2, -math.pi / 2 + 0.02])
     assert found.factors.estimates[0] == pytest.approx(found.distance, rel=QUOTIENT)
     assert 0.005 < found.distance < 0.02
@@ -499,7 +499,7 @@ def test_the_nearer_of_loop_and_arm_is_told():
 
 @every_arm
 def test_a_batch_is_its_poses_one_by_one(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     q = seeded(robot, 40)
     batch = ks.evaluate(robot, q).row
     for k, one in enumerate(q):
@@ -507,7 +507,7 @@ def test_a_batch_is_its_poses_one_by_one(name):
 
 
 def test_points_move_with_the_loop():
-    robot = ks.load_robot('four_bar_arm')
+    robot = robot_of('four_bar_arm')
     assert robot.joint_names == ('theta1', 'theta2', 'theta3')
     assert robot.passive_joint_names == ('psi1', 'psi2')
     q = seeded(robot, 30)
@@ -534,14 +534,14 @@ def test_points_move_with_the_loop():
 
 
 def test_an_arm_with_loops_survives_pickling():
-    robot = ks.load_robot('excavator')
+    robot = robot_of('excavator')
     again = pickle.loads(pickle.dumps(robot))
     q = seeded(robot, 5)
     assert np.array_equal(ks.evaluate(robot, q).row, ks.evaluate(again, q).row)
 
 
 def test_loops_cost_no_room_where_there_are_none():
-    chain = ks.load_robot('puma560').chain
+    chain = robot_of('puma560').chain
     assert chain.loops == 0
     assert chain.closure is None
     assert chain.widths[kernel.POSE] == kernel.JACOBIAN_AT

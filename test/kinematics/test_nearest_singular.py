@@ -31,7 +31,7 @@ PUMA = (
     (0.0, 0.0, 0.0),
 )
 # Random poses of each arm that brute force judges, and a quarter as many saddles.
-RANDOM = 48
+RANDOM = 32
 
 ARMS = {
     'craig_3r': lambda: robot_of('craig_3r'),
@@ -382,7 +382,7 @@ def test_of_a_wrist_that_is_stretched_it_is_no_more_than_its_angle():
 def test_where_a_file_lists_all_factors_the_nearest_is_always_found(name):
     robot = robot_of(name)
     assert robot.factors.complete
-    q = np.concatenate([random_poses(robot, 70, seed=9), brute_force.saddles(robot, 40)])
+    q = np.concatenate([random_poses(robot, 30, seed=9), brute_force.saddles(robot, 20)])
     found = ks.singularity(robot, q)
     by_force, _ = brute_force.nearest_singular(robot, q, starts=8, known=8)
     assert np.all(found.decided)
@@ -539,7 +539,7 @@ def test_the_proof_of_a_factor_is_refuted_by_no_zero(name):
     # Of radii up to beyond the truth: where samples of the ball have another sign it is none.
     robot, random = robot_of(name), np.random.default_rng(29)
     tape, n = robot.factors.tape, robot.dof
-    for q in random_poses(robot, 40, seed=29):
+    for q in random_poses(robot, 20, seed=29):
         for f in range(tape.factors):
             counts = np.zeros(n)
             counts[: tape.joints] = tape.dependences[f]
@@ -888,7 +888,7 @@ def test_where_none_is_found_and_it_is_not_decided_no_number_is_given():
 
 
 # Of random poses so many may be said to be farther than 1.1 times the truth although decided.
-MISSED_NEAR, MISSED_FAR = 1, 2
+MISSED_NEAR, MISSED_FAR = 0, 1
 
 
 @pytest.mark.slow
@@ -897,7 +897,7 @@ MISSED_NEAR, MISSED_FAR = 1, 2
 )
 def test_at_any_range_it_is_the_true_one(name):
     robot = ARMS[name]()
-    q = random_poses(robot, 110, seed=12)
+    q = random_poses(robot, 50, seed=12)
     found = ks.singularity(robot, q)
     by_force, _ = brute_force.nearest_singular(robot, q, starts=8, known=8)
     true = np.minimum(by_force, 1.0)
@@ -932,10 +932,9 @@ def short_motions(robot, seed):
         'kinova_gen3',
     ],
 )
-@pytest.mark.parametrize('seed', [8, 16])
-def test_live_and_asked_alone_agree(name, seed):
+def test_live_and_asked_alone_agree(name):
     robot, farther, by_a_tenth = ARMS[name](), [], []
-    for q in short_motions(robot, seed):
+    for q in short_motions(robot, seed=8):
         batch, live = ks.singularity(robot, q), along(robot, q)
         farther += list(batch.distance > NO_FARTHER * live.distance + 1e-9)
         missed = batch.distance > A_TENTH * live.distance + 1e-9

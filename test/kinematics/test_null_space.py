@@ -75,10 +75,10 @@ def test_the_basis_turns_little_from_pose_to_pose(name, rows):
 
 
 def test_the_basis_goes_straight_through_a_pose_that_leaves_more_at_rest():
-    robot = ks.load_robot('planar_2r')
+    robot = robot_of('planar_2r')
     before = ks.null_space(robot, [0.3, -1e-3], ['x', 'rz'])
     assert before.shape == (2, 0)
-    robot = ks.load_robot('panda')
+    robot = robot_of('panda')
     q = np.array([0.2, 0.4, 0.1, -1.5, 0.0, 0.0, 0.5])
     basis, turned = ks.null_space(robot, q - 0.1), 0.0
     for s in np.linspace(-0.1, 0.1, 801):
@@ -86,7 +86,7 @@ def test_the_basis_goes_straight_through_a_pose_that_leaves_more_at_rest():
         turned, basis = max(turned, float(np.linalg.norm(new - basis))), new
     assert turned < 0.2
     # Stretched, the elbow of an arm on a line of shoulders leaves two motions at rest.
-    straight = ks.load_robot('kuka_iiwa14')
+    straight = robot_of('kuka_iiwa14')
     zero = np.zeros(7)
     wanted = ks.null_space(straight, zero + 1e-4)
     chosen = ks.null_space(straight, zero, near=wanted)
@@ -99,7 +99,7 @@ def test_the_basis_goes_straight_through_a_pose_that_leaves_more_at_rest():
 
 
 def test_a_batch_is_its_poses():
-    robot = ks.load_robot('panda')
+    robot = robot_of('panda')
     q = seeded(robot, 6).reshape(2, 3, 7)
     whole = ks.null_space(robot, q)
     assert whole.shape == (2, 3, 7, 1)
@@ -110,7 +110,7 @@ def test_a_batch_is_its_poses():
 
 
 def test_a_point_has_a_null_space_of_its_own():
-    robot = ks.load_robot('panda')
+    robot = robot_of('panda')
     q = calm_poses(robot, 1)[0]
     basis = ks.null_space(robot, q, ['x', 'y', 'z'], of=4)
     np.testing.assert_allclose(ks.jacobian(robot, q, of=4)[:3] @ basis, 0.0, atol=ROUND_OFF)

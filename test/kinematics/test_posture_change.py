@@ -12,6 +12,7 @@ import re
 
 import numpy as np
 import pytest
+from arms import robot_of
 from general_arms import DEGREE, TABLES, general_arm, text_of
 from scipy import ndimage, sparse
 
@@ -202,7 +203,7 @@ def test_arms_without_a_spherical_wrist_change_posture(name):
 
 @pytest.mark.parametrize('name', ['crx10ia_l', 'gen3_lite', 'xarm6', 'offset_stanford_printed'])
 def test_bundled_arms_change_posture_inside_their_limits(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     change = ks.posture_change(robot)
     assert change.verdict == 'yes'
     assert change.path.check.verdict != 'refuted'
@@ -255,7 +256,7 @@ def test_aspects_that_touch_in_a_pose_are_told_apart(name):
     'name', ['ur5e', 'puma560', 'offset_stanford_dh', 'craig_3r', 'spherical_rrp', 'scara_hsr065']
 )
 def test_the_signs_of_the_factors_tell_all_postures_apart(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     random = np.random.default_rng(4)
     # Inside these ways of the joints that slide, and all turns of the others.
     q = random.uniform(-math.pi, math.pi, (40, robot.dof))
@@ -330,7 +331,7 @@ def test_an_arm_that_is_nearly_simple_changes_posture():
 def test_random_arms_of_three_joints_are_decided_as_a_dense_grid_has_them():
     random = np.random.default_rng(11)
     verdicts = []
-    for _ in range(16):
+    for _ in range(8):
         lengths = random_lengths(random)
         change = ks.posture_change(three_joints(**lengths))
         verdicts.append(change.verdict)
@@ -458,7 +459,7 @@ def test_the_path_stays_inside_the_limits_unless_told():
 
 
 def test_the_path_keeps_the_distance_that_is_asked_for():
-    robot = ks.load_robot('xarm6')
+    robot = robot_of('xarm6')
     change = ks.posture_change(robot, distance=0.02)
     assert change.verdict == 'yes'
     assert change.path.check.singularity.lower >= 0.02

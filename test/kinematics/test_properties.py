@@ -432,9 +432,9 @@ def test_size_does_not_matter_to_the_unit_free_measures(name):
     # A micrometre or a kilometre arm is judged like a metre one. Powers of two, which change no
     # round-off: that may decide from which start a search goes on, and so which pose it finds.
     arm, robot = arm_of(name), robot_of(name)
-    q = poses(robot)
+    q = searched_poses(robot)
     found = ks.singularity(robot, q)
-    for factor in (2.0**-45, 2.0**-20, 2.0**10):
+    for factor in (2.0**-45, 2.0**10):
         other = ks.robot_from_text(arm.scaled(factor).text())
         assert other.task.rows == robot.task.rows
         assert other.task.generic_rank == robot.task.generic_rank

@@ -444,12 +444,12 @@ def test_results_are_frozen():
 @pytest.mark.parametrize('q', [[0.3, -0.4, 0.5], [[0.3, -0.4, 0.5], [0.1, 0.2, 0.0]]])
 @pytest.mark.parametrize('name', ['craig_3r', 'spherical_rrp'])
 def test_a_result_is_a_value(name, q):
-    found = ks.singularity(ks.load_robot(name), q, np.ones(3))
-    again = ks.singularity(ks.load_robot(name), q, np.ones(3))
+    found = ks.singularity(robot_of(name), q, np.ones(3))
+    again = ks.singularity(robot_of(name), q, np.ones(3))
     assert found is not again
     assert found == again
-    assert found != ks.singularity(ks.load_robot(name), q)
-    assert found != ks.singularity(ks.load_robot(name), np.add(q, 1e-9), np.ones(3))
+    assert found != ks.singularity(robot_of(name), q)
+    assert found != ks.singularity(robot_of(name), np.add(q, 1e-9), np.ones(3))
     for same in (pickle.loads(pickle.dumps(found)), copy.copy(found), copy.deepcopy(found)):
         assert same == again
         assert repr(same).partition('(')[2] == repr(found).partition('(')[2]
@@ -476,7 +476,7 @@ def test_a_pickled_result_is_no_larger_than_its_numbers(name):
 
 @pytest.mark.parametrize('name', ['ur5e', 'puma560', 'kinova_gen3'])
 def test_a_pose_of_a_batch_does_not_depend_on_those_before_it(name):
-    robot = ks.load_robot(name)
+    robot = robot_of(name)
     random = np.random.default_rng(1)
     ways = random.uniform(-2.0, 2.0, (6, 1, robot.dof))
     q = ways + np.linspace(0.0, 0.8, 40)[:, None] * random.normal(size=ways.shape)

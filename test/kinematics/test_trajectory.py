@@ -15,6 +15,7 @@ from kinematics_service.kinematics.passage import (
     FREE_SLIDING,
     FREE_TURNING,
     SHORTEST_PERIOD,
+    clearances_of_ways,
     smooth_trajectory,
 )
 from kinematics_service.kinematics.singular_poses import singular_poses
@@ -106,11 +107,12 @@ def test_the_smooth_path_leads_from_regular_poses_through_a_singular_one(name):
     robot = robot_of(name)
     motion = motion_of(name)
     t = np.linspace(0.0, 0.5 * motion.period, SAMPLES)
+    smallest = ks.singularity(robot, motion.at(t).q).smallest_singular_value
+    assert np.min(smallest) < 1e-3 * np.max(smallest)
+    # The distance of each is a search.
+    t = t[::5]
     measured = ks.singularity(robot, motion.at(t).q)
     assert np.min(measured.distance) < THROUGH
-    assert np.min(measured.smallest_singular_value) < 1e-3 * np.max(
-        measured.smallest_singular_value
-    )
     for end in (0, -1):
         assert measured.level[end] == ks.Level.OK
         assert measured.distance[end] > 3.0 * robot.thresholds.warn
@@ -145,6 +147,19 @@ def test_joints_speed_up_towards_a_singular_pose_and_the_tool_does_not(name):
         assert fastest[singular] < 0.7 * fastest[peak]
     speed = np.linalg.norm(ks.twist(robot, q, qdot)[:, :3], axis=1)
     assert speed[peak] < 0.8 * np.max(speed)
+
+
+@pytest.mark.parametrize('name', ['ur5e', 'kuka_iiwa14', 'planar_2r'])
+@pytest.mark.parametrize('away', [3.0, 0.5])
+def test_the_clearest_ways_are_those_of_all_poses(name, away):
+    # Many are farther than 1 rad from singular poses, or all are near one.
+    robot, random = robot_of(name), np.random.default_rng(3)
+    ways = random.uniform(-away, away, (200, 1, robot.dof))
+    ways = ways + random.uniform(-0.4, 0.4, (200, 3, robot.dof))
+    found = clearances_of_ways(robot, ways)
+    whole = np.min(ks.singularity(robot, ways).distance, axis=-1)
+    np.testing.assert_array_equal(found == np.max(found), whole == np.max(whole))
+    assert np.max(found) == np.max(whole)
 
 
 @pytest.mark.slow
