@@ -323,8 +323,8 @@ def test_a_robot(package):
     package.write('config/one_slide.yaml', ROBOT)
     package.replace(
         'robot/bundled.py',
-        "        'planar_2r',\n",
-        "        'planar_2r',\n        'one_slide',\n",
+        "'planar_2r planar_3r",
+        "'planar_2r one_slide planar_3r",
     )
     assert package.edited == files_of('A robot', 'one_slide')
     listed, told = package.commands('robots', 'fk --robot one_slide --q 0.25 --json')
