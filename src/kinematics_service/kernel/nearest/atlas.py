@@ -282,10 +282,7 @@ class Atlas:
             share = _along(normal, away, 0, n)
             for j in range(n):
                 motion[j] += share * normal[j]
-        along = 0.0
-        for j in range(n):
-            along += (away[j] - motion[j]) * (away[j] - motion[j])
-        along = math.sqrt(along)
+        along = singular_equations.apart(away, motion, n)
         rest = 1.0 - FLAT / along if along > FLAT else 0.0
         for j in range(n):
             motion[j] += rest * (away[j] - motion[j])

@@ -71,7 +71,7 @@ class Clearance:
         self.by_turns, self.bend_of_turns, self.twist_of_turns = 0.0, 0.0, 0.0
         self.by_lines, self.bend_of_lines, self.twist_of_lines = 0.0, 0.0, 0.0
         self.sum, self.steep = Cubic(self.count), Cubic(self.count)
-        count, k = self.equations.count, arm.task.generic_rank - 1
+        count, k = self.equations.count, self.arm.task.generic_rank - 1
         pairs = self.expansion.sizes[2]
         (self.F,) = arrays.rooms(count * self.expansion.terms)
         self.B, self.C = arrays.rooms(k * count * pairs, k * pairs)
@@ -96,8 +96,8 @@ class Clearance:
         self.expansion.turn(self.equations)
         self._write_complement()
         self._write_norms()
-        for i in range(self.equations.count):
-            self.first[i] = 1.0 if i == 0 else 0.0
+        arrays.fill(self.first, self.equations.count, 0.0)
+        self.first[0] = 1.0
         self._become(self.sum, self.first)
         radius = self._by_complement(radius)
         if self.equations.count > 1 and self._choose_shares():
@@ -186,20 +186,17 @@ class Clearance:
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         for a in range(k):
             C = arrays.after(self.C, a * pairs)
-            for p in range(pairs):
-                C[p] = self._cell(k, a)[d + p]
+            arrays.copy(C, pairs, arrays.after(self._cell(k, a), d))
             for b in range(k):
                 self._subtract(self._cell(k, b), self._cell(b, a), 1, C)
             for i in range(count):
                 B = arrays.after(self.B, (a * count + i) * pairs)
-                for p in range(pairs):
-                    B[p] = self._cell(a, k + i)[d + p]
+                arrays.copy(B, pairs, arrays.after(self._cell(a, k + i), d))
                 for b in range(k):
                     self._subtract(self._cell(a, b), self._cell(b, k + i), 1, B)
         for i in range(count):
             F = arrays.after(self.F, i * terms)
-            for p in range(terms):
-                F[p] = self._cell(k, k + i)[p]
+            arrays.copy(F, terms, self._cell(k, k + i))
             squared, cubed = arrays.after(F, d), arrays.after(F, d + pairs)
             for a in range(k):
                 line, turn = self._cell(k, a), self._cell(a, k + i)

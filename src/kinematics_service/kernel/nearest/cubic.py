@@ -36,8 +36,9 @@ class Cubic:
     """
 
     def __init__(self, count: int) -> None:
-        d = count
-        self.count, self.norms = d, Norms(max(d, 1), max(d * d * d, 1))
+        self.count = count
+        d = self.count
+        self.norms = Norms(max(d, 1), max(d * d * d, 1))
         self.constant, self.weight, self.size_of_l, self.size_of_M = 0.0, 0.0, 0.0, 0.0
         self.size_of_Q, self.size_of_T = 0.0, 0.0
         self.g, self.l, self.way = arrays.rooms(d, d, d)

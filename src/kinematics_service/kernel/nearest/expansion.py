@@ -47,8 +47,9 @@ class Expansion:
     """
 
     def __init__(self, chain: Chain, task: TaskRows, moving: Integers, orders: int) -> None:
-        n, d = chain.dof, arrays.size(moving)
-        self.chain, self.task, self.count, self.orders = chain, task, d, orders
+        self.chain, self.task, self.orders = chain, task, orders
+        self.count = arrays.size(moving)
+        n, d = self.chain.dof, self.count
         self.wide, self.rank = n > task.count, task.generic_rank
         self.turns: int = min(task.count, n)
         self.length: int = max(task.count, n)

@@ -42,8 +42,8 @@ class FactorProof:
     """
 
     def __init__(self, tape: Tape, task: TaskRows) -> None:
-        n, steps = task.joints, tape.steps
         self.tape, self.task, self.pieces = tape, task, 0
+        n, steps = self.task.joints, self.tape.steps
         self.operations, self.constants = self.tape.operations, self.tape.constants
         self.m, self.f, self.start, self.end, self.width, self.waiting = 0, -1, 0, 0, 0, 0
         self.pairs, self.triples, self.sign, self.cubic, self.tiny = 0, 0, 1.0, 0.0, 0.0

@@ -162,7 +162,7 @@ class NearestSearch:
         self.left_before: float = places.INFINITY
         self.known, self.settled = 0, False
         n = self.n
-        tape = arm.tape.steps * (n + 1) + 2 * n
+        tape = self.arm.tape.steps * (n + 1) + 2 * n
         charts = max(MORE_CHARTS, ZEROS)
         self.origin, self.first, self.curved, self.d = arrays.rooms(n, n, n, n)
         self.onto, self.along, self.reached, self.nearest = arrays.rooms(n, n, n, n)
@@ -232,8 +232,8 @@ class NearestSearch:
         """Hold what was found from q (n,) in another way, while the joints move little."""
         self.distance, self.complete = away, is_decided
         self.lasting = HELD * min(away, HORIZON)
-        for j in range(self.n):
-            self.searched[j], self.poses[j] = q[j], pose[j]
+        arrays.copy(self.searched, self.n, q)
+        arrays.copy(self.poses, self.n, pose)
 
     def holds(self, q: Flat) -> bool:
         """Return whether what is held serves at q (n,); its distance is brought to what it is."""
@@ -363,8 +363,8 @@ class NearestSearch:
     def _stand_at(self, q: Flat) -> None:
         # With nothing found.
         self.distance = places.INFINITY
-        for j in range(self.n):
-            self.origin[j], self.nearest[j] = q[j], 0.0
+        arrays.copy(self.origin, self.n, q)
+        arrays.fill(self.nearest, self.n, 0.0)
 
     def _keep_positions(self) -> None:
         # The nearest of those at which one joint alone makes the arm singular.
@@ -424,7 +424,7 @@ class NearestSearch:
             if self.scores[k] > self.distance:
                 return
             self.atlas.write_motion(0, self.wrapped, self.picked[k], self.away, self.d)
-            if not self._leads_to_known(self.d):
+            if not self._leads_to_known(self.d, self.apart):
                 self._run(STEPS, LONGEST, False)
 
     def _search(self) -> bool:
@@ -479,7 +479,7 @@ class NearestSearch:
             if self.scores[k] > self.wide * self.distance:
                 return
             self.atlas.write_motion(0, self.wrapped, self.picked[k], self.away, self.motion)
-            if not self._leads_to_known(self.motion):
+            if not self._leads_to_known(self.motion, self.apart):
                 arrays.copy(self.d, n, self.motion)
                 self._run(STEPS, LONGEST, False)
                 if singular_equations.length_of(self.away, n) < self.distance:
@@ -496,14 +496,13 @@ class NearestSearch:
             f, self.wrapped, radius, promise, most, self.picked, self.scores, self.away
         )
 
-    def _leads_to_known(self, motion: Flat) -> bool:
-        # Whether a start is beside a pose that was found.
-        n = self.n
-        length = singular_equations.length_of(motion, n)
-        arrays.copy(self.reached, n, motion)
+    def _leads_to_known(self, motion: Flat, share: float) -> bool:
+        # Whether a motion leads beside a pose that was found, by this share of its length.
+        away = share / SAME * singular_equations.length_of(motion, self.n)
+        arrays.copy(self.reached, self.n, motion)
         beside = False
         for k in range(self.known):
-            beside = beside or self._is_known(k, self.apart / SAME * length)
+            beside = beside or self._is_known(k, away)
         return beside
 
     def _look_at_factors(self) -> None:
@@ -740,14 +739,6 @@ class NearestSearch:
             self._remember(best)
         self._keep(best, standing)
 
-    def _is_beside_known(self, away: float) -> bool:
-        # Whether a run has come to a pose that was found, which it would find again.
-        arrays.copy(self.reached, self.n, self.d)
-        beside = False
-        for k in range(self.known):
-            beside = beside or self._is_known(k, BESIDE / SAME * away)
-        return beside
-
     def _mark_trap(self, left: float, away: float) -> None:
         # Where a run goes round; what it has not reached is kept in mind.
         self.missed = min(self.missed, away)
@@ -756,12 +747,9 @@ class NearestSearch:
 
     def _is_trapped(self, left: float, away: float) -> bool:
         # Whether a run has come beside such a place, and steps no less.
-        squares = 0.0
-        for j in range(self.n):
-            apart = self.trap[j] - self.d[j]
-            squares += apart * apart
+        apart = singular_equations.apart(self.trap, self.d, self.n)
         beside = max(TRAPPED * away, self.trap_step)
-        return math.sqrt(squares) < beside and left > SHORTER * self.trap_step
+        return apart < beside and left > SHORTER * self.trap_step
 
     def _promise(self, left: float, away: float, nearest: float) -> float:
         # How far the singular pose will be that a run is on its way to. Of more equations than one
@@ -770,7 +758,7 @@ class NearestSearch:
 
     def _is_given_up(self, step: int, more: int, left: float, away: float, known: bool) -> bool:
         # Whether a run that has found nothing ends; `more`: its steps after those of all runs.
-        if step > 0 and not (known or self.thorough) and self._is_beside_known(away):
+        if step > 0 and not (known or self.thorough) and self._leads_to_known(self.d, BESIDE):
             return True
         if step >= TRIED and self.trap_step > 0.0 and self._is_trapped(left, away):
             return True
@@ -828,11 +816,7 @@ class NearestSearch:
 
     def _apart(self, motion: Flat) -> float:
         # From what was found.
-        squares = 0.0
-        for j in range(self.n):
-            away = motion[j] - self.nearest[j]
-            squares += away * away
-        return math.sqrt(squares)
+        return singular_equations.apart(motion, self.nearest, self.n)
 
 
 def _share_along(step: int, steps: int) -> float:

@@ -44,7 +44,7 @@ class SingularEquations:
 
     def __init__(self, chain: Chain, task: TaskRows) -> None:
         self.chain, self.task = chain, task
-        n, m = chain.dof, task.count
+        n, m = self.chain.dof, self.task.count
         self.n, self.rank, self.wide = n, task.generic_rank, n > m
         self.turns: int = min(m, n)
         self.length: int = max(m, n)
@@ -52,9 +52,9 @@ class SingularEquations:
         self.width, self.count = self.turns + self.length, self.length - self.rank + 1
         self.smallest, self.largest, self.kept, self.first = 0.0, 0.0, 0, 0
         count, cells = self.count, self.turns * self.length
-        self.q, self.still, self.row = arrays.rooms(n, n, chain.frames_at)
+        self.q, self.still, self.row = arrays.rooms(n, n, self.chain.frames_at)
         self.W, self.sigma = arrays.rooms(self.length * self.width, self.turns)
-        self.motion, self.weights, self.changes = arrays.rooms(n, 6, 6 * chain.entries)
+        self.motion, self.weights, self.changes = arrays.rooms(n, 6, 6 * self.chain.entries)
         self.A, self.turned = arrays.rooms(count * n, count * (n + count))
         self.slopes, self.wanted, self.c = arrays.rooms(count, count, count)
         self.axes, self.M, self.B = arrays.rooms(3 * m, cells, cells)
@@ -398,6 +398,14 @@ class SingularEquations:
 def length_of(d: Flat, n: int) -> float:
     """Return the length of a motion d (n,)."""
     return math.sqrt(arrays.dot(d, d, n))
+
+
+def apart(a: Flat, b: Flat, n: int) -> float:
+    """Return how far two motions (n,) are from each other."""
+    squares = 0.0
+    for j in range(n):
+        squares += (a[j] - b[j]) * (a[j] - b[j])
+    return math.sqrt(squares)
 
 
 def wrapped(value: float, period: float) -> float:

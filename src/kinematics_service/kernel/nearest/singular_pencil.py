@@ -37,11 +37,11 @@ class SingularPencil:
     """
 
     def __init__(self, n: int, count: int) -> None:
-        size = count + 1
-        self.n, self.size, self.angles = n, size, ANGLES
+        self.n, self.size, self.angles = n, count + 1, ANGLES
         self.least, self.second = 0.0, 0.0
-        self.ofleast, self.ofsecond = arrays.rooms(size * n, size * n)
-        self.A, self.G, self.L = arrays.rooms(size * n, size * size, size * size)
+        size, cells = self.size, self.size * self.n
+        self.ofleast, self.ofsecond, self.A = arrays.rooms(cells, cells, cells)
+        self.G, self.L = arrays.rooms(size * size, size * size)
         self.wanted, self.shares, self.lengths = arrays.rooms(size, size, ANGLES)
 
     def stand_at(self, equations: SingularEquations, d: Flat) -> None:

@@ -37,10 +37,11 @@ class SingularQuadric:
 
     def __init__(self, n: int) -> None:
         self.n, self.m, self.f, self.rise, self.steep, self.diagonal = n, n, 0.0, 0.0, 0, False
-        self.g, self.along, self.b, self.x = arrays.rooms(n, n, n, n)
-        self.K, self.Z, self.of_all, self.step = arrays.rooms(n * n, n * n, n, n)
+        count, cells = self.n, self.n * self.n
+        self.g, self.along, self.b, self.x = arrays.rooms(count, count, count, count)
+        self.K, self.Z, self.of_all, self.step = arrays.rooms(cells, cells, count, count)
         # The joints that count: those that do not would be most of the work.
-        (self.joints,) = arrays.whole_rooms(n)
+        (self.joints,) = arrays.whole_rooms(count)
 
     def _count(self, counts: Flat) -> None:
         # Those of n joints that are above zero.
