@@ -47,14 +47,9 @@ class Arm:
             raise TypeError('the parts of an arm do not go together')
         if not 0 <= watched < places.LOST_AT:
             raise TypeError('the watched measure is none')
-        self.chain: Chain = chain
-        self.task: TaskRows = task
-        self.tape: Tape = tape
-        self.factors_complete: bool = factors_complete
-        self.watched: int = watched
-        self.warn: float = warn
-        self.stop: float = stop
-        self.reach: float = reach
+        self.chain, self.task, self.tape = chain, task, tape
+        self.factors_complete = factors_complete
+        self.watched, self.warn, self.stop, self.reach = watched, warn, stop, reach
         around = [-places.PI, places.TAU, places.INFINITY]
         self.spans: Floats = np.tile(around, (chain.dof, 1)) if spans is None else spans
         self._atlas: Atlas | None = None

@@ -6,7 +6,6 @@ and from there Newton's method slides to the nearest.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -76,19 +75,16 @@ class Atlas:
         one. No reach: the joint does not count.
     """
 
-    joints: int
-    sets: int
-
     def __init__(
         self, chain: Chain, task: TaskRows, tape: Tape, of_factors: bool, spans: Floats
     ) -> None:
         n = chain.dof
         equations = SingularEquations(chain, task)
         self.joints, self.sets = n, tape.factors if of_factors else 1
-        self.codimension: int = 1 if of_factors else equations.count
-        self.width: int = n * (1 + self.codimension)
+        self.codimension = 1 if of_factors else equations.count
+        self.width = n * (1 + self.codimension)
         alone, lost = np.zeros((0, 3)), np.zeros(n)
-        self.is_dense: bool = False
+        self.is_dense = False
         if self.codimension > 1 and n <= task.count and chain.loops == 0:
             alone, lost = _positions_alone(equations, self.codimension, spans)
         charts = 0
@@ -125,31 +121,21 @@ class Atlas:
             begins += [charts + int(np.sum(cells <= k)) for k in range(BINS * BINS)]
             charts += found
         table = np.ascontiguousarray(np.concatenate(tables))
-        self._arrays: tuple[Any, ...] = (
-            table,
-            np.array(begins, dtype=np.int64),
-            np.array(joints, dtype=np.int64),
-            counts,
-            np.ascontiguousarray(spans),
-            (np.sum(counts, axis=1) - self.codimension).astype(np.int64),
-            np.array([_ends_of_counted(row) for row in counts], dtype=np.int64),
-            np.ascontiguousarray(table[:, :n].T),
-            alone,
-            lost,
-        )
-        self.charts: Flat = arrays.numbers(self._arrays[0], charts * self.width)
-        self.begins: FlatIntegers = arrays.whole(self._arrays[1], self.sets * BINS * BINS + 1)
-        self.sorting: FlatIntegers = arrays.whole(self._arrays[2], 2 * self.sets)
-        self.counts: Flat = arrays.numbers(self._arrays[3], self.sets * n)
-        self.spans: Flat = arrays.numbers(self._arrays[4], 3 * n)
-        self.dimensions: FlatIntegers = arrays.whole(self._arrays[5], self.sets)
-        self.counted: FlatIntegers = arrays.whole(self._arrays[6], 2 * self.sets)
+        first, sorted_by = np.array(begins, dtype=np.int64), np.array(joints, dtype=np.int64)
+        dimensions = (np.sum(counts, axis=1) - self.codimension).astype(np.int64)
+        ends = np.array([_ends_of_counted(row) for row in counts], dtype=np.int64)
+        turned, around = np.ascontiguousarray(table[:, :n].T), np.ascontiguousarray(spans)
+        self.charts = arrays.numbers(table, charts * self.width)
+        self.begins = arrays.whole(first, self.sets * BINS * BINS + 1)
+        self.sorting = arrays.whole(sorted_by, 2 * self.sets)
+        self.counts = arrays.numbers(counts, self.sets * n)
+        self.spans = arrays.numbers(around, 3 * n)
+        self.dimensions = arrays.whole(dimensions, self.sets)
+        self.counted = arrays.whole(ends, 2 * self.sets)
         # The poses' positions again, those of one joint after those of another.
-        self.by_joint: Flat = arrays.numbers(self._arrays[7], charts * n)
-        self.alone: int = len(alone)
-        self.positions: Flat = arrays.numbers(self._arrays[8], 3 * self.alone)
-        self.left_out: Flat = arrays.numbers(self._arrays[9], n)
-        self.total: int = charts
+        self.by_joint, self.total = arrays.numbers(turned, charts * n), charts
+        self.alone, self.positions = len(alone), arrays.numbers(alone, alone.size)
+        self.left_out = arrays.numbers(lost, n)
 
     def dimension(self, f: int) -> int:
         """Return the dimension of a set: 0 where its poses are all there are."""
@@ -196,8 +182,7 @@ class Atlas:
         # What is farther promises too little.
         radius = min(radius, (1.0 + ROUND_OFF) / BENDS * promise)
         columns = [0.0] * 16
-        for k in range(most):
-            scores[k] = promise
+        arrays.fill(scores, most, promise)
         for j in range(self.joints):
             counts = self.counts[f * self.joints + j] > 0.0
             u[j] = singular_equations.wrapped(u[j], self.spans[3 * j + 2]) if counts else 0.0
@@ -289,18 +274,15 @@ class Atlas:
         to that as the pose still tells; `away` (n,) is room.
         """
         n, chart = self.joints, arrays.after(self.charts, at * self.width)
-        for j in range(n):
-            away[j], motion[j] = 0.0, 0.0
+        arrays.fill(away, n, 0.0)
+        arrays.fill(motion, n, 0.0)
         self._score(f, u, at, away)
         for i in range(self.codimension):
             normal = arrays.after(chart, n * (1 + i))
             share = _along(normal, away, 0, n)
             for j in range(n):
                 motion[j] += share * normal[j]
-        along = 0.0
-        for j in range(n):
-            along += (away[j] - motion[j]) * (away[j] - motion[j])
-        along = math.sqrt(along)
+        along = singular_equations.apart(away, motion, n)
         rest = 1.0 - FLAT / along if along > FLAT else 0.0
         for j in range(n):
             motion[j] += rest * (away[j] - motion[j])
@@ -321,8 +303,7 @@ def write_squares(
 
     Positions of one joint are `total` apart from those of the next.
     """
-    for k in range(count):
-        squares[k] = 0.0
+    arrays.fill(squares, count, 0.0)
     for j in range(begin, end):
         value, period = u[j], spans[3 * j + 2]
         positions = arrays.after(by_joint, j * total)
@@ -334,10 +315,7 @@ def write_squares(
 
 
 def _along(normal: Flat, away: Flat, begin: int, end: int) -> float:
-    share = 0.0
-    for j in range(begin, end):
-        share += normal[j] * away[j]
-    return share
+    return arrays.dot(arrays.after(normal, begin), arrays.after(away, begin), end - begin)
 
 
 def _joints_to_sort_by(counts: Floats) -> list[int]:
@@ -350,7 +328,7 @@ def _joints_to_sort_by(counts: Floats) -> list[int]:
 def _ends_of_counted(counts: Floats) -> tuple[int, int]:
     # The joints that count are among these.
     counted = np.flatnonzero(counts)
-    return (int(counted[0]), int(counted[-1]) + 1) if len(counted) else (0, 0)
+    return (int(counted.min()), int(counted.max()) + 1) if len(counted) else (0, 0)
 
 
 def _sorted(table: Floats, n: int, spans: Floats, sorting: list[int]) -> tuple[Floats, Integers]:
@@ -453,8 +431,7 @@ def _position_alone(
     given, lost = np.ascontiguousarray(spans[:, :2]), arrays.results(turns, equations.turns)
     work = arrays.scratch(2 * n)
     u, still = work, arrays.after(work, n)
-    for j in range(n):
-        still[j] = 0.0
+    arrays.fill(still, n, 0.0)
     for i in range(2 * TRIED):
         _write_seed(n, i, arrays.numbers(given, 2 * n), u)
         u[joint] = position
@@ -488,15 +465,13 @@ def _go(equations: SingularEquations, i: int, spans: Flat, chart: Flat, work: Fl
     n = equations.n
     u, step, still = work, arrays.after(work, n), arrays.after(work, 2 * n)
     _write_seed(n, i, spans, u)
-    for j in range(n):
-        still[j] = 0.0
+    arrays.fill(still, n, 0.0)
     for _ in range(STEPS):
         equations.move_to(still, u)
         equations.linearise()
         length = equations.write_step_onto(step)
         if equations.are_singular(SINGULAR) and length < ARRIVED:
-            for j in range(n):
-                chart[j] = u[j]
+            arrays.copy(chart, n, u)
             equations.write_normals(arrays.after(chart, n))
             return 1
         if not length < places.INFINITY:

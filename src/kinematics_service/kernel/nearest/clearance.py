@@ -48,25 +48,6 @@ class Clearance:
         the joints that count; the last two infinite where they are not known.
     """
 
-    count: int
-    bend: float
-    twist: float
-    fourth: float
-    share: float
-    largest: float
-    change: float
-    by_block: float
-    bend_of_block: float
-    second: float
-    by_turns: float
-    bend_of_turns: float
-    twist_of_turns: float
-    by_lines: float
-    bend_of_lines: float
-    twist_of_lines: float
-    sum: Cubic
-    steep: Cubic
-
     def __init__(
         self,
         arm: Arm,
@@ -76,41 +57,27 @@ class Clearance:
         twist: float,
         fourth: float,
     ) -> None:
-        arrays.given(arm)
         if arm.chain.loops > 0:
             raise TypeError('the bounds of a clearance do not know closed loops')
         if moving.min(initial=0) < 0 or moving.max(initial=-1) >= arm.chain.dof:
             raise TypeError('a joint that counts is none')
-        self.arm: Arm = arm
-        self.equations: SingularEquations = SingularEquations(arm.chain, arm.task)
-        self._arrays: tuple[object, ...] = moving, point
-        self.count = d = arrays.size(moving)
-        self.point: Flat = arrays.numbers(point, 3)
+        self.arm, self.equations = arm, SingularEquations(arm.chain, arm.task)
+        self.count, self.point = arrays.size(moving), arrays.numbers(point, 3)
         self.bend, self.twist, self.fourth = bend, twist, fourth
         self.share, self.largest, self.change = SINGULAR * self._condition(), 0.0, 0.0
-        self.known: bool = twist < places.INFINITY and fourth < places.INFINITY
-        self.expansion: Expansion = Expansion(arm.chain, arm.task, moving, 3 if self.known else 1)
+        self.known = twist < places.INFINITY and fourth < places.INFINITY
+        self.expansion = Expansion(arm.chain, arm.task, moving, 3 if self.known else 1)
         self.by_block, self.bend_of_block, self.second = 0.0, 0.0, 0.0
         self.by_turns, self.bend_of_turns, self.twist_of_turns = 0.0, 0.0, 0.0
         self.by_lines, self.bend_of_lines, self.twist_of_lines = 0.0, 0.0, 0.0
-        self.sum, self.steep = Cubic(d), Cubic(d)
-        count, k = self.equations.count, arm.task.generic_rank - 1
+        self.sum, self.steep = Cubic(self.count), Cubic(self.count)
+        count, k = self.equations.count, self.arm.task.generic_rank - 1
         pairs = self.expansion.sizes[2]
-        room = count * self.expansion.terms + k * (count + 1) * pairs
-        self.room: Flat = arrays.scratch(room + count * (2 * count + 4))
-        self.F: Flat = self.room
-        self.B: Flat = arrays.after(self.F, count * self.expansion.terms)
-        self.C: Flat = arrays.after(self.B, k * count * pairs)
-        self.shares: Flat = arrays.after(self.C, k * pairs)
-        self.across: Flat = arrays.after(self.shares, count)
-        self.steepest: Flat = arrays.after(self.across, count)
-        self.first: Flat = arrays.after(self.steepest, count)
-        self.gram: Flat = arrays.after(self.first, count)
-        self.factor: Flat = arrays.after(self.gram, count * count)
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        (self.F,) = arrays.rooms(count * self.expansion.terms)
+        self.B, self.C = arrays.rooms(k * count * pairs, k * pairs)
+        self.shares, self.across = arrays.rooms(count, count)
+        self.steepest, self.first = arrays.rooms(count, count)
+        self.gram, self.factor = arrays.rooms(count * count, count * count)
 
     def radius(self, q: Flat) -> float:
         """Return the radius around q (n,) within which no pose is singular, rad."""
@@ -129,8 +96,8 @@ class Clearance:
         self.expansion.turn(self.equations)
         self._write_complement()
         self._write_norms()
-        for i in range(self.equations.count):
-            self.first[i] = 1.0 if i == 0 else 0.0
+        arrays.fill(self.first, self.equations.count, 0.0)
+        self.first[0] = 1.0
         self._become(self.sum, self.first)
         radius = self._by_complement(radius)
         if self.equations.count > 1 and self._choose_shares():
@@ -162,8 +129,7 @@ class Clearance:
     def _stand_at(self, q: Flat) -> None:
         # Evaluates q, takes the velocities of the point, and decomposes J_t.
         n = self.arm.chain.dof
-        for j in range(n):
-            self.equations.q[j] = q[j]
+        arrays.copy(self.equations.q, n, q)
         row = self.equations.row
         chain_pass.evaluate_row(
             self.arm.chain, self.equations.q, self.equations.still, places.JACOBIAN, row
@@ -220,20 +186,17 @@ class Clearance:
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         for a in range(k):
             C = arrays.after(self.C, a * pairs)
-            for p in range(pairs):
-                C[p] = self._cell(k, a)[d + p]
+            arrays.copy(C, pairs, arrays.after(self._cell(k, a), d))
             for b in range(k):
                 self._subtract(self._cell(k, b), self._cell(b, a), 1, C)
             for i in range(count):
                 B = arrays.after(self.B, (a * count + i) * pairs)
-                for p in range(pairs):
-                    B[p] = self._cell(a, k + i)[d + p]
+                arrays.copy(B, pairs, arrays.after(self._cell(a, k + i), d))
                 for b in range(k):
                     self._subtract(self._cell(a, b), self._cell(b, k + i), 1, B)
         for i in range(count):
             F = arrays.after(self.F, i * terms)
-            for p in range(terms):
-                F[p] = self._cell(k, k + i)[p]
+            arrays.copy(F, terms, self._cell(k, k + i))
             squared, cubed = arrays.after(F, d), arrays.after(F, d + pairs)
             for a in range(k):
                 line, turn = self._cell(k, a), self._cell(a, k + i)
@@ -283,11 +246,7 @@ class Clearance:
         for i in range(count):
             a = arrays.after(self.F, i * terms)
             for p in range(count):
-                b = arrays.after(self.F, p * terms)
-                value = 0.0
-                for j in range(d):
-                    value += a[j] * b[j]
-                self.gram[i * count + p] = value
+                self.gram[i * count + p] = arrays.dot(a, arrays.after(self.F, p * terms), d)
             trace += self.gram[i * count + i]
         if not symmetric.damped_step(
             count, self.gram, self.first, 1e-9 * trace, self.factor, self.shares
@@ -305,8 +264,7 @@ class Clearance:
                     slope += self.across[p] * self.across[j] * self.gram[p * count + j]
             if slope > most:
                 most = slope
-                for p in range(count):
-                    self.steepest[p] = self.across[p]
+                arrays.copy(self.steepest, count, self.across)
         return most > 0.0
 
     def _by_complement(self, best: float) -> float:
@@ -366,7 +324,6 @@ def unit(v: Flat, count: int) -> bool:
 
 def clearances(clearance: Clearance, q: Floats, radii: Floats) -> None:
     """Fill `radii` (N,) with the radius around each q (N, n) in which no pose is singular, rad."""
-    arrays.given(clearance)
     n, count = clearance.arm.chain.dof, arrays.extent(q, 0)
     positions, results = arrays.numbers(q, count * n), arrays.results(radii, count)
     for k in range(count):

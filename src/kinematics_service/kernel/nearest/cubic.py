@@ -35,36 +35,16 @@ class Cubic:
         Bounds of them for motions of length 1.
     """
 
-    constant: float
-    weight: float
-    size_of_l: float
-    size_of_M: float
-    size_of_Q: float
-    size_of_T: float
-
     def __init__(self, count: int) -> None:
-        d = count
-        self.count: int = d
-        self.norms: Norms = Norms(max(d, 1), max(d * d * d, 1))
+        self.count = count
+        d = self.count
+        self.norms = Norms(max(d, 1), max(d * d * d, 1))
         self.constant, self.weight, self.size_of_l, self.size_of_M = 0.0, 0.0, 0.0, 0.0
         self.size_of_Q, self.size_of_T = 0.0, 0.0
-        self.room: Flat = arrays.scratch(6 * d + 5 * d * d + d * d * d)
-        self.g: Flat = self.room
-        self.l: Flat = arrays.after(self.g, d)
-        self.way: Flat = arrays.after(self.l, d)
-        self.along: Flat = arrays.after(self.way, d)
-        self.more: Flat = arrays.after(self.along, d)
-        self.turned: Flat = arrays.after(self.more, d)
-        self.Q: Flat = arrays.after(self.turned, d)
-        self.M: Flat = arrays.after(self.Q, d * d)
-        self.H: Flat = arrays.after(self.M, d * d)
-        self.Z: Flat = arrays.after(self.H, d * d)
-        self.half: Flat = arrays.after(self.Z, d * d)
-        self.T: Flat = arrays.after(self.half, d * d)
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        self.g, self.l, self.way = arrays.rooms(d, d, d)
+        self.along, self.more, self.turned = arrays.rooms(d, d, d)
+        self.Q, self.M, self.H = arrays.rooms(d * d, d * d, d * d)
+        self.Z, self.half, self.T = arrays.rooms(d * d, d * d, d * d * d)
 
     def become(
         self, expansion: Expansion, F: Flat, shares: Flat, count: int, constant: float
@@ -164,8 +144,7 @@ class Cubic:
 
     def _norm(self, matrix: Flat, length: int) -> float:
         # At least the largest singular value of a matrix (d, length).
-        for p in range(self.count * length):
-            self.norms.W[p] = matrix[p]
+        arrays.copy(self.norms.W, self.count * length, matrix)
         return self.norms.norm(self.count, length)
 
     def diagonalise(self) -> None:
@@ -175,10 +154,7 @@ class Cubic:
             self.H[p] = 2.0 * self.Q[p]
         symmetric.diagonalise(self.H, self.Z, d)
         for i in range(d):
-            along = 0.0
-            for j in range(d):
-                along += self.Z[i * d + j] * self.g[j]
-            self.turned[i] = along
+            self.turned[i] = arrays.dot(arrays.after(self.Z, i * d), self.g, d)
 
     def lowest(self, r: float) -> float:
         """

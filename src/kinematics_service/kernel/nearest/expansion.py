@@ -5,7 +5,7 @@ import math
 from ..forward import vectors
 from ..forward.chain import Chain
 from ..layout import arrays
-from ..layout.arrays import Flat, FlatIntegers, Integers, Vector
+from ..layout.arrays import Flat, Integers, Vector
 from ..measures import singularity
 from ..measures.task_rows import TaskRows
 from .norms import Norms
@@ -46,39 +46,24 @@ class Expansion:
         values of those before the last of the rank.
     """
 
-    chain: Chain
-    task: TaskRows
-    count: int
-    orders: int
-    turns: int
-    length: int
-
     def __init__(self, chain: Chain, task: TaskRows, moving: Integers, orders: int) -> None:
-        n, d = chain.dof, arrays.size(moving)
-        self.chain, self.task, self.count, self.orders = chain, task, d, orders
-        self.wide: bool = n > task.count
-        self.turns, self.length = min(task.count, n), max(task.count, n)
-        self.rank: int = task.generic_rank
+        self.chain, self.task, self.orders = chain, task, orders
+        self.count = arrays.size(moving)
+        n, d = self.chain.dof, self.count
+        self.wide, self.rank = n > task.count, task.generic_rank
+        self.turns: int = min(task.count, n)
+        self.length: int = max(task.count, n)
         pairs = d * (d + 1) // 2 if orders > 1 else 0
         triples = pairs * (d + 2) // 3
-        self.terms: int = d + pairs + triples
+        self.terms = d + pairs + triples
         cells = self.turns * self.length
         largest = max(d, max(pairs, triples))
-        self.norms: Norms = Norms(
-            max(self.turns, max(self.length, d)), max(cells, d * d) * largest
-        )
-        room = 2 * (ORDERS + 1) + n + d * d + d * d * d + ORDERS
-        self.room: Flat = arrays.scratch(room + self.terms * (1 + 2 * cells) + cells)
-        self.begins: FlatIntegers = arrays.as_whole(self.room)
-        self.sizes: FlatIntegers = arrays.whole_after(self.begins, ORDERS + 1)
-        self.place: FlatIntegers = arrays.whole_after(self.sizes, ORDERS + 1)
-        self.pair: FlatIntegers = arrays.whole_after(self.place, n)
-        self.triple: FlatIntegers = arrays.whole_after(self.pair, d * d)
-        self.chosen: FlatIntegers = arrays.whole_after(self.triple, d * d * d)
-        self.share: Flat = arrays.after(self.room, room)
-        self.K: Flat = arrays.after(self.share, self.terms)
-        self.G: Flat = arrays.after(self.K, self.terms * cells)
-        self.half: Flat = arrays.after(self.G, self.terms * cells)
+        self.norms = Norms(max(self.turns, max(self.length, d)), max(cells, d * d) * largest)
+        self.begins, self.sizes = arrays.whole_rooms(ORDERS + 1, ORDERS + 1)
+        self.place, self.chosen = arrays.whole_rooms(n, ORDERS)
+        self.pair, self.triple = arrays.whole_rooms(d * d, d * d * d)
+        self.share, self.half = arrays.rooms(self.terms, cells)
+        self.K, self.G = arrays.rooms(self.terms * cells, self.terms * cells)
         for j in range(n):
             self.place[j] = -1
         for j in range(d):
@@ -90,10 +75,6 @@ class Expansion:
         if orders > 1:
             self._number_pairs()
             self._number_triples()
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
 
     def _number_pairs(self) -> None:
         d, k = self.count, 0
@@ -128,8 +109,7 @@ class Expansion:
         w_a x (w_b x ... w_i), where all others are before it.
         """
         d, entries, joint = self.count, self.chain.entries, self.chain.joint
-        for k in range(self.terms * self.turns * self.length):
-            self.K[k] = 0.0
+        arrays.fill(self.K, self.terms * self.turns * self.length, 0.0)
         for f in range(entries):
             a = self.place[joint[f]]
             if a < 0:
@@ -198,8 +178,7 @@ class Expansion:
                 few = arrays.after(equations.W, a * equations.width + length)
                 share = 1.0 / math.sqrt(equations.sigma[a]) if a < rank - 1 else 1.0
                 half = arrays.after(self.half, a * length)
-                for i in range(length):
-                    half[i] = 0.0
+                arrays.fill(half, length, 0.0)
                 for r in range(turns):
                     weight = share * few[r]
                     for i in range(length):
@@ -208,10 +187,7 @@ class Expansion:
                 many = arrays.after(equations.W, b * equations.width)
                 share = 1.0 / math.sqrt(equations.sigma[b]) if b < rank - 1 else 1.0
                 for a in range(rank):
-                    half = arrays.after(self.half, a * length)
-                    value = 0.0
-                    for i in range(length):
-                        value += half[i] * many[i]
+                    value = arrays.dot(arrays.after(self.half, a * length), many, length)
                     self.G[(a * length + b) * terms + k] = share * value
 
     def change(self) -> float:

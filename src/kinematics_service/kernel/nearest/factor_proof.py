@@ -8,7 +8,7 @@ value, slope and curvature in the middle, and by what its third derivatives are 
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers, Floats
+from ..layout.arrays import Flat, Floats
 from ..measures import factors
 from ..measures.factors import Tape
 from ..measures.task_rows import TaskRows
@@ -41,55 +41,20 @@ class FactorProof:
         Boxes looked at, since it was set to 0.
     """
 
-    tape: Tape
-    task: TaskRows
-    m: int
-    f: int
-    start: int
-    end: int
-    width: int
-    pairs: int
-    triples: int
-    pieces: int
-    waiting: int
-    sign: float
-    cubic: float
-    tiny: float
-
     def __init__(self, tape: Tape, task: TaskRows) -> None:
-        n, steps = task.joints, tape.steps
         self.tape, self.task, self.pieces = tape, task, 0
-        self.operations: FlatIntegers = self.tape.operations
-        self.constants: Flat = self.tape.constants
+        n, steps = self.task.joints, self.tape.steps
+        self.operations, self.constants = self.tape.operations, self.tape.constants
         self.m, self.f, self.start, self.end, self.width, self.waiting = 0, -1, 0, 0, 0, 0
         self.pairs, self.triples, self.sign, self.cubic, self.tiny = 0, 0, 1.0, 0.0, 0.0
         pairs = MOST * (MOST + 1) // 2
         whole = 1 + MOST + pairs + pairs * (MOST + 2) // 3
-        room = 2 * steps * whole + 2 * n + 3 * steps + steps * (n + 1)
-        self.room: Flat = arrays.scratch(room + (2 * WAITING + 5) * MOST + 4 * whole)
-        self.steps: Flat = self.room
-        self.bounds: Flat = arrays.after(self.steps, steps * whole)
-        self.q: Flat = arrays.after(self.bounds, steps * whole)
-        self.values: Flat = arrays.after(self.q, n)
-        joints = arrays.after(self.values, steps * (n + 1))
-        self.place: FlatIntegers = arrays.as_whole(joints)
-        self.kinds: FlatIntegers = arrays.whole_after(self.place, n)
-        index = arrays.after(joints, n + steps)
-        self.first: FlatIntegers = arrays.as_whole(index)
-        self.second: FlatIntegers = arrays.whole_after(self.first, whole)
-        self.third: FlatIntegers = arrays.whole_after(self.second, whole)
-        index = arrays.after(index, 3 * whole)
-        self.joints: FlatIntegers = arrays.as_whole(index)
-        self.middle: Flat = arrays.after(index, MOST)
-        self.half: Flat = arrays.after(self.middle, MOST)
-        self.point: Flat = arrays.after(self.half, MOST)
-        self.weights: Flat = arrays.after(self.point, MOST)
-        self.overall: Flat = arrays.after(self.weights, MOST)
-        self.stack: Flat = arrays.after(self.overall, whole)
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        self.steps, self.bounds = arrays.rooms(steps * whole, steps * whole)
+        self.q, self.values = arrays.rooms(n, steps * (n + 1))
+        self.place, self.kinds, self.joints = arrays.whole_rooms(n, steps, MOST)
+        self.first, self.second, self.third = arrays.whole_rooms(whole, whole, whole)
+        self.middle, self.half, self.weights = arrays.rooms(MOST, MOST, MOST)
+        self.overall, self.stack = arrays.rooms(whole, 2 * WAITING * MOST)
 
     def begin(self, f: int, counts: Flat, q: Flat, radius: float) -> bool:
         """
@@ -115,20 +80,17 @@ class FactorProof:
         self._number()
         if not self._find_kinds():
             return False
-        for j in range(m):
-            self.middle[j] = 0.0
+        arrays.fill(self.middle, m, 0.0)
         self._expand()
         step = arrays.after(self.steps, self.end * self.width)
         self.sign = 1.0 if step[0] > 0.0 else -1.0
-        for j in range(m):
-            self.half[j] = radius
+        arrays.fill(self.half, m, radius)
         self._bound(radius)
         bound = arrays.after(self.bounds, self.end * self.width)
         self.tiny = ROUND_OFF * bound[0]
-        for k in range(self.triples):
-            self.overall[k] = bound[1 + m + self.pairs + k]
-        for j in range(m):
-            self.stack[j], self.stack[m + j] = 0.0, radius
+        arrays.copy(self.overall, self.triples, arrays.after(bound, 1 + m + self.pairs))
+        arrays.fill(self.stack, m, 0.0)
+        arrays.fill(arrays.after(self.stack, m), m, radius)
         self.waiting = 1
         return True
 
@@ -186,9 +148,8 @@ class FactorProof:
                 value = self.values[i * (self.task.joints + 1) + self.task.joints]
                 for table in range(2):
                     step = arrays.after(self.bounds if table else self.steps, i * self.width)
+                    arrays.fill(step, self.width, 0.0)
                     step[0] = abs(value) if table else value
-                    for k in range(1, self.width):
-                        step[k] = 0.0
             elif operation == places.QUOTIENT:
                 if self.kinds[second] == 2:
                     return False
@@ -206,8 +167,7 @@ class FactorProof:
             first = self.operations[3 * i + 1]
             s = arrays.after(self.steps, i * self.width)
             if operation == places.JOINT:
-                for k in range(count):
-                    s[k] = 0.0
+                arrays.fill(s, count, 0.0)
                 scale, j = self.task.column_scale[first], self.place[first]
                 s[0] = number * (self.q[first] + scale * self.middle[j])
                 s[1 + j] = number * scale
@@ -252,8 +212,7 @@ class FactorProof:
             first, here = self.operations[3 * i + 1], abs(self.steps[i * self.width])
             s = arrays.after(self.bounds, i * self.width)
             if operation == places.JOINT:
-                for k in range(self.width):
-                    s[k] = 0.0
+                arrays.fill(s, self.width, 0.0)
                 scale, j = self.task.column_scale[first], self.place[first]
                 s[0] = here + number * scale * self.half[j]
                 s[1 + j] = number * scale
@@ -274,11 +233,9 @@ class FactorProof:
 
     def _change(self, bound: Flat, size: float) -> float:
         # By how much a step changes at most, by the bound of its slope.
-        squares, along = 0.0, 0.0
-        for j in range(self.m):
-            squares += bound[1 + j] * bound[1 + j]
-            along += bound[1 + j] * self.half[j]
-        return min(along, math.sqrt(squares) * size)
+        slope = arrays.after(bound, 1)
+        along = arrays.dot(slope, self.half, self.m)
+        return min(along, singular_equations.length_of(slope, self.m) * size)
 
     def _multiply_cubes(self, a: Flat, b: Flat, s: Flat) -> None:
         m = self.m
@@ -351,8 +308,7 @@ class FactorProof:
             self._cut(top)
             value = self.sign * self.steps[self.end * self.width]
             if value <= 0.0 and squares < radius * radius:
-                for j in range(self.task.joints):
-                    d[j] = 0.0
+                arrays.fill(d, self.task.joints, 0.0)
                 for j in range(m):
                     d[self.joints[j]] = self.middle[j]
                 return places.CHANGED
@@ -373,11 +329,9 @@ class FactorProof:
         low: float
         lowest: float
         m, step, h = self.m, arrays.after(self.steps, self.end * self.width), self.half
-        cubic, slope, cubes = 0.0, 0.0, 0.0
-        for j in range(m):
-            slope += step[1 + j] * step[1 + j]
-        for j in range(m):
-            self.weights[j] = 0.0
+        cubic, cubes = 0.0, 0.0
+        slope = singular_equations.length_of(arrays.after(step, 1), m)
+        arrays.fill(self.weights, m, 0.0)
         for k in range(self.triples):
             i, j = self.first[self.pairs + k], self.second[self.pairs + k]
             l = self.third[self.pairs + k]
@@ -399,7 +353,7 @@ class FactorProof:
         rest, lowest = self.sign * step[0] - cubic - self.tiny, -places.INFINITY
         for turn in range(2):
             # With a multiplier of what a motion leaves of the radius: the ball is round.
-            multiplier = math.sqrt(slope) / radius if turn == 0 else 0.0
+            multiplier = slope / radius if turn == 0 else 0.0
             low = rest - mixed + 0.5 * multiplier * (squares - radius * radius)
             for j in range(m):
                 along = abs(self.sign * step[1 + j] + multiplier * self.middle[j])
@@ -422,8 +376,7 @@ class FactorProof:
                 widest = j
         other = arrays.after(top, 2 * m)
         top[m + widest] *= 0.5
-        for j in range(2 * m):
-            other[j] = top[j]
+        arrays.copy(other, 2 * m, top)
         top[widest] -= top[m + widest]
         other[widest] += top[m + widest]
         self.waiting += 1
@@ -457,8 +410,6 @@ def prove_factor(
 
     `counts` (n,) as `FactorProof.begin` has it.
     """
-    arrays.given(tape)
-    arrays.given(task)
     n = task.joints
     if not 0 <= f < tape.factors or tape.joints > n:
         raise TypeError('the arrays of a proof do not go together')

@@ -21,8 +21,8 @@ def write_changes(chain: Chain, row: Flat, x: Flat, changes: Flat) -> None:
     v = arrays.after(row, chain.screws_at)
     w = arrays.after(v, 3 * entries)
     behind, before = [0.0] * 6, [0.0] * 3
-    for k in range(6):
-        behind[k] = 0.0
+    arrays.fill(behind, 6, 0.0)
+    arrays.fill(before, 3, 0.0)
     for e in range(entries - 1, -1, -1):
         rate = x[chain.joint[e]]
         for k in range(6):
@@ -31,8 +31,6 @@ def write_changes(chain: Chain, row: Flat, x: Flat, changes: Flat) -> None:
         for half in range(2):
             wx, wy, wz = w[e], w[e + entries], w[e + 2 * entries]
             _write_cross(wx, wy, wz, behind, 3 * half, change, 3 * half)
-    for k in range(3):
-        before[k] = 0.0
     for e in range(entries):
         change = arrays.after(changes, 6 * e)
         vx, vy, vz = v[e], v[e + entries], v[e + 2 * entries]
@@ -59,13 +57,9 @@ def _add_turn(w: Flat, e: int, entries: int, rate: float, total: Numbers) -> Non
 
 def write_slope(chain: Chain, changes: Flat, y: Flat, slope: Flat) -> None:
     """Fill the gradient (n,) of y' J x of its changes, y (6,) held too."""
-    for j in range(chain.dof):
-        slope[j] = 0.0
+    arrays.fill(slope, chain.dof, 0.0)
     for e in range(chain.entries):
-        along = 0.0
-        for k in range(6):
-            along += y[k] * changes[6 * e + k]
-        slope[chain.joint[e]] += along
+        slope[chain.joint[e]] += arrays.dot(y, arrays.after(changes, 6 * e), 6)
 
 
 def write_curvature(chain: Chain, row: Flat, x: Flat, changes: Flat, y: Flat, H: Flat) -> None:
@@ -80,10 +74,8 @@ def write_curvature(chain: Chain, row: Flat, x: Flat, changes: Flat, y: Flat, H:
     v = arrays.after(row, chain.screws_at)
     w = arrays.after(v, 3 * entries)
     turned, before, both = [0.0] * 9, [0.0] * 3, [0.0] * 3
-    for k in range(n * n):
-        H[k] = 0.0
-    for k in range(3):
-        before[k] = 0.0
+    arrays.fill(H, n * n, 0.0)
+    arrays.fill(before, 3, 0.0)
     for e in range(entries):
         wx, wy, wz = w[e], w[e + entries], w[e + 2 * entries]
         for half in range(2):
@@ -91,9 +83,7 @@ def write_curvature(chain: Chain, row: Flat, x: Flat, changes: Flat, y: Flat, H:
         _write_cross(-wx, -wy, -wz, before, 0, both, 0)
         _write_cross(y[0], y[1], y[2], both, 0, turned, 6)
         for f in range(e, entries):
-            change = 0.0
-            for k in range(6):
-                change += turned[k] * changes[6 * f + k]
+            change = arrays.dot(turned, arrays.after(changes, 6 * f), 6)
             for k in range(3):
                 change += turned[6 + k] * v[f + k * entries]
             i, j = chain.joint[e], chain.joint[f]

@@ -99,8 +99,7 @@ def look(arm: Arm, q: Flat, row: Flat, judged: Flat, pose: Flat, work: Flat) -> 
             seen = min(seen, expected)
         elif away < best:
             best = away
-            for j in range(n):
-                least[j] = work[j]
+            arrays.copy(least, n, work)
     if not best <= HORIZON:
         return places.INFINITY
     # Where two singular values are small their product may see what the least one does not.
@@ -115,10 +114,8 @@ def look(arm: Arm, q: Flat, row: Flat, judged: Flat, pose: Flat, work: Flat) -> 
 
 
 def _start(arm: Arm, begin: Flat, d: Flat, row: Flat) -> None:
-    for i in range(arm.chain.frames_at):
-        row[i] = begin[i]
-    for j in range(arm.chain.dof):
-        d[j] = 0.0
+    arrays.copy(row, arm.chain.frames_at, begin)
+    arrays.fill(d, arm.chain.dof, 0.0)
 
 
 def _write_step(
@@ -127,10 +124,7 @@ def _write_step(
     # The step from d to where the value is zero by its slope, and along there towards the place
     # nearest to the beginning, so many times as far as to the zero at most; returns its length,
     # endless where there is no slope.
-    squares, along = 0.0, 0.0
-    for j in range(n):
-        squares += slope[j] * slope[j]
-        along += slope[j] * d[j]
+    squares, along = arrays.dot(slope, slope, n), arrays.dot(slope, d, n)
     if not squares > 0.0:
         return places.INFINITY
     for j in range(n):
@@ -210,15 +204,13 @@ def _move(arm: Arm, q: Flat, d: Flat, share: float, row: Flat, last: Flat, step:
     n = arm.chain.dof
     section = arrays.after(row, arm.chain.closure_at)
     there = arrays.after(step, n)
-    for i in range(arm.chain.closure.width):
-        last[i] = section[i]
+    arrays.copy(last, arm.chain.closure.width, section)
     for j in range(n):
         d[j] += share * step[j]
         there[j] = q[j] + arm.task.column_scale[j] * d[j]
     if closing.close_next(arm.chain.closure, last, there, section) != 0:
         return False
-    for j in range(n):
-        there[j] = 0.0
+    arrays.fill(there, n, 0.0)
     total = closed_pass.evaluate_closed(arm.chain, there, places.JACOBIAN, row)
     return total < places.INFINITY
 

@@ -11,7 +11,7 @@ faster than the joints move.
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers, Public
+from ..layout.arrays import Flat, Public
 from . import factor_zeros, singular_equations
 from .arm import Arm
 from .atlas import Atlas
@@ -134,88 +134,44 @@ class NearestSearch:
         there was none.
     """
 
-    arm: Arm
-    atlas: Atlas
-    evaluations: int
-    n: int
-    count: int
-    distance: float
-    lasting: float
-    free: float
-    complete: bool
-    by_product: float
-    by_least: float
-    by_quadric: float
-    smallest: float
-    second: float
-    slope: float
-    missed: float
-    standing: bool
-    trap_step: float
-    left_before: float
-    stands_for: int
-
-    thorough: bool
-    wide: float
-    apart: float
-
     def __init__(self, arm: Arm, thorough: bool = False) -> None:
-        arrays.given(arm)
         if not arm.reach > 0.0:
             raise TypeError('an arm without reach has no singular poses to look for')
-        self.arm, self.atlas = arm, arm.atlas()
-        self.here: SingularEquations = SingularEquations(arm.chain, arm.task)
-        self.equations: SingularEquations = SingularEquations(arm.chain, arm.task)
+        self.arm, self.thorough = arm, thorough
+        self.atlas: Atlas = arm.atlas()
+        self.here = SingularEquations(arm.chain, arm.task)
+        self.equations = SingularEquations(arm.chain, arm.task)
         self.equations.leave_out(self.atlas.left_out)
-        self.quadric: SingularQuadric = SingularQuadric(arm.chain.dof)
-        self.proof: FactorProof = FactorProof(arm.tape, arm.task)
-        self.thorough = thorough
-        self.along_curves: bool = self.atlas.is_dense and not thorough
-        self.reads_directions: bool = not (arm.factors_complete or self.along_curves)
+        self.quadric = SingularQuadric(arm.chain.dof)
+        self.proof = FactorProof(arm.tape, arm.task)
+        self.along_curves = self.atlas.is_dense and not thorough
+        self.reads_directions = not (arm.factors_complete or self.along_curves)
         self.boxes: Public[int] = THOROUGH * BOXES if thorough else BOXES
-        self.cleared: float = 0.0
         self.pieces: Public[int] = 0
-        self.wide, self.apart = WIDE, APART
+        self.wide, self.apart, self.cleared = WIDE, APART, 0.0
         self.budget: Public[int] = THOROUGH * ENOUGH if thorough else ENOUGH
         self.n, self.count = arm.chain.dof, self.equations.count
-        self.pencil: SingularPencil = SingularPencil(self.n, self.count)
-        self.distance, self.complete, self.evaluations = places.INFINITY, True, 0
+        self.pencil = SingularPencil(self.n, self.count)
+        self.distance: float = places.INFINITY
+        self.complete, self.evaluations = True, 0
         self.by_product, self.by_least, self.by_quadric = 0.0, 0.0, 0.0
         self.smallest, self.second, self.slope = 0.0, 0.0, 0.0
         self.free, self.lasting = 0.0, -1.0
-        self.standing, self.stands_for, self.missed = False, -1, places.INFINITY
-        self.trap_step, self.left_before = 0.0, places.INFINITY
-        self.known: int = 0
-        self.settled: bool = False
+        self.standing, self.stands_for, self.trap_step = False, -1, 0.0
+        self.missed: float = places.INFINITY
+        self.left_before: float = places.INFINITY
+        self.known, self.settled = 0, False
         n = self.n
-        tape = arm.tape.steps * (n + 1) + 2 * n
+        tape = self.arm.tape.steps * (n + 1) + 2 * n
         charts = max(MORE_CHARTS, ZEROS)
-        self.room: Flat = arrays.scratch(MEMORY * (2 * n + 1) + 14 * n + tape + 2 * charts)
-        self.origin: Flat = self.room
-        self.first: Flat = arrays.after(self.origin, n)
-        self.curved: Flat = arrays.after(self.first, n)
-        self.d: Flat = arrays.after(self.curved, n)
-        self.onto: Flat = arrays.after(self.d, n)
-        self.along: Flat = arrays.after(self.onto, n)
-        self.reached: Flat = arrays.after(self.along, n)
-        self.nearest: Flat = arrays.after(self.reached, n)
-        self.wrapped: Flat = arrays.after(self.nearest, n)
-        self.searched: Flat = arrays.after(self.wrapped, n)
-        self.before: Flat = arrays.after(self.searched, n)
-        self.trap: Flat = arrays.after(self.before, n)
-        self.tape: Flat = arrays.after(self.trap, n)
-        self.away: Flat = arrays.after(self.tape, tape)
-        self.motion: Flat = arrays.after(self.away, n)
-        self.scores: Flat = arrays.after(self.motion, n)
-        picked = arrays.after(self.scores, charts)
-        self.picked: FlatIntegers = arrays.as_whole(picked)
-        self.poses: Flat = arrays.after(picked, charts)
-        self.slid_at: Flat = arrays.after(self.poses, MEMORY * n)
-        self.lengths_of: Flat = arrays.after(self.slid_at, MEMORY * n)
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        self.origin, self.first, self.curved, self.d = arrays.rooms(n, n, n, n)
+        self.onto, self.along, self.reached, self.nearest = arrays.rooms(n, n, n, n)
+        self.wrapped, self.searched, self.before, self.trap = arrays.rooms(n, n, n, n)
+        self.tape, self.away, self.motion = arrays.rooms(tape, n, n)
+        (self.scores,) = arrays.rooms(charts)
+        (self.picked,) = arrays.whole_rooms(charts)
+        self.poses, self.slid_at = arrays.rooms(MEMORY * n, MEMORY * n)
+        (self.lengths_of,) = arrays.rooms(MEMORY)
 
     def look(
         self,
@@ -276,8 +232,8 @@ class NearestSearch:
         """Hold what was found from q (n,) in another way, while the joints move little."""
         self.distance, self.complete = away, is_decided
         self.lasting = HELD * min(away, HORIZON)
-        for j in range(self.n):
-            self.searched[j], self.poses[j] = q[j], pose[j]
+        arrays.copy(self.searched, self.n, q)
+        arrays.copy(self.poses, self.n, pose)
 
     def holds(self, q: Flat) -> bool:
         """Return whether what is held serves at q (n,); its distance is brought to what it is."""
@@ -348,11 +304,9 @@ class NearestSearch:
             away = singular_equations.length_of(self.d, self.n)
             if away < before:
                 self.distance = away
-                for j in range(self.n):
-                    self.nearest[j] = self.d[j]
+                arrays.copy(self.nearest, self.n, self.d)
             return True
-        for j in range(self.n):
-            self.before[j] = self.nearest[j]
+        arrays.copy(self.before, self.n, self.nearest)
         self.distance, self.standing = places.INFINITY, self.standing and self.stands_for == k
         self._run(FOLLOWING_STEPS, moved + self.lengths_of[k], True)
         self.stands_for = k
@@ -364,8 +318,7 @@ class NearestSearch:
                 at[j] = q[j]
         if not self.distance < before:
             self.distance = before
-            for j in range(self.n):
-                self.nearest[j] = self.before[j]
+            arrays.copy(self.nearest, self.n, self.before)
         return found
 
     def _remember(self, away: float) -> None:
@@ -410,8 +363,8 @@ class NearestSearch:
     def _stand_at(self, q: Flat) -> None:
         # With nothing found.
         self.distance = places.INFINITY
-        for j in range(self.n):
-            self.origin[j], self.nearest[j] = q[j], 0.0
+        arrays.copy(self.origin, self.n, q)
+        arrays.fill(self.nearest, self.n, 0.0)
 
     def _keep_positions(self) -> None:
         # The nearest of those at which one joint alone makes the arm singular.
@@ -459,8 +412,7 @@ class NearestSearch:
     def _search_along_curves(self) -> None:
         # From where the curves are nearest that the atlas has poses all along, and from where the
         # first order says that one is near.
-        for j in range(self.n):
-            self.d[j] = 0.0
+        arrays.fill(self.d, self.n, 0.0)
         self.equations.move_to(self.origin, self.d)
         self.evaluations += 1
         self.by_least = self._first_order_of(self.equations)
@@ -472,7 +424,7 @@ class NearestSearch:
             if self.scores[k] > self.distance:
                 return
             self.atlas.write_motion(0, self.wrapped, self.picked[k], self.away, self.d)
-            if not self._leads_to_known(self.d):
+            if not self._leads_to_known(self.d, self.apart):
                 self._run(STEPS, LONGEST, False)
 
     def _search(self) -> bool:
@@ -527,14 +479,12 @@ class NearestSearch:
             if self.scores[k] > self.wide * self.distance:
                 return
             self.atlas.write_motion(0, self.wrapped, self.picked[k], self.away, self.motion)
-            if not self._leads_to_known(self.motion):
-                for j in range(n):
-                    self.d[j] = self.motion[j]
+            if not self._leads_to_known(self.motion, self.apart):
+                arrays.copy(self.d, n, self.motion)
                 self._run(STEPS, LONGEST, False)
                 if singular_equations.length_of(self.away, n) < self.distance:
                     # The pose itself is singular, wherever the way along the others led.
-                    for j in range(n):
-                        self.d[j] = self.away[j]
+                    arrays.copy(self.d, n, self.away)
                     self._run(LAST_STEPS, LONGEST, False)
 
     def _pick_charts(self, f: int, radius: float, most: int) -> int:
@@ -546,15 +496,13 @@ class NearestSearch:
             f, self.wrapped, radius, promise, most, self.picked, self.scores, self.away
         )
 
-    def _leads_to_known(self, motion: Flat) -> bool:
-        # Whether a start is beside a pose that was found.
-        n = self.n
-        length = singular_equations.length_of(motion, n)
-        for j in range(n):
-            self.reached[j] = motion[j]
+    def _leads_to_known(self, motion: Flat, share: float) -> bool:
+        # Whether a motion leads beside a pose that was found, by this share of its length.
+        away = share / SAME * singular_equations.length_of(motion, self.n)
+        arrays.copy(self.reached, self.n, motion)
         beside = False
         for k in range(self.known):
-            beside = beside or self._is_known(k, self.apart / SAME * length)
+            beside = beside or self._is_known(k, away)
         return beside
 
     def _look_at_factors(self) -> None:
@@ -565,8 +513,7 @@ class NearestSearch:
             if dimension > NARROW:
                 self._go_by_second_order(f)
             elif dimension > 0:
-                for j in range(n):
-                    self.d[j] = 0.0
+                arrays.fill(self.d, n, 0.0)
                 self._go_to_zero(f, WIDE)
             near = min(self.distance, HORIZON)
             most = ZEROS if dimension > NARROW else FEW_ZEROS
@@ -582,8 +529,7 @@ class NearestSearch:
         if not self.found():
             return
         # All of it, evaluated: a factor's zero is singular, and the nearest there.
-        for j in range(n):
-            self.d[j] = self.nearest[j]
+        arrays.copy(self.d, n, self.nearest)
         self.free = self.distance
         self.distance, self.standing = places.INFINITY, False
         self._run(STEPS, LONGEST, True)
@@ -631,8 +577,7 @@ class NearestSearch:
         self._go_to_zero(f, AROUND)
         length = singular_equations.length_of(self.motion, self.n)
         if length < self.distance:
-            for j in range(self.n):
-                self.reached[j] = self.motion[j]
+            arrays.copy(self.reached, self.n, self.motion)
             self._remember(length)
             self._keep(length, False)
 
@@ -662,8 +607,7 @@ class NearestSearch:
             return
         for side in range(2 * n):
             if counts[side // 2] > 0.0:
-                for j in range(n):
-                    self.d[j] = 0.0
+                arrays.fill(self.d, n, 0.0)
                 length = min(self.distance, HORIZON)
                 self.d[side // 2] = length if side % 2 == 0 else -length
                 self._go_to_zero(f, AROUND)
@@ -683,8 +627,7 @@ class NearestSearch:
             self.arm.tape, f, self.arm.task, self.origin, self.d, farthest, self.onto, self.tape
         ):
             away = singular_equations.length_of(self.d, self.n)
-            for j in range(self.n):
-                self.reached[j] = self.d[j]
+            arrays.copy(self.reached, self.n, self.d)
             self._remember(away)
             self._keep(away, False)
 
@@ -772,8 +715,7 @@ class NearestSearch:
                     break
                 gain = min(best - away, away - nearest)
                 best, standing = away, True
-                for j in range(n):
-                    self.reached[j] = self.d[j]
+                arrays.copy(self.reached, n, self.d)
                 enough = NO_GAIN if steps == STEPS else NO_GAIN_FOLLOWED
                 if gain < enough * away or away > 2.0 * HORIZON:
                     break
@@ -797,30 +739,17 @@ class NearestSearch:
             self._remember(best)
         self._keep(best, standing)
 
-    def _is_beside_known(self, away: float) -> bool:
-        # Whether a run has come to a pose that was found, which it would find again.
-        for j in range(self.n):
-            self.reached[j] = self.d[j]
-        beside = False
-        for k in range(self.known):
-            beside = beside or self._is_known(k, BESIDE / SAME * away)
-        return beside
-
     def _mark_trap(self, left: float, away: float) -> None:
         # Where a run goes round; what it has not reached is kept in mind.
         self.missed = min(self.missed, away)
         self.trap_step = left
-        for j in range(self.n):
-            self.trap[j] = self.d[j]
+        arrays.copy(self.trap, self.n, self.d)
 
     def _is_trapped(self, left: float, away: float) -> bool:
         # Whether a run has come beside such a place, and steps no less.
-        squares = 0.0
-        for j in range(self.n):
-            apart = self.trap[j] - self.d[j]
-            squares += apart * apart
+        apart = singular_equations.apart(self.trap, self.d, self.n)
         beside = max(TRAPPED * away, self.trap_step)
-        return math.sqrt(squares) < beside and left > SHORTER * self.trap_step
+        return apart < beside and left > SHORTER * self.trap_step
 
     def _promise(self, left: float, away: float, nearest: float) -> float:
         # How far the singular pose will be that a run is on its way to. Of more equations than one
@@ -829,7 +758,7 @@ class NearestSearch:
 
     def _is_given_up(self, step: int, more: int, left: float, away: float, known: bool) -> bool:
         # Whether a run that has found nothing ends; `more`: its steps after those of all runs.
-        if step > 0 and not (known or self.thorough) and self._is_beside_known(away):
+        if step > 0 and not (known or self.thorough) and self._leads_to_known(self.d, BESIDE):
             return True
         if step >= TRIED and self.trap_step > 0.0 and self._is_trapped(left, away):
             return True
@@ -860,8 +789,7 @@ class NearestSearch:
         # `standing`: the equations stand there.
         if best < self.distance:
             self.distance, self.standing = best, standing
-            for j in range(self.n):
-                self.nearest[j] = self.reached[j]
+            arrays.copy(self.nearest, self.n, self.reached)
 
     def _run_from_second_order(self, other: bool) -> None:
         # From the point of the quadric that is nearest, or from the one on its other side.
@@ -888,11 +816,7 @@ class NearestSearch:
 
     def _apart(self, motion: Flat) -> float:
         # From what was found.
-        squares = 0.0
-        for j in range(self.n):
-            away = motion[j] - self.nearest[j]
-            squares += away * away
-        return math.sqrt(squares)
+        return singular_equations.apart(motion, self.nearest, self.n)
 
 
 def _share_along(step: int, steps: int) -> float:

@@ -3,7 +3,6 @@
 import math
 
 from ..layout import arrays
-from ..layout.arrays import Flat
 from ..measures import symmetric
 
 # Of a norm, as a share.
@@ -21,30 +20,18 @@ class Norms:
     """
 
     def __init__(self, rows: int, size: int) -> None:
-        self.room: Flat = arrays.scratch(size + 2 * rows * rows)
-        self.W: Flat = self.room
-        self.G: Flat = arrays.after(self.W, size)
-        self.Z: Flat = arrays.after(self.G, rows * rows)
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        self.W, self.G, self.Z = arrays.rooms(size, rows * rows, rows * rows)
 
     def norm(self, count: int, length: int) -> float:
         """Return at least the largest singular value of W, `count` rows of `length` numbers."""
         # With more rows than numbers in them Frobenius' norm is enough.
         if count > length:
-            squares = 0.0
-            for k in range(count * length):
-                squares += self.W[k] * self.W[k]
+            squares = arrays.dot(self.W, self.W, count * length)
             return (1.0 + ROUND_OFF) * math.sqrt(squares)
         for i in range(count):
             a = arrays.after(self.W, i * length)
             for j in range(i + 1):
-                b = arrays.after(self.W, j * length)
-                value = 0.0
-                for k in range(length):
-                    value += a[k] * b[k]
+                value = arrays.dot(a, arrays.after(self.W, j * length), length)
                 self.G[i * count + j] = value
                 self.G[j * count + i] = value
         symmetric.diagonalise(self.G, self.Z, count)

@@ -5,7 +5,7 @@ import math
 from ..forward import chain_pass
 from ..forward.chain import Chain
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers
+from ..layout.arrays import Flat
 from ..measures import singular_values, singularity
 from ..measures.task_rows import TaskRows
 from . import jacobian_changes
@@ -42,61 +42,27 @@ class SingularEquations:
         At least the singular value s_k, and at most the largest.
     """
 
-    chain: Chain
-    task: TaskRows
-    n: int
-    rank: int
-    turns: int
-    length: int
-    kept: int
-    first: int
-    smallest: float
-    largest: float
-
     def __init__(self, chain: Chain, task: TaskRows) -> None:
         self.chain, self.task = chain, task
-        n, m = chain.dof, task.count
-        self.n, self.rank = n, task.generic_rank
-        self.wide: bool = n > m
-        self.turns, self.length = min(m, n), max(m, n)
-        self.left_out: Flat = self.task.column_scale  # not read before `leave_out`
-        self.width: int = self.turns + self.length
-        self.count: int = self.length - self.rank + 1
+        n, m = self.chain.dof, self.task.count
+        self.n, self.rank, self.wide = n, task.generic_rank, n > m
+        self.turns: int = min(m, n)
+        self.length: int = max(m, n)
+        self.left_out = self.task.column_scale  # not read before `leave_out`
+        self.width, self.count = self.turns + self.length, self.length - self.rank + 1
         self.smallest, self.largest, self.kept, self.first = 0.0, 0.0, 0, 0
-        room = 3 * n + chain.frames_at + self.length * self.width + self.turns
-        room += 6 + 6 * chain.entries
-        room += self.count * (2 * n + self.count + 3) + 3 * m
-        room += 2 * self.turns * self.length + 2 * self.turns + self.length
-        self.room: Flat = arrays.scratch(room)
-        self.q: Flat = self.room
-        self.still: Flat = arrays.after(self.q, n)
-        self.row: Flat = arrays.after(self.still, n)
-        self.W: Flat = arrays.after(self.row, chain.frames_at)
-        self.sigma: Flat = arrays.after(self.W, self.length * self.width)
-        self.motion: Flat = arrays.after(self.sigma, self.turns)
-        self.weights: Flat = arrays.after(self.motion, n)
-        self.changes: Flat = arrays.after(self.weights, 6)
-        self.A: Flat = arrays.after(self.changes, 6 * chain.entries)
-        self.turned: Flat = arrays.after(self.A, self.count * n)
-        self.slopes: Flat = arrays.after(self.turned, self.count * (n + self.count))
-        self.wanted: Flat = arrays.after(self.slopes, self.count)
-        self.c: Flat = arrays.after(self.wanted, self.count)
-        self.axes: Flat = arrays.after(self.c, self.count)
-        self.M: Flat = arrays.after(self.axes, 3 * m)
-        self.B: Flat = arrays.after(self.M, self.turns * self.length)
-        orders = arrays.after(self.B, self.turns * self.length)
-        keeps = arrays.after(orders, self.length + self.turns)
-        self.order: FlatIntegers = arrays.as_whole(orders)
-        self.rows: FlatIntegers = arrays.as_whole(arrays.after(orders, self.length))
-        self.keeps: FlatIntegers = arrays.as_whole(keeps)
-        for j in range(n):
-            self.still[j] = 0.0
+        count, cells = self.count, self.turns * self.length
+        self.q, self.still, self.row = arrays.rooms(n, n, self.chain.frames_at)
+        self.W, self.sigma = arrays.rooms(self.length * self.width, self.turns)
+        self.motion, self.weights, self.changes = arrays.rooms(n, 6, 6 * self.chain.entries)
+        self.A, self.turned = arrays.rooms(count * n, count * (n + count))
+        self.slopes, self.wanted, self.c = arrays.rooms(count, count, count)
+        self.axes, self.M, self.B = arrays.rooms(3 * m, cells, cells)
+        self.order, self.rows = arrays.whole_rooms(self.length, self.turns)
+        (self.keeps,) = arrays.whole_rooms(self.turns)
+        arrays.fill(self.still, n, 0.0)
         self._write_axes()
         self._keep_turns()
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
 
     def move_to(self, origin: Flat, d: Flat) -> None:
         """Evaluate the pose a motion d away from `origin`, and find the directions of its J_t."""
@@ -163,10 +129,8 @@ class SingularEquations:
     def _sine_between(self, turn: int, other: int) -> float:
         # Of the directions of two turns in J_t.
         a, b = arrays.after(self.M, turn * self.length), arrays.after(self.M, other * self.length)
-        squares, along, crossed = 0.0, 0.0, 0.0
-        for i in range(self.length):
-            squares += b[i] * b[i]
-            along += a[i] * b[i]
+        squares, along = arrays.dot(b, b, self.length), arrays.dot(a, b, self.length)
+        crossed = 0.0
         for i in range(self.length):
             left = a[i] - (along / squares * b[i] if squares > 0.0 else 0.0)
             crossed += left * left
@@ -209,8 +173,7 @@ class SingularEquations:
         # All turns but one, each by the largest pivot that is left, those that are left out first;
         # B holds the factors, rows and order say where each stands. False without a pivot.
         kept, length, M, order, rows = self.kept, self.length, self.B, self.order, self.rows
-        for k in range(self.turns * length):
-            M[k] = self.M[k]
+        arrays.copy(M, self.turns * length, self.M)
         for i in range(length):
             order[i] = i
         pivot, row, column = 0.0, 0, 0
@@ -247,8 +210,7 @@ class SingularEquations:
         # The turn that the eliminated ones leave nothing of, of length 1; returns what it was.
         turns, length, M, order, rows = self.turns, self.length, self.B, self.order, self.rows
         first = self.rank - 1
-        for r in range(turns):
-            lost[r] = 0.0
+        arrays.fill(lost, turns, 0.0)
         for r in range(first, -1, -1):
             share = 1.0 if r == first else 0.0
             for s in range(r + 1, self.kept):
@@ -275,9 +237,7 @@ class SingularEquations:
             x[order[k]] = value / M[rows[k] * length + order[k]]
         for p in range(i):
             before = arrays.after(self.W, (first + p) * self.width)
-            along = 0.0
-            for k in range(length):
-                along += x[k] * before[k]
+            along = arrays.dot(x, before, length)
             for k in range(length):
                 x[k] -= along * before[k]
             self.c[i] -= along * self.c[p]
@@ -291,20 +251,16 @@ class SingularEquations:
 
     def take(self, row: Flat, W: Flat, sigma: Flat) -> None:
         """Stand at a pose that has been measured: its row, and what `measure_row` left in W."""
-        for k in range(self.chain.frames_at):
-            self.row[k] = row[k]
-        for k in range(self.turns * self.width):
-            self.W[k] = W[k]
-        for k in range(self.turns):
-            self.sigma[k] = sigma[k]
+        arrays.copy(self.row, self.chain.frames_at, row)
+        arrays.copy(self.W, self.turns * self.width, W)
+        arrays.copy(self.sigma, self.turns, sigma)
         self.complete()
 
     def complete(self) -> None:
         """Add the directions that belong to no singular value, and fill c."""
         for i in range(self.turns, self.length):
             singular_values.write_orthogonal_row(self.W, i, self.length, self.width)
-        for i in range(self.count):
-            self.c[i] = 0.0
+        arrays.fill(self.c, self.count, 0.0)
         self.c[0] = self.sigma[self.rank - 1]
         self.smallest, self.largest = self.c[0], self.sigma[0]
 
@@ -322,8 +278,7 @@ class SingularEquations:
     def hold_tool(self, direction: int) -> None:
         """Hold the tool's motion of a direction of J_t, in base axes."""
         tool = arrays.after(self.W, direction * self.width + (self.length if self.wide else 0))
-        for i in range(6):
-            self.weights[i] = 0.0
+        arrays.fill(self.weights, 6, 0.0)
         for i in range(self.task.count):
             self.weights[self.task.axis[i]] = tool[i] * self.task.row_scale[i]
         singularity.to_base_axes(self.task, self.weights)
@@ -363,8 +318,7 @@ class SingularEquations:
                 self.hold_tool(k + i)
                 self.write_slope_held(arrays.after(self.A, i * n))
         for i in range(count):
-            for j in range(n):
-                self.turned[i * width + j] = self.A[i * n + j]
+            arrays.copy(arrays.after(self.turned, i * width), n, arrays.after(self.A, i * n))
             for j in range(count):
                 self.turned[i * width + n + j] = 1.0 if i == j else 0.0
         if count == 1:
@@ -390,17 +344,13 @@ class SingularEquations:
         Directions in which A hardly changes are left out.
         """
         n, count = self.n, self.count
-        for j in range(n):
-            d[j] = 0.0
+        arrays.fill(d, n, 0.0)
         for i in range(count):
             slope = self.slopes[i]
             if not slope > FLAT * self.slopes[0] or not slope > 0.0:
                 break
             row = arrays.after(self.turned, i * (n + count))
-            share = 0.0
-            for j in range(count):
-                share += row[n + j] * self.wanted[j]
-            share /= slope * slope
+            share = arrays.dot(arrays.after(row, n), self.wanted, count) / (slope * slope)
             for j in range(n):
                 d[j] += share * row[j]
         return length_of(d, n)
@@ -440,18 +390,21 @@ class SingularEquations:
         Returns its length.
         """
         for i in range(self.count):
-            along = 0.0
-            for j in range(self.n):
-                along += self.A[i * self.n + j] * away[j]
+            along = arrays.dot(arrays.after(self.A, i * self.n), away, self.n)
             self.wanted[i] = along - self.c[i]
         return self.write_least(d)
 
 
 def length_of(d: Flat, n: int) -> float:
     """Return the length of a motion d (n,)."""
+    return math.sqrt(arrays.dot(d, d, n))
+
+
+def apart(a: Flat, b: Flat, n: int) -> float:
+    """Return how far two motions (n,) are from each other."""
     squares = 0.0
     for j in range(n):
-        squares += d[j] * d[j]
+        squares += (a[j] - b[j]) * (a[j] - b[j])
     return math.sqrt(squares)
 
 

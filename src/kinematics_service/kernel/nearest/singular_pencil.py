@@ -36,29 +36,13 @@ class SingularPencil:
         Of the motions of each, infinite where there is none.
     """
 
-    n: int
-    size: int
-    angles: int
-    least: float
-    second: float
-
     def __init__(self, n: int, count: int) -> None:
-        size = count + 1
-        self.n, self.size, self.angles = n, size, ANGLES
+        self.n, self.size, self.angles = n, count + 1, ANGLES
         self.least, self.second = 0.0, 0.0
-        self.room: Flat = arrays.scratch(3 * size * n + 2 * size * size + 2 * size + ANGLES)
-        self.ofleast: Flat = self.room
-        self.ofsecond: Flat = arrays.after(self.ofleast, size * n)
-        self.A: Flat = arrays.after(self.ofsecond, size * n)
-        self.G: Flat = arrays.after(self.A, size * n)
-        self.L: Flat = arrays.after(self.G, size * size)
-        self.wanted: Flat = arrays.after(self.L, size * size)
-        self.shares: Flat = arrays.after(self.wanted, size)
-        self.lengths: Flat = arrays.after(self.shares, size)
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        size, cells = self.size, self.size * self.n
+        self.ofleast, self.ofsecond, self.A = arrays.rooms(cells, cells, cells)
+        self.G, self.L = arrays.rooms(size * size, size * size)
+        self.wanted, self.shares, self.lengths = arrays.rooms(size, size, ANGLES)
 
     def stand_at(self, equations: SingularEquations, d: Flat) -> None:
         """Take the first order of equations that are decomposed; d (n,) is room."""
@@ -84,16 +68,13 @@ class SingularPencil:
         least, second = math.cos(turned), math.sin(turned)
         for k in range(size * n):
             self.A[k] = least * self.ofleast[k] + second * self.ofsecond[k]
-        for i in range(size):
-            self.wanted[i] = 0.0
+        arrays.fill(self.wanted, size, 0.0)
         self.wanted[0], self.wanted[1] = -second * self.second, -least * self.least
         traces = 0.0
         for i in range(size):
+            row = arrays.after(self.A, i * n)
             for j in range(i + 1):
-                product = 0.0
-                for k in range(n):
-                    product += self.A[i * n + k] * self.A[j * n + k]
-                self.G[i * size + j] = product
+                self.G[i * size + j] = arrays.dot(row, arrays.after(self.A, j * n), n)
             traces += self.G[i * size + i]
         damping = FLAT * FLAT * traces
         if not symmetric.damped_step(size, self.G, self.wanted, damping, self.L, self.shares):

@@ -3,7 +3,7 @@
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Flat, FlatIntegers
+from ..layout.arrays import Flat
 from ..measures import factors, symmetric
 from ..measures.factors import Tape
 from ..measures.task_rows import TaskRows
@@ -35,30 +35,13 @@ class SingularQuadric:
         Joints.
     """
 
-    n: int
-    m: int
-    steep: int
-    diagonal: bool
-    f: float
-    rise: float
-
     def __init__(self, n: int) -> None:
         self.n, self.m, self.f, self.rise, self.steep, self.diagonal = n, n, 0.0, 0.0, 0, False
-        self.room: Flat = arrays.scratch(7 * n + 2 * n * n)
-        self.g: Flat = self.room
-        self.along: Flat = arrays.after(self.g, n)
-        self.b: Flat = arrays.after(self.along, n)
-        self.x: Flat = arrays.after(self.b, n)
-        self.K: Flat = arrays.after(self.x, n)
-        self.Z: Flat = arrays.after(self.K, n * n)
-        self.of_all: Flat = arrays.after(self.Z, n * n)
-        self.step: Flat = arrays.after(self.of_all, n)
+        count, cells = self.n, self.n * self.n
+        self.g, self.along, self.b, self.x = arrays.rooms(count, count, count, count)
+        self.K, self.Z, self.of_all, self.step = arrays.rooms(cells, cells, count, count)
         # The joints that count: those that do not would be most of the work.
-        self.joints: FlatIntegers = arrays.as_whole(arrays.after(self.step, n))
-
-    def __dealloc__(self) -> None:
-        """Give the room back."""
-        arrays.give_back(self.room)
+        (self.joints,) = arrays.whole_rooms(count)
 
     def _count(self, counts: Flat) -> None:
         # Those of n joints that are above zero.
@@ -128,8 +111,7 @@ class SingularQuadric:
         self.f = sign * step[n]
         for i in range(m):
             self.g[i] = sign * step[self.joints[i]] * scale[self.joints[i]]
-        for k in range(m * m):
-            self.K[k] = 0.0
+        arrays.fill(self.K, m * m, 0.0)
         for i in range(m):
             joint = self.joints[i]
             held = q[joint]
@@ -143,11 +125,9 @@ class SingularQuadric:
 
     def bend(self, length: float) -> float:
         """Return by what share of itself the slope changes within a length, at most."""
-        squares = 0.0
-        for k in range(self.m * self.m):
-            squares += self.K[k] * self.K[k]
         slope = singular_equations.length_of(self.g, self.m)
-        return 2.0 * math.sqrt(squares) * length / slope if slope > 0.0 else places.INFINITY
+        size = singular_equations.length_of(self.K, self.m * self.m)
+        return 2.0 * size * length / slope if slope > 0.0 else places.INFINITY
 
     def _add_product(self, factor: float, b: Flat, c: Flat) -> None:
         # Of two forms.
@@ -165,9 +145,7 @@ class SingularQuadric:
         symmetric.diagonalise(self.K, self.Z, n)
         self.steep = 0
         for i in range(n):
-            self.along[i] = 0.0
-            for j in range(n):
-                self.along[i] += self.Z[i * n + j] * self.g[j]
+            self.along[i] = arrays.dot(arrays.after(self.Z, i * n), self.g, n)
             if self.K[i * n + i] < self.K[self.steep * n + self.steep]:
                 self.steep = i
 
@@ -177,8 +155,7 @@ class SingularQuadric:
 
         `other`: the one that is nearest on the other side of it.
         """
-        for j in range(self.n):
-            x[j] = 0.0
+        arrays.fill(x, self.n, 0.0)
         n = self.m
         if not other and self._meets(self.step):
             for i in range(n):
