@@ -4,10 +4,14 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pytest
+
+# Long beside a turn that another process has on a core (s).
+COMPUTED = 0.1
 
 
 class NodeProcess:
@@ -66,6 +70,14 @@ class NodeProcess:
             self.popen.kill()
         self.popen.wait()
         self._reader.join(5.0)
+
+
+def slowdown() -> float:
+    """Return how many times its processor time a computation takes: others have the rest."""
+    begin, used = time.monotonic(), time.process_time()
+    while time.process_time() - used < COMPUTED:
+        pass
+    return (time.monotonic() - begin) / COMPUTED
 
 
 def processor_seconds(pid: int) -> float:
