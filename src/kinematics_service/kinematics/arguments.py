@@ -61,6 +61,8 @@ def shape_together(
 
 def number_or_nan(value: object) -> float:
     """Return a number, and what is in no range, nan, for what is none."""
+    if isinstance(value, float):  # what it is nearly always; the general question takes longer
+        return value
     try:
         return float(value) if isinstance(value, Real) else math.nan
     except OverflowError:

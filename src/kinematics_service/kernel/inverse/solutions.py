@@ -47,9 +47,8 @@ class Solutions:
             raise TypeError('an arm and the room for its solutions do not go together')
         self.regular, self.sure, self.q = False, False, q
         self.rows = arrays.results(q, self.most * self.n)
-        most = self.most
-        self.misses, self.margins, self.shares = arrays.rooms(most, most, most)
-        self.postures, self.beyond = arrays.whole_rooms(3 * most, most * self.n)
+        self.misses, self.margins, self.shares = arrays.rooms(self.most, self.most, self.most)
+        self.postures, self.beyond = arrays.whole_rooms(3 * self.most, self.most * self.n)
 
     def require_fit(self, residual: Residual, joints: int, most: int) -> None:
         """Refuse targets and forms of arms with other joints, and room for too few solutions."""
