@@ -22,7 +22,7 @@ QUIET = 4.0
 # What floods: as a driver sends it, with the joints of ten thousand others, with a name of 1 MB.
 # The stamp is at the front of the serialized message, after its encapsulation.
 FAST = f"""
-import struct, sys, time, rclpy, kinematics_service as ks
+import faulthandler, struct, sys, time, rclpy, kinematics_service as ks
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 names = list(ks.load_robot({ROBOT!r}).joint_names)
@@ -37,6 +37,8 @@ while rclpy.ok():
         publisher.publish(bytes(data))
     except Exception:
         break  # it was told to end
+# Where the node's participant goes at the same moment, Fast DDS may never come back.
+faulthandler.dump_traceback_later(10.0, exit=True)
 """
 
 

@@ -117,7 +117,7 @@ MESSAGES = """
 # The same from another process: within one a thread that computes takes the interpreter's lock for
 # 5 ms at each event.
 FLOOD = """
-import os
+import faulthandler, os
 import rclpy
 from std_msgs.msg import Empty
 parent = os.getppid()
@@ -128,6 +128,8 @@ while os.getppid() == parent and rclpy.ok():
         publisher.publish(Empty())
     except Exception:
         break  # it was told to end
+# Where a participant of another process goes at the same moment, Fast DDS may never come back.
+faulthandler.dump_traceback_later(10.0, exit=True)
 """
 MESSAGES_OF_ANOTHER = f"""
     import os, signal, subprocess
@@ -249,6 +251,34 @@ session.run_session([], work)
 def test_time_ends_a_session_whose_clean_up_is_stuck_at_one_signal(ros_domain):
     code, seconds, output = program_ends(HANGING_SESSION, signal.SIGINT)
     assert (code, output) == (0, '')
+    assert TIME_OUT <= seconds < HARD_END
+
+
+# As where a participant of another process goes while this one does: the middleware waits, with
+# the interpreter's lock.
+HANGING_NODE = """
+import ctypes, time
+from kinematics_service.ros.process import session
+mutex = ctypes.create_string_buffer(64)
+
+class Node:
+    def destroy_node(self):
+        for _ in range(2):
+            ctypes.PyDLL(None).pthread_mutex_lock(mutex)
+
+def work(context, stop):
+    print('ready', flush=True)
+    while not stop.came:
+        time.sleep(0.01)
+    session.destroy(Node())
+
+session.run_session([], work)
+"""
+
+
+def test_time_ends_a_node_that_hangs_with_the_lock_of_the_interpreter(ros_domain):
+    code, seconds, output = program_ends(HANGING_NODE, signal.SIGINT)
+    assert (code, output) == (1, '')
     assert TIME_OUT <= seconds < HARD_END
 
 

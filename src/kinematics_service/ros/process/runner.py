@@ -19,7 +19,7 @@ from ..messages.messages import full_name
 from ..messages.topics import JOINT_STATES
 from ..node.node import NODE_NAME, KinematicsNode
 from ..parameters.description_topic import StoppedWaiting
-from .session import FAULT, FINE, first_clause, run_session, tell
+from .session import FAULT, FINE, destroy, first_clause, run_session, tell
 from .spin import Spinner
 
 # rclpy's message about QoS overrides; its constructor only says that it refuses them.
@@ -145,8 +145,7 @@ def run_node(
         try:
             return _run(arms_from(robots), _kind(managed), context, stop, nodes)
         finally:
-            for node in nodes:
-                node.destroy_node()
+            destroy(*nodes)
 
     return run_session(ros_args, work, allow_unsecured, allow_mixed_ros)
 

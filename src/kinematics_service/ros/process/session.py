@@ -1,6 +1,7 @@
 """What talks to ROS, from the start of the process to its end: its context, signals, exit code."""
 
 import contextlib
+import faulthandler
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -14,7 +15,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_full_topic_name import validate_full_topic_name
 
-from ...stop_signals import StopSignal, stop_signals
+from ...stop_signals import GRACE, StopSignal, stop_signals
 from .environment import log_refusal, mixture_refusal, security_refusal
 from .middleware import take_profiles
 
@@ -119,6 +120,23 @@ def leave(code: int, stop: StopSignal) -> int:
                 stream.flush()
         os._exit(code)
     return code
+
+
+def destroy(*nodes: Node) -> None:
+    """
+    Destroy nodes; end the process, with code 1, where the middleware does not come back.
+
+    Fast DDS may wait for ever where a participant of another process goes at the same moment. It
+    keeps the interpreter's lock then, so that nothing of Python follows a signal: what ends the
+    process is a thread of C.
+    """
+    with open(os.devnull, 'w') as nowhere:
+        faulthandler.dump_traceback_later(TIME_OUT + GRACE, exit=True, file=nowhere)
+        try:
+            for node in nodes:
+                node.destroy_node()
+        finally:
+            faulthandler.cancel_dump_traceback_later()
 
 
 def helper_node(name: str, context: Context, **options: Any) -> Node:

@@ -85,6 +85,7 @@ def collect_poses(
         spinner.spin(lambda: stop.came or time.monotonic() >= end or not context.ok())
         spinner.close()
         session.finish()
+        # Not in a limited time: what has been heard would be lost.
         node.destroy_node()
         return session.collector.collected()
 

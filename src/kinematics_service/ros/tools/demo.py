@@ -18,7 +18,7 @@ from ...stop_signals import StopSignal
 from ..messages.topics import COMMAND
 from ..node.node import KinematicsNode
 from ..node.steady_time import steady_timer
-from ..process.session import FAULT, FINE, helper_node, run_session
+from ..process.session import FAULT, FINE, destroy, helper_node, run_session
 from ..process.spin import Spinner
 from ..process.standard_output import StandardOutput
 from .demo_listener import DemoListener
@@ -162,8 +162,7 @@ def _play(
         )
     output.line(*summary(listener, arm.sent))
     spinner.close()
-    for ended in (display, arm.node, node):
-        ended.destroy_node()
+    destroy(display, arm.node, node)
     return FINE if fine else FAULT
 
 

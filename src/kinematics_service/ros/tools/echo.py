@@ -23,6 +23,7 @@ from ..process.session import (
     FINE,
     NODE_NAMES,
     WRONG_USAGE,
+    destroy,
     helper_node,
     is_name,
     run_session,
@@ -84,7 +85,7 @@ def run_echo(
         with echo.shown():
             fine = spinner.spin(lambda: stop.came or not context.ok() or echo.over)
         spinner.close()
-        listener.destroy_node()
+        destroy(listener)
         return FINE if fine and not echo.in_vain else FAULT
 
     return run_session(ros_args, work)

@@ -24,7 +24,7 @@ from ..messages.messages import sample_of, time_message
 from ..messages.topics import DESCRIBE, JOINT_STATES, JOINT_STATES_QOS, OUTPUT_QOS, WARNING
 from ..process.no_messages import kinematics_nodes
 from ..process.node_facts import NodeFacts, ask_node
-from ..process.session import helper_node
+from ..process.session import destroy, helper_node
 from ..process.spin import Spinner
 from .view_outputs import FRESH, ViewOutputs
 
@@ -72,7 +72,7 @@ class ViewListener:
     def close(self) -> None:
         """Destroy the node."""
         self._spinner.close()
-        self._node.destroy_node()
+        destroy(self._node)
 
     def listen(self, seconds: float) -> None:
         """
