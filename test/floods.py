@@ -70,6 +70,12 @@ class Client:
     def _on_pose(self, pose):
         self.poses.append((pose.header.stamp.sec, pose.header.stamp.nanosec))
 
+    def close(self):
+        """Go: as long as its node is there, others hear of its topics."""
+        self.executor.shutdown()
+        self.node.destroy_node()
+        rclpy.try_shutdown()
+
     def until(self, true, seconds):
         """Listen until something is so, or for some seconds; return whether it is."""
         end = time.monotonic() + seconds

@@ -1,6 +1,7 @@
 """After an overload: requests are answered, a joint state brings a pose, memory is given back."""
 
 import contextlib
+import signal
 import time
 
 import pytest
@@ -27,13 +28,17 @@ SECONDS = 1.5
 def node(ros_domain):
     process = NodeProcess('--robot', ROBOT)
     yield process.popen
+    # Not killed: others would hear of its topics for another twenty seconds.
+    process.popen.send_signal(signal.SIGINT)
+    process.wait()
     process.kill()
 
 
 @pytest.fixture
 def client(node):
-    yield Client()
-    rclpy.try_shutdown()
+    one = Client()
+    yield one
+    one.close()
 
 
 def test_messages_are_left_out_of_a_queue_and_nothing_else(ros_domain):
