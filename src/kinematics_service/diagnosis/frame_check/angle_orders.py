@@ -83,7 +83,7 @@ def likely_orders(
         is known of what they were made of.
     most
         Orders are left out that leave more than this angle (rad, rms) of the poses by which they
-        are compared, whatever base and tool are.
+        are compared, with the triples that are chosen, whatever base and tool are.
     """
     R = poses[:, :3, :3]
     few = few_of(len(R))
