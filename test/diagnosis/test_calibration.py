@@ -167,16 +167,16 @@ def test_few_poses_are_as_sure_as_they_say(count):
 @pytest.mark.slow
 def test_few_positions_are_as_sure_as_they_say():
     # Of 10 positions, which tell a noise by 1 to 5 numbers, 0.97 over 200 calibrations of each
-    # arm. By one noise it was 1.5 of the two arms whose noise is assumed; a single one of these
-    # scatters by 0.3, and so a mean of six by 0.1.
+    # arm. By one noise it was 1.6 of the two arms whose noise is assumed.
     squares = {}
     for name in ('puma560', 'ur5e', 'panda', 'kuka_iiwa14', 'offset_stanford_dh'):
-        for seed in range(300, 306):
+        for seed in range(300, 312):
             arm = measured_arm(name, 10, NOISE, seed)
             found = ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3], check=False)
             squares.setdefault(name, []).append(of_the_table(found, arm.errors))
     assert 0.85 < np.mean(list(squares.values())) < 1.15
-    assert max(np.mean(squares[name]) for name in ('panda', 'kuka_iiwa14')) < 1.4
+    # The noise of each is the same, so that their means rise and fall together.
+    assert max(map(np.mean, squares.values())) < 1.4
 
 
 @pytest.mark.slow
