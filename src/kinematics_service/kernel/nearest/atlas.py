@@ -396,8 +396,7 @@ def _positions_alone(
     equations: SingularEquations, codimension: int, spans: Floats
 ) -> tuple[Floats, Floats]:
     # Positions of one joint (K, 3) at which J_t is singular wherever the others are, and the turns
-    # (n,) that are so. There one normal is enough, along
-    # that joint.
+    # (n,) that are so. There one normal is enough, along that joint.
     n = len(spans)
     table = np.zeros((FEW_SEEDS, n * (1 + codimension)))
     table = table[: _fill(equations, np.ascontiguousarray(spans[:, :2]), table)]
