@@ -1,6 +1,7 @@
 """The command line, as a user meets it: what it prints, where, and with which exit code."""
 
 import ast
+import inspect
 import json
 import math
 import os
@@ -9,6 +10,7 @@ import subprocess
 import sys
 import types
 from dataclasses import replace
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -18,7 +20,7 @@ from arms import BUNDLED, LOOPED
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.cli import command_line
+from kinematics_service.cli import command_line, commands
 from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
 from kinematics_service.cli.commands import TYPER_WORDS
 from kinematics_service.cli.singularity_report import print_singularity
@@ -125,6 +127,16 @@ def test_the_completion_shown_is_that_of_the_installed_program(capsys, monkeypat
     text = answer(capsys, '--show-completion')
     assert 'COMPLETE=complete_' in text
     assert 'python -m' not in text
+
+
+@pytest.mark.parametrize('command', commands.COMMANDS)
+def test_an_option_of_several_values_has_as_many_where_it_is_not_given(command):
+    # typer before 0.10 cannot turn None into a tuple, and every call of the command fails.
+    of_file = commands.RENAMED.get(command, command)
+    module = import_module(f'kinematics_service.cli.{of_file}')
+    for name, parameter in inspect.signature(getattr(module, of_file)).parameters.items():
+        if 'tuple[' in str(parameter.annotation).lower():
+            assert parameter.default.default is not None, name
 
 
 def test_the_version_is_that_of_the_package(capsys):

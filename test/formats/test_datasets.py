@@ -283,7 +283,7 @@ def test_without_the_libraries_the_sentence_says_what_to_install(tmp_path, monke
     parquet.write_table(pa.table({'q': fixed(Q)}), tmp_path / 'a.parquet')
     for name in ('pyarrow', 'pyarrow.parquet', 'h5py'):
         monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(RecordingError, match=r"pip install '.\[dataset\]'"):
+    with pytest.raises(RecordingError, match=r"\(import of .*\): pip install '.\[dataset\]'"):
         list(episodes_of(tmp_path))
 
 

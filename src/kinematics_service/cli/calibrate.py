@@ -53,6 +53,9 @@ from .recording_options import (
 )
 from .zero_options import POINT, SheetChoice, ZeroOptions, given_zeros
 
+# What options of several values are where they are not given: typer before 0.10 knows no None.
+USUAL = TermColumns()
+NO_FILES = (Path(), Path())
 PLANS = ('.csv', '.yaml', '.yml')
 # Outputs that replace no file unless they are told to.
 OVERWRITTEN_BY_FORCE = ('--output', '--plan')
@@ -123,11 +126,11 @@ def calibrate(
         'helps.',
         'COLUMN',
     ),
-    load_at: Optional[tuple[float, float, float]] = option(
-        'Its centre of mass in the tool frame, m.', 'X Y Z', shown='0 0 0'
+    load_at: tuple[float, float, float] = option(
+        'Its centre of mass in the tool frame, m.', 'X Y Z', USUAL.at, shown='0 0 0'
     ),
-    gravity: Optional[tuple[float, float, float]] = option(
-        'Where it is pulled to, in the base frame.', 'X Y Z', shown='0 0 -1'
+    gravity: tuple[float, float, float] = option(
+        'Where it is pulled to, in the base frame.', 'X Y Z', USUAL.gravity, shown='0 0 -1'
     ),
     images: Optional[Path] = option(
         'Images of a ChArUco board for --camera; the column `image` of FILE names that of each '
@@ -151,9 +154,11 @@ def calibrate(
     backlash: Optional[str] = option(
         'The play of the turning joints, if it is known: for instance 0.5deg.', 'ANGLE'
     ),
-    motors: Optional[tuple[Path, Path]] = option(
+    motors: tuple[Path, Path] = option(
         "LeRobot's calibration file of the servos, and the one to write with these zeros.",
         'OLD NEW',
+        NO_FILES,
+        shown=False,
     ),
     live: Optional[float] = option(
         'Collect poses of a running robot, until Ctrl-C at the latest.', 'SECONDS'
@@ -279,7 +284,9 @@ def calibrate(
     of_terms = {'--sessions': sessions, '--load': load}
     refused = {**others, '--propose': propose, '--pose-gap': pose_gap, '--camera': camera}
     refused.update(of_terms)
-    of_zeros = given_zeros(zeros, arm, (sheet, backlash, motors), force, refused)
+    of_zeros = given_zeros(
+        zeros, arm, (sheet, backlash, None if motors == NO_FILES else motors), force, refused
+    )
     pictured = given_images(images, board, intrinsics, camera is not None)
     words = TableWords(columns, pose_format, joint_format, stamps)
     reading = given_selection(arm, topic, pose_topic, joint_prefix, words)
@@ -402,8 +409,8 @@ def _check_rows(
 
 def _term_columns(
     columns: Mapping[str, str | None],
-    at: tuple[float, float, float] | None,
-    gravity: tuple[float, float, float] | None,
+    at: tuple[float, float, float],
+    gravity: tuple[float, float, float],
     others: Mapping[str, object],
 ) -> TermColumns:
     sessions, load = columns.values()
@@ -411,10 +418,9 @@ def _term_columns(
     for name, value in others.items():
         if given and value is not None:
             raise WrongUsage(f'{given}: for measured poses, not for {name}')
-    if load is None and (at is not None or gravity is not None):
+    if load is None and (at, gravity) != (USUAL.at, USUAL.gravity):
         raise WrongUsage('--load-at and --gravity are of a load: give --load COLUMN too')
-    usual = TermColumns()
-    return TermColumns(sessions, load, at or usual.at, gravity or usual.gravity)
+    return TermColumns(sessions, load, at, gravity)
 
 
 def _check_files(files: Sequence[Path]) -> None:

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from ...errors import RecordingError
 
 INSTALL = (
-    "datasets need pyarrow and h5py: pip install '.[dataset]' in its checkout, or pip install "
-    'pyarrow h5py'
+    "datasets need pyarrow and h5py ({reason}): pip install '.[dataset]' in its checkout, or pip "
+    'install pyarrow h5py'
 )
 PARQUET, ARRAYS = ('.parquet',), ('.npz',)
 HDF5 = ('.hdf5', '.h5')
@@ -152,8 +152,8 @@ def _of_file(whole: Episode) -> Iterator[Episode]:
             groups = _groups(file)
         else:
             numbers = _of_arrays(file)
-    except ImportError:
-        raise RecordingError(INSTALL) from None
+    except ImportError as error:
+        raise RecordingError(INSTALL.format(reason=error)) from None
     except Exception as error:
         yield replace(whole, fault=fault_of(file, error))
         return

@@ -54,8 +54,8 @@ def columns_of_episode(episode: Episode) -> Columns:
     read = _of_parquet if suffix in PARQUET else _of_hdf5 if suffix in HDF5 else _of_arrays
     try:
         vectors = read(episode)
-    except ImportError:
-        raise RecordingError(INSTALL) from None
+    except ImportError as error:
+        raise RecordingError(INSTALL.format(reason=error)) from None
     except Exception as error:
         raise RecordingError(fault_of(episode.file, error)) from None
     found = taken_apart(vectors, episode.elements)

@@ -5,7 +5,7 @@ from typing import Any
 from ...errors import RecordingError
 
 INSTALL = (
-    "images need opencv: pip install '.[camera]' in its checkout, or pip install "
+    "images need opencv ({reason}): pip install '.[camera]' in its checkout, or pip install "
     'opencv-python-headless'
 )
 
@@ -21,8 +21,8 @@ def opencv() -> Any:
     """
     try:
         import cv2
-    except ImportError:
-        raise RecordingError(INSTALL) from None
+    except ImportError as error:
+        raise RecordingError(INSTALL.format(reason=error)) from None
     if not hasattr(getattr(cv2, 'aruco', None), 'CharucoDetector'):
-        raise RecordingError(f'opencv {cv2.__version__} is too old, 4.8 is needed; {INSTALL}')
+        raise RecordingError(INSTALL.format(reason=f'4.8, not {cv2.__version__}'))
     return cv2

@@ -11,7 +11,9 @@ from .plan_reader import open_planned
 from .source import RecordingSource, Selection
 from .table_reader import open_table
 
-INSTALL = "bags need rosbags: pip install '.[bag]' in its checkout, or pip install rosbags"
+INSTALL = (
+    "bags need rosbags ({reason}): pip install '.[bag]' in its checkout, or pip install rosbags"
+)
 BAGS = ('.mcap', '.db3', '.bag')
 TABLES = ('.csv', '.tsv', '.txt')
 TEXTS = ('.yaml', '.yml', '.json')
@@ -42,8 +44,8 @@ def open_source(file: Path, wanted: Selection) -> Iterator[RecordingSource]:
             raise RecordingError(f'{file}: {wanted.of_tables} is for tables; this is a bag')
         try:
             from .bag_reader import open_bag
-        except ImportError:
-            raise RecordingError(INSTALL) from None
+        except ImportError as error:
+            raise RecordingError(INSTALL.format(reason=error)) from None
         with open_bag(file, wanted) as source:
             yield source
         return

@@ -264,7 +264,19 @@ def _gaussian_pieces(element: Any) -> tuple[list[tuple[Any, int]], bool]:
     letters = sum(map(bool, _degrees(element)))
     if letters > MOST_LETTERS or len(element) > MOST_GAUSSIAN:
         return [*found, (element, 1)], False
-    return found + _factor_list(element), True
+    return found + _gaussian_factors(element), True
+
+
+def _gaussian_factors(element: Any) -> list[tuple[Any, int]]:
+    # Sympy before 1.13 leaves whole what lacks the first generator: of each factor they go.
+    ring = element.ring
+    used = [symbol for symbol, degree in zip(ring.symbols, _degrees(element)) if degree]
+    found: list[tuple[Any, int]] = []
+    for factor, power in _factor_list(element.set_ring(ring.clone(symbols=used))):
+        again = not all(_degrees(factor))
+        pieces = _gaussian_factors(factor) if again else [(factor, 1)]
+        found += [(piece.set_ring(ring), power * times) for piece, times in pieces]
+    return found
 
 
 def _candidates(element: Any) -> Iterator[Any]:

@@ -148,8 +148,8 @@ def judge_table(
     """
     try:
         import pyarrow as pa
-    except ImportError:
-        raise RecordingError(INSTALL) from None
+    except ImportError as error:
+        raise RecordingError(INSTALL.format(reason=error)) from None
     robot = as_robot(robot)
     wanted = Selection(
         robot,
