@@ -33,7 +33,7 @@ TEST = [
     'ros-domain-coordinator',
     'scipy',
     'rosbags',
-    'pyarrow>=14',
+    'pyarrow>=16',
     'h5py>=3',
     'ruamel.yaml',
 ]
@@ -90,7 +90,7 @@ setup(
         'peers': PEERS,
         # Readers of rosbags and the server of viser are used from the inside.
         'bag': ['rosbags>=0.11,<0.12', 'lz4'],
-        'dataset': ['pyarrow>=14', 'h5py>=3'],
+        'dataset': ['pyarrow>=16', 'h5py>=3'],
         'camera': ['opencv-python-headless>=4.8'],
         'plot': ['matplotlib'],
         'dask': ['dask[distributed]'],

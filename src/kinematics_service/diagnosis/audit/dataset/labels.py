@@ -102,8 +102,12 @@ def _arrow_of(values: Any) -> Any:
     mask = np.ma.getmaskarray(values)
     if values.ndim == 1:
         return pa.array(values.data, mask=mask)
-    flat = pa.array(values.data.reshape(-1))
-    return pa.FixedSizeListArray.from_arrays(flat, values.shape[1], mask=pa.array(mask[:, 0]))
+    # Not lists of fixed size: where one is missing, most versions of pyarrow write no such column
+    # or cannot read it.
+    good = ~mask[:, 0]
+    begins = values.shape[1] * np.append(0, np.cumsum(good)).astype(np.int32)
+    begins = pa.array(begins, mask=np.append(~good, False))
+    return pa.ListArray.from_arrays(begins, pa.array(values.data[good].reshape(-1)))
 
 
 def judge_table(
