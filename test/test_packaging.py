@@ -47,7 +47,7 @@ def run(command, folder, **environment):
     return subprocess.run(
         command,
         cwd=folder,
-        env={**around, 'PYTHONPATH': str(folder), 'PYTHONDONTWRITEBYTECODE': '1', **environment},
+        env={**around, 'PYTHONPATH': str(folder), 'PYTHONDONTWRITEBYTECODE': '', **environment},
         capture_output=True,
         text=True,
         timeout=280,

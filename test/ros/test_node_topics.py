@@ -2,6 +2,7 @@
 
 import json
 import math
+import sys
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -59,6 +60,16 @@ PER_MESSAGE = {
     'link_frames': PoseArray,
     'markers': MarkerArray,
 }
+
+
+@pytest.fixture(scope='module', autouse=True)
+def checked_fields():
+    """Have each field of a message checked: one of another type arrives as garbage otherwise."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in list(sys.modules.values()):
+            if 'ros_python_check_fields' in vars(module):
+                patch.setattr(module, 'ros_python_check_fields', '1')
+        yield
 
 
 def xyz(vector):
