@@ -19,6 +19,7 @@ from geometry_msgs.msg import (
     VelocityStamped,
     WrenchStamped,
 )
+from rclpy.experimental import EventsExecutor
 from rclpy.parameter import Parameter
 from ros_harness import (
     BEST_EFFORT,
@@ -315,7 +316,7 @@ def test_the_layout_of_the_jacobian_says_what_its_numbers_are(arm, order, axes):
 
 @BOTH_TRANSPORTS
 def test_the_quaternion_is_of_unit_length_and_its_sign_continuous_over_a_full_turn(arm):
-    one = arm('craig_3r')
+    one = arm('craig_3r', executor=EventsExecutor)
     turns = [one.answer((2 * math.pi * k / 100, 0.2, 0.3)).pose.orientation for k in range(101)]
     quaternions = np.array([[q.x, q.y, q.z, q.w] for q in turns])
     np.testing.assert_allclose(np.linalg.norm(quaternions, axis=1), 1.0, atol=ROUND_OFF)
