@@ -1,6 +1,5 @@
 """The node as a process: signals, exit codes, what is refused at start, cost when idle."""
 
-import os
 import re
 import signal
 import subprocess
