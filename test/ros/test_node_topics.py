@@ -398,6 +398,14 @@ def test_a_layout_that_is_not_the_official_one_is_not_used_and_said_once(
     assert as_bytes['~/singularity/manipulability'] == (transport == 'bytes')
 
 
+def test_each_layout_of_a_type_is_checked(arm, monkeypatch):
+    # Of one type: the Jacobian with 42 numbers, the self-motion with 7.
+    monkeypatch.setattr(MessageLayout, 'is_official', lambda self: self.count != 7)
+    as_bytes = {c.topic.name: c.as_bytes for c in arm('panda').node._outputs.channels}
+    assert as_bytes['~/jacobian']
+    assert not as_bytes['~/null_space']
+
+
 @BOTH_TRANSPORTS
 def test_a_late_listener_is_served_from_then_on(arm):
     one = arm()
