@@ -21,8 +21,8 @@ from kinematics_service.ros.process.spin import Spinner  # noqa: E402
 
 # A second of messages of 240 kB has 240 MB; what is left of a flood is far less (MiB).
 LEFT_BEHIND = 40
-# The floods: kind, publishers, time (s). One of small messages takes more than a second to be passed
-# over.
+# The floods: kind, publishers, time (s). One of small messages takes more than a second to be
+# passed over.
 FLOODS = [('small', 4, 1.5), ('joints', 1, 1.0), ('name', 2, 1.0)]
 
 
