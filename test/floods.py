@@ -21,13 +21,12 @@ QUIET = 4.0
 
 # What floods: as a driver sends it, with the joints of ten thousand others, with a name of 1 MB.
 # The stamp is at the front of the serialized message, after its encapsulation.
-FAST = f"""
-import faulthandler, struct, sys, time, rclpy, kinematics_service as ks
+FAST = """
+import faulthandler, struct, sys, time, rclpy
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
-names = list(ks.load_robot({ROBOT!r}).joint_names)
-names += dict(small=[], joints=[f'joint_{{k}}' for k in range(9_994)], name=['x' * 1_000_000])[
-    sys.argv[1]]
+kind, *names = sys.argv[1:]
+names += dict(small=[], joints=[f'joint_{k}' for k in range(9_994)], name=['x' * 1_000_000])[kind]
 rclpy.init()
 publisher = rclpy.create_node('flood').create_publisher(JointState, 'joint_states', 100)
 data = bytearray(serialize_message(JointState(name=names, position=[0.1] * len(names))))
@@ -131,7 +130,8 @@ class Client:
 
 def flooded(client, kind, publishers, seconds, meanwhile=lambda: None):
     """Flood the node, with a request every 0.3 s; return the futures of their answers."""
-    floods = [subprocess.Popen([sys.executable, '-c', FAST, kind]) for _ in range(publishers)]
+    command = [sys.executable, '-c', FAST, kind, *client.names]
+    floods = [subprocess.Popen(command) for _ in range(publishers)]
     asked = []
     try:
         client.until(lambda: client.node.count_publishers('/joint_states') > publishers, 30.0)

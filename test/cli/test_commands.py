@@ -351,17 +351,12 @@ def test_every_key_of_the_json_is_documented(capsys, command):
     assert documented >= set(document) | set(document['singularity'])
 
 
-@pytest.mark.slow
-def test_json_has_null_for_what_is_infinite():
+def test_json_has_null_for_what_is_infinite(capsys):
     def refuse(constant):
         raise AssertionError(f'{constant} is not JSON')
 
     arguments = ['--robot', 'planar_2r', '--q', '0,1', '--qdot', '0,1', '--json']
-    run = subprocess.run(
-        [sys.executable, '-m', 'kinematics_service', 'jacobian', *arguments],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    document = json.loads(run.stdout, parse_constant=refuse)
+    document = json.loads(answer(capsys, 'jacobian', *arguments), parse_constant=refuse)
     assert document['singularity']['time_to_warning'] is None
     assert document['singularity']['rate'] > 0.0
 
@@ -722,20 +717,6 @@ def test_what_is_piped_has_no_colours_and_whole_lines(capsys, monkeypatch):
     assert source.endswith(ks.load_robot('ur3e').source)
 
 
-@pytest.mark.slow
-def test_commands_without_ros_import_neither_rclpy_nor_sympy():
-    program = (
-        'import sys; from kinematics_service.__main__ import main; '
-        'main(["--help"]); main(["robots"]); main(["fk", "--help"]); main(["check", "ur5e"]); '
-        'heavy = {"rclpy", "sympy", "matplotlib"} & set(sys.modules); sys.exit(str(heavy or ""))'
-    )
-    run = subprocess.run(
-        [sys.executable, '-c', program],
-        capture_output=True, text=True, env={**os.environ, 'COLUMNS': '80'},
-    )  # fmt: skip
-    assert run.stderr.strip() == ''
-
-
 @pytest.mark.parametrize('command', [('derive', '--out'), ('export', '--urdf')])
 def test_a_robot_file_is_not_replaced_by_what_is_made_from_it(capsys, tmp_path, command):
     name, option = command
@@ -823,18 +804,22 @@ def test_the_option_of_a_robot_needs_one(capsys, end):
 
 
 def test_a_command_loads_nothing_that_only_others_need():
-    code = (
-        'import sys\nfrom kinematics_service.cli.command_line import run\nrun({})\n'
-        "print(*(name for name in sys.modules if name.startswith('kinematics_service.')))"
+    program = (
+        'import sys\nfrom kinematics_service.__main__ import main\n'
+        'for line in sys.argv[1:]:\n    main(line.split())\n    print("LOADED", *sys.modules)\n'
     )
-    for argv in (['--help'], ['fk', '--robot', 'ur5e', '--q', '0,0,0,0,0,0']):
-        done = subprocess.run(
-            [sys.executable, '-c', code.format(argv)], capture_output=True, text=True, check=True
-        )
-        loaded = done.stdout.splitlines()[-1].split()
-        rooms = {name.split('.')[1] for name in loaded}
-        assert not rooms & {'symbolic', 'diagnosis', 'formats', 'display', 'ros'}
-        assert 'kinematics_service.cli.audit' not in loaded
+    # One after the other: what is loaded stays.
+    lines = ['--help', 'fk ur5e --q 0,0,0,0,0,0', 'robots', 'fk --help', 'check ur5e']
+    done = subprocess.run(
+        [sys.executable, '-c', program, *lines], capture_output=True, text=True, check=True
+    )
+    printed = [line.split() for line in done.stdout.splitlines() if line.startswith('LOADED')]
+    assert len(printed) == len(lines)
+    ours = [name.split('.') for name in printed[1] if name.startswith('kinematics_service.')]
+    assert not {name[1] for name in ours} & {'symbolic', 'diagnosis', 'formats', 'display', 'ros'}
+    assert ['kinematics_service', 'cli', 'audit'] not in ours
+    assert not {'rclpy', 'sympy', 'matplotlib'} & set(printed[-1])
+    assert done.stderr == ''
 
 
 @pytest.mark.slow

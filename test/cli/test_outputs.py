@@ -373,7 +373,6 @@ def test_standard_output_by_its_name_stays_in_order_and_in_its_file(folder):
 LARGE_OUTPUTS = [
     'robots',
     'export ur5e --urdf -',
-    'audit run.csv --robot planar_2r --json -',
     'audit --help',
 ]
 

@@ -18,6 +18,7 @@ from ros_harness import Peer
 from target_harness import pose_target
 
 import kinematics_service as ks
+from kinematics_service.__main__ import main
 from kinematics_service.ros.tools.virtual_arm import RATE, TimedJointState, VirtualArm
 
 NOISE = 5e-5
@@ -160,17 +161,17 @@ def test_the_time_ends_the_collecting_and_too_few_poses_are_a_sentence(live, mea
 
 
 @pytest.mark.parametrize(('option', 'topic'), [('--topic', 'a b'), ('--pose-topic', '9/x')])
-def test_a_topic_that_is_none_is_one_sentence(live, option, topic):
-    code, out, err = live('--robot', 'ur5e', '--live', 3, option, topic).end()
-    assert (code, out) == (2, '')
+def test_a_topic_that_is_none_is_one_sentence(ros_domain, capfd, option, topic):
+    assert main(['calibrate', '--robot', 'ur5e', '--live', '3', option, topic]) == 2
     name = 'joint_states or /arm/joint_states'
-    assert err == f'kinematics_service: {option} {topic}: not a name of ROS, such as {name}\n'
+    assert capfd.readouterr() == (
+        '',
+        f'kinematics_service: {option} {topic}: not a name of ROS, such as {name}\n',
+    )
 
 
-def test_a_robot_that_is_none_is_the_same_sentence_with_and_without_ros(live):
-    arguments = ('--live', '3', '--robot', 'nosuch')
-    told = live(*arguments).end()[2].splitlines()[-1].partition('--robot: ')[2]
-    node = [sys.executable, '-m', 'kinematics_service', '--robot', 'nosuch']
-    done = subprocess.run(node, capture_output=True, text=True, timeout=60.0)
-    assert (done.returncode, done.stdout) == (1, '')
-    assert done.stderr == f'{told}\n'
+def test_a_robot_that_is_none_is_the_same_sentence_with_and_without_ros(ros_domain, capfd):
+    main(['calibrate', '--live', '3', '--robot', 'nosuch'])
+    told = capfd.readouterr().err.splitlines()[-1].partition('--robot: ')[2]
+    assert main(['--robot', 'nosuch']) == 1
+    assert capfd.readouterr() == ('', f'{told}\n')

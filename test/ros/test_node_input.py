@@ -79,14 +79,16 @@ def test_a_message_with_none_of_our_names_is_counted_without_a_warning(arm):
 
 
 @BOTH_TRANSPORTS
-def test_a_hundred_thousand_names_are_read(arm):
+def test_a_hundred_thousand_names_are_read(arm, transport):
     one = arm()
-    names = [f'joint_{k}' for k in range(100_000)]
+    # As objects they are read by ROS, name by name.
+    count = 100_000 if transport == 'bytes' else 10_000
+    names = [f'joint_{k}' for k in range(count)]
     poses = one.poses
-    one.publish(joint_state([*names, *NAMES], [0.0] * 100_000 + list(Q), (), START + 1))
+    one.publish(joint_state([*names, *NAMES], [0.0] * count + list(Q), (), START + 1))
     one.spin_until(lambda: poses, 'pose')
     expect(poses[0], Q)
-    one.publish(joint_state(names, [0.0] * 100_000, (), START + 2))
+    one.publish(joint_state(names, [0.0] * count, (), START + 2))
     expect(one.answer(Q), Q)
 
 

@@ -10,9 +10,10 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
-from ros_harness import Arm, change
+from ros_harness import Arm, Peer, change
 
 from kinematics_service.errors import KinematicsError
+from kinematics_service.ros.node.node import KinematicsNode
 from kinematics_service.ros.parameters.table import PARAMETERS
 
 
@@ -20,6 +21,14 @@ from kinematics_service.ros.parameters.table import PARAMETERS
 def unchanged(request, ros_domain):
     """Return an arm that every test leaves as it found it."""
     one = Arm('craig_3r', transport=request.param)
+    yield one
+    one.close()
+
+
+@pytest.fixture(scope='module')
+def peer(ros_domain):
+    """Return a peer in whose context nodes are tried."""
+    one = Peer()
     yield one
     one.close()
 
@@ -108,13 +117,14 @@ def test_a_wrong_value_is_refused_at_run_time_with_the_reason_and_nothing_change
     ],
     ids=lambda x: str(x),
 )
-def test_a_wrong_value_is_refused_at_start_with_the_reason(ros_domain, arm, name, value):
+def test_a_wrong_value_is_refused_at_start_with_the_reason(peer, name, value):
     written = value
     if isinstance(value, float):
         written = {math.inf: '.inf'}.get(value, '.nan' if math.isnan(value) else repr(value))
     if value == '10':
         written = "'10'"
+    given = ['--ros-args', '-p']
     with pytest.raises(KinematicsError) as error:
-        arm('craig_3r', ['-p', f'{name}:={written}'])
+        KinematicsNode('craig_3r', context=peer.context, cli_args=[*given, f'{name}:={written}'])
     assert name.partition('.')[0] in str(error.value)
     assert '\n' not in str(error.value)

@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from geometry_msgs.msg import PoseStamped
+from rclpy.experimental import EventsExecutor
 from ros_harness import change, level_of, nanoseconds, values_of
 from target_harness import BASE, Targets, pose_target, twist_target
 
@@ -25,8 +26,8 @@ PERIOD = 0.005
 
 @pytest.fixture
 def targets(arm):
-    def make(robot='ur5e', q=UR5E, ros_args=()):
-        one = arm(robot, ros_args)
+    def make(robot='ur5e', q=UR5E, ros_args=(), **options):
+        one = arm(robot, ros_args, **options)
         targets = Targets(one)
         if q is not None:
             one.answer(q)
@@ -339,7 +340,7 @@ WRIST = np.array([0.3, -1.1, 1.4, -0.9, 0.25, 0.2])
 
 @pytest.mark.parametrize('aside', [0.0, 1e-3], ids=['through', 'just beside'])
 def test_a_stream_of_twists_is_tracked_through_a_wrist_singularity(targets, aside):
-    one = targets(q=WRIST)
+    one = targets(q=WRIST, executor=EventsExecutor)
     arm, robot = one.arm, one.arm.robot
     # The tool turns as joint 5 alone would turn it; beside the singularity q4 must swing too.
     steps = 200
@@ -433,7 +434,7 @@ def _twist_between(T, ahead):
 
 def test_poses_are_answered_through_a_wrist_singularity_without_a_jump(targets):
     # The path of joint 5 alone through zero, every pose asked for; the answer becomes the state.
-    one = targets(q=WRIST)
+    one = targets(q=WRIST, executor=EventsExecutor)
     robot = one.arm.robot
     q = WRIST.copy()
     for k in range(1, 101):

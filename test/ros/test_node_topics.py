@@ -2,6 +2,7 @@
 
 import json
 import math
+import sys
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from geometry_msgs.msg import (
     VelocityStamped,
     WrenchStamped,
 )
+from rclpy.experimental import EventsExecutor
 from rclpy.parameter import Parameter
 from ros_harness import (
     BEST_EFFORT,
@@ -59,6 +61,16 @@ PER_MESSAGE = {
     'link_frames': PoseArray,
     'markers': MarkerArray,
 }
+
+
+@pytest.fixture(scope='module', autouse=True)
+def checked_fields():
+    """Have each field of a message checked: one of another type arrives as garbage otherwise."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in list(sys.modules.values()):
+            if 'ros_python_check_fields' in vars(module):
+                patch.setattr(module, 'ros_python_check_fields', '1')
+        yield
 
 
 def xyz(vector):
@@ -304,7 +316,7 @@ def test_the_layout_of_the_jacobian_says_what_its_numbers_are(arm, order, axes):
 
 @BOTH_TRANSPORTS
 def test_the_quaternion_is_of_unit_length_and_its_sign_continuous_over_a_full_turn(arm):
-    one = arm('craig_3r')
+    one = arm('craig_3r', executor=EventsExecutor)
     turns = [one.answer((2 * math.pi * k / 100, 0.2, 0.3)).pose.orientation for k in range(101)]
     quaternions = np.array([[q.x, q.y, q.z, q.w] for q in turns])
     np.testing.assert_allclose(np.linalg.norm(quaternions, axis=1), 1.0, atol=ROUND_OFF)
@@ -384,6 +396,14 @@ def test_a_layout_that_is_not_the_official_one_is_not_used_and_said_once(
     as_bytes = {c.topic.name: c.as_bytes for c in one.node._outputs.channels}
     assert not as_bytes['~/pose']
     assert as_bytes['~/singularity/manipulability'] == (transport == 'bytes')
+
+
+def test_each_layout_of_a_type_is_checked(arm, monkeypatch):
+    # Of one type: the Jacobian with 42 numbers, the self-motion with 7.
+    monkeypatch.setattr(MessageLayout, 'is_official', lambda self: self.count != 7)
+    as_bytes = {c.topic.name: c.as_bytes for c in arm('panda').node._outputs.channels}
+    assert as_bytes['~/jacobian']
+    assert not as_bytes['~/null_space']
 
 
 @BOTH_TRANSPORTS

@@ -174,6 +174,7 @@ class Outputs:
     def configure(self, settings: NodeSettings) -> None:
         """Apply other settings: frames and labels are part of the messages."""
         self._settings, self._active = settings, None
+        self._official: dict[tuple[Any, bytes], bool] = {}
         self.channels = [self._configured(channel) for channel in self._offered(settings)]
         if settings.publish_tf and self._tf is None:
             # The wheels lack it: imported only if it is asked for.
@@ -265,7 +266,7 @@ class Outputs:
         if channel.layout is not None and channel.layout.data == layout.data:
             return channel._replace(numbers=numbers)  # it has been checked
         as_bytes = self._transport == 'bytes'
-        if as_bytes and not layout.is_official():
+        if as_bytes and not self._is_official(topic.type, layout):
             as_bytes = False
             if topic.name not in self._told_of:
                 self._told_of.add(topic.name)
@@ -274,6 +275,12 @@ class Outputs:
                     'than expected; messages are serialized one by one, which is slower'
                 )
         return channel._replace(numbers=numbers, layout=layout, as_bytes=as_bytes)
+
+    def _is_official(self, kind: Any, layout: MessageLayout) -> bool:
+        form = kind, layout.data  # all scalars have the same
+        if form not in self._official:
+            self._official[form] = layout.is_official()
+        return self._official[form]
 
     def _offered(self, settings: NodeSettings) -> list[Channel]:
         # Another robot file may offer other topics; publishers of those that stay are kept.
