@@ -18,7 +18,7 @@ from kinematics_service.diagnosis.frame_check.angle_orders import (
 )
 from kinematics_service.diagnosis.frame_check.diagnosis import diagnose_frames
 from kinematics_service.diagnosis.frame_check.errors import NOMINAL, PoseLimit
-from kinematics_service.diagnosis.frame_check.offsets import fit_offsets
+from kinematics_service.diagnosis.frame_check.offsets import fit_offsets, least_angles
 from kinematics_service.diagnosis.frame_check.other_robots import first_look
 from kinematics_service.errors import FramesError
 from kinematics_service.formats.recordings.pose_format import PoseFormat
@@ -610,17 +610,17 @@ def test_orders_that_are_one_order_turned_are_all_tried(seed):
     assert min(np.max(np.abs(poses - true)) for poses in undone) < 1e-9
 
 
-@pytest.mark.parametrize('most', [0.02, 0.1, 0.3])
-def test_orders_that_are_left_out_leave_more_whatever_base_and_tool_are(most):
+def test_no_offsets_leave_less_than_the_least_angle():
     true, seen, A = read_as_another('zyz', 'xyz', 3, off=0.01)
-    every, kept = likely_orders(seen, A, 'xyz'), likely_orders(seen, A, 'xyz', most)
-    names = {one.written for one in kept}
-    assert 'zyz' in names
-    out = [one for one in every if one.written not in names]
-    assert out
-    for one in out:
-        left = fit_offsets(A[None], one.undone(seen, A).poses[None]).rotation
-        assert np.sqrt(np.mean(np.sum(left**2, axis=-1))) > most
+    orders = likely_orders(seen, A, 'xyz')
+    B = np.stack([true, *(one.undone(seen, A).poses for one in orders)])
+    A = np.broadcast_to(A, B.shape)
+    left = np.sqrt(np.mean(np.sum(fit_offsets(A, B).rotation ** 2, axis=-1), axis=-1))
+    least = least_angles(A, B)
+    assert np.all(least <= left)
+    # It tells many of them from the right one.
+    assert least[0] < 0.02
+    assert np.sum(least > 0.15) > 5
 
 
 @pytest.mark.parametrize('lag', [0.45, -0.45])
