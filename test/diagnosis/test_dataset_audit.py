@@ -285,7 +285,7 @@ def test_a_cluster_says_the_same(dataset, cluster, capsys):
 def test_ray_calls_it_on_batches():
     ray = pytest.importorskip('ray', reason='needs ray')
     batches = [batch_of(Q[k : k + 40]) for k in range(0, 120, 40)]
-    ray.init(num_cpus=2, include_dashboard=False, _node_ip_address='127.0.0.1')
+    ray.init(num_cpus=1, include_dashboard=False, _node_ip_address='127.0.0.1')
     try:
         judge = ray.remote(ks.judge_table)
         found = ray.get([judge.remote(one, 'so101') for one in batches])
