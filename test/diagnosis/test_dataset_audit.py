@@ -265,7 +265,7 @@ def test_numbers_that_are_no_radians_are_asked_for(tmp_path, capsys):
 def cluster():
     distributed = pytest.importorskip('distributed', reason='needs dask[distributed]')
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address='127.0.0.1:0', host='127.0.0.1'
+        n_workers=1, threads_per_worker=1, dashboard_address='127.0.0.1:0', host='127.0.0.1'
     ) as local:
         yield local.scheduler_address
 
@@ -285,7 +285,7 @@ def test_a_cluster_says_the_same(dataset, cluster, capsys):
 def test_ray_calls_it_on_batches():
     ray = pytest.importorskip('ray', reason='needs ray')
     batches = [batch_of(Q[k : k + 40]) for k in range(0, 120, 40)]
-    ray.init(num_cpus=1, include_dashboard=False, _node_ip_address='127.0.0.1')
+    ray.init(num_cpus=2, include_dashboard=False, _node_ip_address='127.0.0.1')
     try:
         judge = ray.remote(ks.judge_table)
         found = ray.get([judge.remote(one, 'so101') for one in batches])
