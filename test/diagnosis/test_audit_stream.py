@@ -42,10 +42,9 @@ def faulty(robot):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', ['kinova_gen3', 'scara_hsr065'])
-def test_columns_on_disk_change_no_bit(name, monkeypatch):
-    robot = robot_of(name)
-    for samples in (faulty(robot), awkward(robot, 6)):
+def test_columns_on_disk_change_no_bit(monkeypatch):
+    robot = robot_of('kinova_gen3')
+    for samples in (faulty(robot)[1400:2100], awkward(robot, 6)):
         whole, _ = audited(samples, robot)
         expected = json_text(document_of(whole)), page_of(whole)
         monkeypatch.setattr(columns, 'HELD', 100)
@@ -84,7 +83,7 @@ def in_one_piece(name, first, last):
     # Each piece takes its time: of the small ones those around a repeated message, a jump, a lag.
     [
         *(('ur5e', 1, 0, 60), ('ur5e', 31, 0, 1250)),
-        *(('kinova_gen3', 1, 680, 720), ('kinova_gen3', 512, 1000, 2500)),
+        *(('kinova_gen3', 1, 680, 720), ('kinova_gen3', 256, 1300, 2100)),
     ],
 )
 def test_pieces_of_any_size_give_the_same_verdict(name, size, first, last, monkeypatch):
@@ -173,7 +172,12 @@ def test_each_of_several_recordings_has_its_verdict(tables, tmp_path, capsys, ho
     if how == 'cluster':
         distributed = pytest.importorskip('distributed', reason='needs dask[distributed]')
         with distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, dashboard_address='127.0.0.1:0', host='127.0.0.1'
+            n_workers=2,
+            threads_per_worker=1,
+            processes=False,
+            protocol='tcp://',
+            dashboard_address='127.0.0.1:0',
+            host='127.0.0.1',
         ) as local:
             address = local.scheduler_address.replace('tcp://', 'dask://')
             code, out, err = run(capsys, *files, *options, '--workers', address)

@@ -11,7 +11,7 @@ from joint_state_mcap import Writer, message_bytes
 from recordings import BEGIN, SECOND, motion, samples_of
 
 pytest.importorskip('rosbags', reason='needs rosbags')
-BITS = 80
+BITS = 40
 
 
 def mcap(path, count=300, checksums=True, chunk=50, more=0):

@@ -83,7 +83,7 @@ def test_gear_ratios_that_were_found_are_no_matter_of_formulas(tmp_path, capsys)
 # gear ratios were found.
 ARMS = {
     'puma560': 'gears',
-    'panda': 'everything',
+    'panda': 'gears',
     'scara_hsr065': 'tolerance',
     'parallelogram_left': 'gears',
     'craig_3r': 'everything',

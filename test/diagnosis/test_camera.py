@@ -160,9 +160,9 @@ def test_a_board_of_another_size_is_named_and_refused(where):
         assert abs(float(ratio[1]) * size - 1.0) < 0.02
 
 
-@pytest.mark.parametrize('where', BOTH)
-def test_zeros_that_drift_are_no_size_of_the_board(where):
+def test_zeros_that_drift_are_no_size_of_the_board():
     """The size is judged beside the drifts that are kept, and is found beside them."""
+    where = 'on-tool'
     arm = camera_arm(where, 48, 1)
     sessions = np.random.default_rng(17).permutation(np.repeat(np.arange(3), 16))
     q = arm.q + 0.004 * np.random.default_rng(18).normal(size=(3, 6))[sessions]
@@ -174,6 +174,8 @@ def test_zeros_that_drift_are_no_size_of_the_board(where):
         said = [one for one in (*found.remarks, *found.refusals) if ' times as large ' in one]
         assert len(said) == (size != 1.0)
         assert found.accepted == (size == 1.0)
+        # Without the drifts the focal length would seem 0.6 % shorter.
+        assert size != 1.0 or not found.remarks
 
 
 def test_what_no_camera_measures_is_refused():

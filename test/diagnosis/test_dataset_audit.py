@@ -271,7 +271,7 @@ def test_numbers_that_are_no_radians_are_asked_for(tmp_path, capsys):
 def cluster():
     distributed = pytest.importorskip('distributed', reason='needs dask[distributed]')
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address='127.0.0.1:0', host='127.0.0.1'
+        n_workers=1, threads_per_worker=1, dashboard_address='127.0.0.1:0', host='127.0.0.1'
     ) as local:
         yield local.scheduler_address
 

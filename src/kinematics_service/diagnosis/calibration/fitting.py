@@ -513,7 +513,9 @@ def refined(
     for k in range(KNOWN_STEPS if len(values) else 0):
         solved = _Equations(problem, noise, used).solved(values, there if k == 0 else None)
         values = values + problem.prior * solved.step
-        if np.all(np.abs(solved.step) < ENOUGH * ENOUGH):
+        # By the deviations after, of which exact poses leave next to nothing; or those before.
+        moved = np.linalg.norm(solved.triangle @ solved.step)
+        if moved < ENOUGH or np.all(np.abs(solved.step) < ENOUGH * ENOUGH):
             break
     return values
 

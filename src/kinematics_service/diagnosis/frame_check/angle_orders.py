@@ -68,9 +68,7 @@ class LikelyOrder(NamedTuple):
         return Hypothesis('angle_order', self.sentence, poses=undone)
 
 
-def likely_orders(
-    poses: Floats, A: Floats, read: str = '', most: float = np.inf
-) -> list[LikelyOrder]:
+def likely_orders(poses: Floats, A: Floats, read: str = '') -> list[LikelyOrder]:
     """
     Return the likeliest orders of the three numbers that the orientations were made of.
 
@@ -81,9 +79,6 @@ def likely_orders(
     read
         How the orientations were read, `rpy`, one of `EULER_ORDERS` or `rotvec`; of others nothing
         is known of what they were made of.
-    most
-        Orders are left out that leave more than this angle (rad, rms) of the poses by which they
-        are compared, with the triples that are chosen, whatever base and tool are.
     """
     R = poses[:, :3, :3]
     few = few_of(len(R))
@@ -95,16 +90,13 @@ def likely_orders(
         made[own] = _rotations(kind, np.stack([numbers[pairs[k].read] for k in own]))
     of_file = A[few, :3, :3].reshape(-1, 9)
     chosen, off = _chosen(made.reshape(*made.shape[:3], 9), of_file @ of_file.T)
-    # Where remainders turn poses i and j by a and b, |trace(B_i^T B_j) - trace(A_i^T A_j)| is at
-    # most 2 (a + b), of which the squares are at most 8 (a^2 + b^2).
-    least = np.sqrt(off / max(16.0 * len(few) * (len(few) - 1), 1.0))
     # Where nothing is known of the reading several kinds come to the same: the usual one is named.
     likely: list[int] = []
     for k in sorted(np.argsort(off, kind='stable')[:KEPT].tolist()):
         first = np.max(np.abs(chosen[likely, 0] - chosen[k, 0]), axis=1)
         near = [likely[i] for i in np.flatnonzero(first <= SAME).tolist()]
         alike = np.max(np.abs(chosen[near] - chosen[k]), axis=(1, 2), initial=0.0) <= SAME
-        if least[k] <= most and not np.any(alike):
+        if not np.any(alike):
             likely.append(k)
     return [LikelyOrder(_sentence(pairs[k], read), *pairs[k], chosen[k], of_file) for k in likely]
 

@@ -38,6 +38,7 @@ from .offsets import (
     Fit,
     equations_of,
     fit_offsets,
+    least_angles,
     lifted,
     parameter_columns,
     parameter_step,
@@ -50,9 +51,9 @@ from .offsets import (
 DECISIVE, MOST_OF_IT = 3.0, 2.0
 # Causes that explain about as much: within this factor of the best.
 AS_WELL, MENTIONED_AS_WELL = 2.0, 1.25
-# Number of poses for a first selection of hypotheses, steps for each, and number of those then
-# fitted fully.
-SIFTED, SIFT_STEPS, KEPT = 40, 4, 4
+# Number of poses for a first selection of hypotheses, steps for each, number of those that are
+# tried at once, the likeliest first, and of those then fitted fully.
+SIFTED, SIFT_STEPS, AT_ONCE, KEPT = 40, 4, 16, 4
 # Factor by which an estimate from a few poses, or of first order, may be too small.
 SIFT_MARGIN, FIRST_ORDER_MARGIN = 2.0, 1.5
 # Rounds in which a number is fitted and the poses are computed again with it.
@@ -120,12 +121,9 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
     limit
         What instrument and nominal table can leave.
     """
-    tried = [
-        *_whole(given, fit),
-        *_orders(given, A, fit),
-        *_numbers(given, A, fit),
-        *_lag(given, A, fit),
-    ]
+    tried = _whole(given, fit)
+    tried += _orders(given, A, fit, tried)
+    tried += [*_numbers(given, A, fit), *_lag(given, A, fit)]
     best = max((cause.ratio for cause in tried), default=0.0)
 
     def about(factor: float) -> tuple[TestedCause, ...]:
@@ -156,45 +154,52 @@ def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
     few = given._replace(q=given.q[every], poses=given.poses[every])
     places = possible(given)
     changes = [change for k, change in enumerate(hypotheses_of(few)) if k in places]
-    sifted = fit_offsets(*undone(few, changes), steps=SIFT_STEPS)
-    wanted = [
-        k
-        for k in np.argsort(sifted.score, kind='stable')[:KEPT].tolist()
-        if sifted.score[k] * MOST_OF_IT < SIFT_MARGIN * fit.score
-    ]
-    if not wanted:
-        return []
-    kept = {places[k] for k in wanted}
+    sifted = _sifted(*undone(few, changes), _most(fit))
+    kept = {places[k] for k in sifted}
     changes = [change for k, change in enumerate(hypotheses_of(given)) if k in kept]
-    wanted.sort()
-    begin = Fit(*(values[wanted] for values in sifted))
-    return _undoing(given, changes, fit, begin)
+    return _undoing(given, changes, fit, sifted)
 
 
-def _orders(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
+def _orders(
+    given: ComparedData, A: Floats, fit: Fit, tried: Sequence[TestedCause]
+) -> list[TestedCause]:
     if errors_of(fit.position, fit.rotation).rotation_rms < NOMINAL.angle:
         return []  # angles so small hardly depend on their order
-    # As of other mistakes: what leaves as much of few poses is not fitted to all of them.
-    most = SIFT_MARGIN / MOST_OF_IT * float(fit.score)
-    likely = likely_orders(given.poses, A, given.read, most)
-    if not likely:
-        return []
+    likely = likely_orders(given.poses, A, given.read)
     few = few_of(len(A))
     # The joints are where they were.
     others = np.tile(given.poses[few], (len(likely), 1, 1, 1))
     others[..., :3, :3] = np.reshape([one.chosen for one in likely], (len(likely), -1, 3, 3))
-    sifted = fit_offsets(np.broadcast_to(A[few], others.shape), others, steps=SIFT_STEPS)
-    changes = [
-        likely[k].undone(given.poses, A)
-        for k in np.argsort(sifted.score, kind='stable')[:KEPT].tolist()
-        if sifted.score[k] < most
-    ]
-    return _undoing(given, changes, fit) if changes else []
+    sifted = _sifted(np.broadcast_to(A[few], others.shape), others, _most(fit, tried))
+    return _undoing(given, [likely[k].undone(given.poses, A) for k in sifted], fit, sifted)
+
+
+def _most(fit: Fit, tried: Sequence[TestedCause] = ()) -> float:
+    # The score of few poses from which on a cause explains too little, or by far less than others.
+    ratio = max([MOST_OF_IT, *(one.ratio / AS_WELL for one in tried)])
+    return SIFT_MARGIN * float(fit.score) / ratio
+
+
+def _sifted(A: Floats, B: Floats, most: float) -> dict[int, Fit]:
+    # The places, rising, of those of H problems that leave least, and less than `most`; and their
+    # fits. Those are not fitted that leave far more than others whatever the offsets are.
+    bounds, found = least_angles(A, B), dict[int, Fit]()
+    order = np.argsort(bounds, kind='stable')
+    for some in np.split(order, range(AT_ONCE, len(order), AT_ONCE)):
+        best = min((float(one.score) for one in found.values()), default=np.inf)
+        near = some[bounds[some] < min(most, SIFT_MARGIN * AS_WELL * best)].tolist()
+        if near:
+            fits = fit_offsets(A[near], B[near], steps=SIFT_STEPS)
+            found |= {k: one for i, k in enumerate(near) if (one := fits.one(i)).score < most}
+    return {k: found[k] for k in sorted(sorted(found, key=lambda k: found[k].score)[:KEPT])}
 
 
 def _undoing(
-    given: ComparedData, changes: list[Hypothesis], before: Fit, begin: Fit | None = None
+    given: ComparedData, changes: list[Hypothesis], before: Fit, sifted: dict[int, Fit]
 ) -> list[TestedCause]:
+    if not changes:
+        return []
+    begin = Fit(*map(np.stack, zip(*sifted.values())))
     fits = fit_offsets(*undone(given, changes), begin=begin)
     return [
         _cause(change.key, change.sentence, None, before, fits.one(k), change.unit)

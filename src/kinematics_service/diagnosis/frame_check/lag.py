@@ -21,8 +21,9 @@ Indices = npt.NDArray[np.intp]
 REACH, REACH_IN_SAMPLES, TRIED = 0.5, 10.0, 51
 # But only up to this share of the whole motion.
 SHARE = 0.25
-# Number of poses for the trials, steps of the offsets, number of lags refined, and rounds of that.
-SIFTED, SIFT_STEPS, REFINED, ROUNDS = 40, 4, 2, 6
+# Number of poses for the trials, steps of the offsets, number of lags refined, and rounds of that
+# at most: the last one changes a lag by less than this share of the reach.
+SIFTED, SIFT_STEPS, REFINED, ROUNDS, ENOUGH = 40, 4, 2, 6, 1e-9
 # Fewer poses with joint positions at every lag tried are not enough.
 LEAST = 8
 
@@ -89,10 +90,11 @@ def lagged(robot: Robot, later: Later, poses: Floats, A: Floats, fit: Fit) -> La
     few = known[np.unique(np.linspace(0, len(known) - 1, SIFTED).astype(int))]
     q = np.stack([lookup.q[few] for lookup in tried])
     B = np.broadcast_to(poses[few], (TRIED, len(few), 4, 4))
-    scores = fit_offsets(evaluate(robot, q, depth=kernel.POSE).pose, B, steps=SIFT_STEPS).score
+    sifted = fit_offsets(evaluate(robot, q, depth=kernel.POSE).pose, B, steps=SIFT_STEPS)
     before = fit_offsets(A[known][None], poses[known][None], begin=lifted(fit), steps=2).one(0)
     found = [
-        _refined(robot, later, poses, known, before, float(lags[k])) for k in _valleys(scores)
+        _refined(robot, later, poses, known, before, sifted.one(k), float(lags[k]))
+        for k in _valleys(sifted.score)
     ]
     return min(found, key=lambda one: float(one.fit.score))
 
@@ -106,7 +108,7 @@ def _valleys(scores: Floats) -> list[int]:
 
 
 def _refined(
-    robot: Robot, later: Later, poses: Floats, rows: Indices, before: Fit, lag: float
+    robot: Robot, later: Later, poses: Floats, rows: Indices, before: Fit, begin: Fit, lag: float
 ) -> Lagged:
     # Gauss-Newton steps of the lag and the offsets together.
     B, scale = poses[rows], scale_of(poses[rows])
@@ -114,12 +116,13 @@ def _refined(
     for _ in range(ROUNDS):
         lookup = later.at(lag)
         state = evaluate(robot, lookup.q[rows], np.ascontiguousarray(lookup.rates[rows]))
-        begin = None if best is None else lifted(best.fit)
-        fit = fit_offsets(state.pose[None], B[None], begin=begin).one(0)
+        fit = fit_offsets(state.pose[None], B[None], begin=lifted(begin), steps=2).one(0)
         if best is None or fit.score < best.fit.score:
-            best = Lagged(lag, before, fit)
+            best, begin = Lagged(lag, before, fit), fit
         columns = PoseDerivative(state.twist[:, :3], state.twist[:, 3:])
-        lag += parameter_step(state.pose, fit, columns, scale)
-        lag = min(max(lag, -later.reach), later.reach)
+        step = parameter_step(state.pose, fit, columns, scale)
+        lag = min(max(lag + step, -later.reach), later.reach)
+        if abs(step) < ENOUGH * later.reach:
+            break
     assert best is not None
     return best

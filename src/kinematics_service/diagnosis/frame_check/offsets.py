@@ -82,6 +82,24 @@ def scale_of(poses: Floats) -> Floats:
     return np.asarray(np.maximum(np.maximum(spread(p), STANDING * far), 1e-9))
 
 
+def least_angles(A: Floats, B: Floats) -> Floats:
+    """
+    Return the angle (rad, RMS) that X A_i Y are off from B_i at least, whatever X and Y are.
+
+    Shape (H,), of poses (H, N, 4, 4).
+    """
+    # Where remainders turn poses i and j by a and b, |trace(B_i^T B_j) - trace(A_i^T A_j)| is at
+    # most 2 (a + b), of which the squares are at most 8 (a^2 + b^2).
+    off = _traces(B) - _traces(A)
+    return np.asarray(np.sqrt(np.mean(off**2, axis=(1, 2)) / 16.0))
+
+
+def _traces(poses: Floats) -> Floats:
+    # Of B_i^T B_j of poses (H, N, 4, 4), shape (H, N, N).
+    flat = poses[..., :3, :3].reshape(*poses.shape[:2], 9)
+    return flat @ np.swapaxes(flat, 1, 2)
+
+
 def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = STEPS) -> Fit:
     """
     Return the X, Y that bring X A_i Y nearest to B_i.
