@@ -56,11 +56,13 @@ def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[i
     # How often all are divided by a factor, and what is left of them.
     power = 0
     while power < most:
-        quotients = [divided(value, factor) for value in values]
-        left = [quotient for quotient in quotients if quotient is not None]
-        if len(left) < len(values):
-            break
-        values, power = left, power + 1
+        quotients = []
+        for value in values:
+            quotient = divided(value, factor)
+            if quotient is None:
+                return power, values
+            quotients.append(quotient)
+        values, power = quotients, power + 1
     return power, values
 
 

@@ -96,8 +96,12 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
 
 def _bends(functions: Sequence[Numbers], largest: Floats) -> Floats:
     # Bounds of the second derivatives where |q| <= largest, shape (..., m, n, n).
-    bounds = [[[s.magnitude(largest) for s in row] for row in f.seconds] for f in functions]
-    return np.moveaxis(np.array(bounds), (0, 1, 2), (-3, -2, -1))
+    n = largest.shape[-1]
+    bounds = np.zeros((*largest.shape[:-1], len(functions), n, n))
+    for k, f in enumerate(functions):
+        for (i, j), second in f.seconds.items():
+            bounds[..., k, i, j] = bounds[..., k, j, i] = second.magnitude(largest)
+    return bounds
 
 
 def _round_off(functions: Sequence[Numbers], largest: Floats) -> Floats:
@@ -135,8 +139,10 @@ def _has_zero_beside(functions: Sequence[Numbers], q: Floats, f: Floats, G: Floa
     largest = np.abs(q) + NEAR
     size = float(np.linalg.norm(np.abs(f) + _round_off(functions, largest)))
     inverse = 2.0 / float(sigma[-1])
+    if inverse * size > NEAR / 2:
+        return False
     change = float(np.linalg.norm(_bends(functions, largest)))
-    return inverse * size <= NEAR / 2 and inverse * inverse * change * size <= 0.5
+    return inverse * inverse * change * size <= 0.5
 
 
 def _halved(functions: Sequence[Numbers], box: Box, moving: Floats) -> Zero:
