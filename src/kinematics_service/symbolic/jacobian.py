@@ -159,7 +159,7 @@ def analytic(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     R = A B, cut where it is half as long: dR R^T = dA A^T + A dB B^T A^T has far fewer terms to
     multiply.
     """
-    ring, middle = arithmetic.ring, (len(frames.rows) + 1) // 2
+    middle = (len(frames.rows) + 1) // 2
     p = tuple(frames.T_base_tool[i][3:] for i in range(3))
     A = _rotation(frames.in_base[middle])
     B = _rotation(reduce(product, (*frames.row_transforms[middle:], frames.tool)))
