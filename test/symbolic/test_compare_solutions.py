@@ -180,7 +180,7 @@ def test_there_are_sixty_wrong_ones():
 
 @pytest.fixture
 def unexplained(monkeypatch):
-    """Do not search for what is wrong with a formula: that takes longer, and is tested elsewhere."""
+    """Do not search for what is wrong with a formula: it takes longer, and is tested elsewhere."""
     monkeypatch.setattr(comparison, 'explain', lambda check: comparison.Explained((), ()))
 
 
