@@ -39,11 +39,15 @@ class Evaluation:
 
     def of_matrix(self, matrix: Any) -> Floats:
         """Return the values of a matrix, shape (N, rows, columns)."""
+        numbers, others = _entries(matrix)
         with np.errstate(all='ignore'):
-            entries = [self._of(entry) for entry in _entries(matrix)]
-        result = np.empty((self.poses, len(entries)), np.result_type(*entries))
-        for k, entry in enumerate(entries):
-            result[:, k] = entry
+            values = [(k, self._of(entry)) for k, entry in others]
+        result = np.empty(
+            (self.poses, len(numbers)), np.result_type(float, *(v for _, v in values))
+        )
+        result[:] = numbers
+        for k, value in values:
+            result[:, k] = value
         return result.reshape(self.poses, matrix.rows, matrix.cols)
 
     def with_part(self, expression: Any, path: Sequence[int], part: Any) -> Floats:
@@ -76,7 +80,7 @@ class Evaluation:
 
     def _computed(self, e: Any) -> Floats:
         if e.is_number and not e.args:
-            return np.full(self.poses, float(e) if e.is_finite and e.is_real else np.nan)
+            return np.full(self.poses, _number(e))
         return self._applied(e, [self._of(part) for part in e.args])
 
     def _applied(self, e: Any, arguments: list[Floats]) -> Floats:
@@ -94,9 +98,17 @@ class Evaluation:
 
 
 @lru_cache(maxsize=4096)
-def _entries(matrix: Any) -> tuple[Any, ...]:
-    # Sympy takes longer to list them than they take to be computed.
-    return tuple(matrix.flat())
+def _entries(matrix: Any) -> tuple[Floats, tuple[tuple[int, Any], ...]]:
+    # The numbers of a matrix, most of its entries, and the others with their places: sympy takes
+    # longer to list them than they take to be computed.
+    entries = matrix.flat()
+    plain = [e.is_number and not e.args for e in entries]
+    numbers = [_number(e) if is_plain else 0.0 for e, is_plain in zip(entries, plain)]
+    return np.array(numbers), tuple((k, e) for k, e in enumerate(entries) if not plain[k])
+
+
+def _number(e: Any) -> float:
+    return float(e) if e.is_finite and e.is_real else np.nan
 
 
 def _nowhere(first: Floats, *_: Floats) -> Floats:
