@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 import sympy
-from derivations import DERIVED, GOLDEN, derived, marked, same, zero
+from derivations import DERIVED, DISTINCT, GOLDEN, derived, marked, same, zero
 from sympy import acos, cos, pi, sin
 
 import kinematics_service as ks
@@ -440,13 +440,8 @@ def test_c31_example_of_document_004_step_by_step():
     assert list(J[:, 2]) == [-3, 0, 0, 0, -1, 0]
 
 
-# Of each convention and kind of table.
-FRAMED = ('craig_3r', 'parallelogram_left', 'rrp_elementary', 'six_joint_dh', 'xarm6')
-FRAMED += ('offset_stanford_shape', 'scara_hsr065', 'so101', 'panda')
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize('name', marked(FRAMED))
+@pytest.mark.parametrize('name', marked(DISTINCT))
 def test_c34_intermediate_frames(name):
     d = derived_arm(name)
     robot = d.robot
