@@ -56,13 +56,12 @@ def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[i
     # How often all are divided by a factor, and what is left of them.
     power = 0
     while power < most:
-        quotients = []
+        left: list[Laurent] = []
         for value in values:
-            quotient = divided(value, factor)
-            if quotient is None:
+            if (quotient := divided(value, factor)) is None:
                 return power, values
-            quotients.append(quotient)
-        values, power = quotients, power + 1
+            left.append(quotient)
+        values, power = left, power + 1
     return power, values
 
 

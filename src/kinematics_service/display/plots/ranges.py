@@ -83,15 +83,14 @@ def clear_pose(robot: Robot) -> Floats:
     hangs = np.maximum(-lowest, 0.0) / robot.task.reach
     # What each is worth at most: the search for the singular pose nearest to it takes the time.
     worth = FAR - TIDINESS * bent - hangs
-    order, searched = np.argsort(-worth, kind='stable'), 0
-    while searched < len(q) and worth[order[searched]] >= np.max(
-        worth[order[:searched]], initial=-math.inf
-    ):
-        some = order[searched : searched + AT_ONCE]
+    order, best = np.argsort(-worth, kind='stable'), -math.inf
+    for some in np.split(order, range(AT_ONCE, len(q), AT_ONCE)):
+        if worth[some[0]] < best:
+            worth[some] = -math.inf
+            continue
         distance = singularity(robot, q[some]).distance
         worth[some] = np.minimum(distance, FAR) - TIDINESS * bent[some] - hangs[some]
-        searched += AT_ONCE
-    worth[order[searched:]] = -math.inf
+        best = max(best, np.max(worth[some]))
     found: Floats = q[int(np.argmax(worth))] + 0.0  # no negative zero
     found.setflags(write=False)
     return found

@@ -78,17 +78,15 @@ class Numbers:
         return sum_of(self.value, self.arithmetic, values_of(self.arithmetic))
 
     @cached_property
-    def seconds(self) -> dict[tuple[int, int], 'Sum']:
-        """Return the second derivatives by pairs (i <= j) of joint variables, if not 0."""
+    def seconds(self) -> tuple[tuple['Sum', ...], ...]:
+        """Return the second derivatives by each pair of joint variables."""
         arithmetic, values = self.arithmetic, values_of(self.arithmetic)
         variables = arithmetic.names.variables
-        found = {}
-        for i, variable in enumerate(variables):
-            first = arithmetic.derivative(self.value, variable)
-            for j in range(i, len(variables)):
-                if second := arithmetic.derivative(first, variables[j]):
-                    found[i, j] = sum_of(second, arithmetic, values)
-        return found
+        firsts = [arithmetic.derivative(self.value, variable) for variable in variables]
+        return tuple(
+            tuple(sum_of(arithmetic.derivative(f, v), arithmetic, values) for v in variables)
+            for f in firsts
+        )
 
     @cached_property
     def derivatives(self) -> tuple['Sum', ...]:
@@ -108,24 +106,19 @@ class Sum:
     turns: Floats
     powers: Any
 
-    @cached_property
-    def sliding(self) -> Any:
-        """Return the indices of the joint variables that stand in it as lengths."""
-        return np.flatnonzero(np.any(self.powers, axis=0))
-
     def __call__(self, q: Floats) -> Floats:
         """Return the value at q, shape (...,)."""
         if not len(self.powers):
             return np.zeros(q.shape[:-1])
         terms = self.coefficients * np.exp(1j * (q @ self.turns))
-        for k in self.sliding:
+        for k in np.flatnonzero(np.any(self.powers, axis=0)):
             terms = terms * q[..., k, None] ** self.powers[:, k]
         return np.asarray(np.sum(terms, axis=-1).real)
 
     def magnitude(self, largest: Floats) -> Floats:
         """Return the sum of the sizes of the terms, a bound where |q| <= largest, shape (...,)."""
         sizes = np.broadcast_to(np.abs(self.coefficients), (*largest.shape[:-1], len(self.powers)))
-        for k in self.sliding:
+        for k in np.flatnonzero(np.any(self.powers, axis=0)):
             sizes = sizes * largest[..., k, None] ** self.powers[:, k]
         return np.asarray(np.sum(sizes, axis=-1))
 

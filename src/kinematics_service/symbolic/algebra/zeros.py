@@ -96,12 +96,8 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
 
 def _bends(functions: Sequence[Numbers], largest: Floats) -> Floats:
     # Bounds of the second derivatives where |q| <= largest, shape (..., m, n, n).
-    n = largest.shape[-1]
-    bounds = np.zeros((*largest.shape[:-1], len(functions), n, n))
-    for k, f in enumerate(functions):
-        for (i, j), second in f.seconds.items():
-            bounds[..., k, i, j] = bounds[..., k, j, i] = second.magnitude(largest)
-    return bounds
+    bounds = [[[s.magnitude(largest) for s in row] for row in f.seconds] for f in functions]
+    return np.moveaxis(np.array(bounds), (0, 1, 2), (-3, -2, -1))
 
 
 def _round_off(functions: Sequence[Numbers], largest: Floats) -> Floats:

@@ -57,19 +57,12 @@ class Evaluation:
         Sympy does not build it: that takes five times as long.
         """
         with np.errstate(all='ignore'):
-            return self._with_part(expression, path, part)
-
-    def _with_part(self, e: Any, path: Sequence[int], part: Any) -> Floats:
-        if not path:
-            return self._of(part)
-        k = path[0]
-        return self._applied(
-            e,
-            [
-                self._with_part(a, path[1:], part) if i == k else self._of(a)
-                for i, a in enumerate(e.args)
-            ],
-        )
+            if not path:
+                return self._of(part)
+            values = [self._of(argument) for argument in expression.args]
+            k, *rest = path
+            values[k] = self.with_part(expression.args[k], rest, part)
+            return self._applied(expression, values)
 
     def _of(self, expression: Any) -> Floats:
         found = self._known.get(expression)

@@ -24,10 +24,6 @@ class Edit:
     path: tuple[int, ...]
     part: Any
 
-    def of(self, expression: Any) -> Any:
-        """Return the expression with the part."""
-        return _replaced(expression, self.path, self.part)
-
 
 @dataclass(frozen=True)
 class Repair:
@@ -44,11 +40,12 @@ def places(expression: Any, path: tuple[int, ...] = ()) -> Iterator[tuple[tuple[
         yield from places(part, (*path, k))
 
 
-def _replaced(expression: Any, path: tuple[int, ...], part: Any) -> Any:
+def replaced(expression: Any, path: tuple[int, ...], part: Any) -> Any:
+    """Return an expression with the part at the end of a path replaced."""
     if not path:
         return part
     arguments = list(expression.args)
-    arguments[path[0]] = _replaced(arguments[path[0]], path[1:], part)
+    arguments[path[0]] = replaced(arguments[path[0]], path[1:], part)
     return expression.func(*arguments)
 
 

@@ -19,7 +19,7 @@ from ..arm.table import general_row, row_matrix
 from ..statements.checks import Check, Mask, QuantityCheck
 from ..statements.solutions import SolutionCheck
 from .causes import CAUSES
-from .edits import EDITS, EXTRA, LONGEST_EDITED, SOLUTION_EDITS
+from .edits import EDITS, EXTRA, LONGEST_EDITED, SOLUTION_EDITS, replaced
 from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Cause, Variant
 
 MOST_ALTERNATIVES = 3
@@ -230,7 +230,8 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
             if not check.passes(values, right[:, i, j]):
                 continue
             # What makes all of it vanish tells that 0 belongs there, and no cause beside it.
-            if kind != EXTRA and isinstance(check, QuantityCheck) and edit.of(expression) == 0:
+            may_vanish = kind == EXTRA or not isinstance(check, QuantityCheck)
+            if not may_vanish and replaced(expression, edit.path, edit.part) == 0:
                 continue
             found.setdefault(edit.sentence, kind.name)
             break
