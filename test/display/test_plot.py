@@ -767,7 +767,7 @@ def test_every_kind_of_random_arms(kind, dof, tmp_path, capsys, monkeypatch):
     file = tmp_path / 'arm.yaml'
     file.write_text(arm_of(f'modified-{dof}-0').text())
     monkeypatch.chdir(tmp_path)
-    few = ['--points', '300'] if kind == 'workspace' else []
+    few = ['--points', '1000'] if kind == 'workspace' else []
     assert main(['plot', str(file), kind, *few]) == 0, capsys.readouterr().err
     name = ks.load_robot(file).name
     assert capsys.readouterr().out == f'wrote {name}_{kind}.png\n'
