@@ -35,7 +35,13 @@ def test_the_general_loop_of_the_source_document():
     derivation = derived('four_bar_arm')
     (loop,) = derivation.loops
     L3, L4 = sympy.symbols('L3 L4', real=True)
-    assert sympy.simplify(loop.determinant - L3 * L4 * sympy.sin(loop.passive[1])) == 0
+    assert loop.determinant == L3 * L4 * sympy.sin(loop.passive[1])
+    # Sines of sums of angles, in which what cancels is seen.
+    assert str(loop.coupling[0, 1]) == '-(L2*sin(psi1 + psi2) + L3*sin(psi2))/(L3*sin(psi2))'
+    assert str(loop.coupling[1, 2]) == (
+        '-L1*(L3*sin(psi1 + theta2 - theta3) + L4*sin(psi1 + psi2 + theta2 - theta3))'
+        '/(L3*L4*sin(psi2))'
+    )
     T, J, det = (
         numbers_of(derivation, expression)
         for expression in (derivation.T, derivation.jacobian, derivation.determinant)

@@ -7,16 +7,16 @@ right in them or was put right, the others one erratum each, named as in the che
 
 import functools
 import inspect
+import io
 import json
 import re
-import subprocess
 import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from derivations import DERIVED
+from derivations import DISTINCT
 from folders import GOLDEN
 
 import kinematics_service as ks
@@ -447,7 +447,7 @@ def test_a_coincidence_of_lengths_does_not_pass():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('robot', DERIVED)
+@pytest.mark.parametrize('robot', DISTINCT)
 def test_reference_equals_the_kernel(robot):
     arm = ks.load_robot(robot)
     table = table_of(arm.description)
@@ -624,14 +624,13 @@ def test_the_example_of_the_help_agrees_with_its_robot():
     assert [v.name for v in found if v.status == 'differs'] == ['the singular set']
 
 
-@pytest.mark.slow
-def test_formulas_from_a_pipe():
-    run = subprocess.run(
-        [sys.executable, '-m', 'kinematics_service', 'compare', 'planar_2r', '-'],
-        input='p = [L1*c1 + L2*c12; L1*s1 + L2*s12; 0]', capture_output=True, text=True,
-    )  # fmt: skip
-    assert (run.returncode, run.stderr) == (0, '')
-    assert run.stdout.startswith('<stdin> against planar_2r: the formula agrees')
+def test_formulas_from_a_pipe(monkeypatch, capsys):
+    piped = io.BytesIO(b'p = [L1*c1 + L2*c12; L1*s1 + L2*s12; 0]')
+    monkeypatch.setattr(sys, 'stdin', io.TextIOWrapper(piped))
+    assert main(['compare', 'planar_2r', '-']) == 0
+    out, err = capsys.readouterr()
+    assert out.startswith('<stdin> against planar_2r: the formula agrees')
+    assert not err
 
 
 @pytest.mark.parametrize(

@@ -178,11 +178,15 @@ def test_there_are_sixty_wrong_ones():
     assert len(cases(WRONG)) >= 60
 
 
+@pytest.fixture
+def unexplained(monkeypatch):
+    """Do not search for what is wrong with a formula: it takes longer, and is tested elsewhere."""
+    monkeypatch.setattr(comparison, 'explain', lambda check: comparison.Explained((), ()))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(('name', 'formula'), cases(WRONG))
-def test_a_wrong_formula_of_a_wrist_or_of_a_redundant_joint_differs(name, formula, monkeypatch):
-    # What is wrong with it is searched for longer, and tested elsewhere.
-    monkeypatch.setattr(comparison, 'explain', lambda check: comparison.Explained((), ()))
+def test_a_wrong_formula_of_a_wrist_or_of_a_redundant_joint_differs(name, formula, unexplained):
     (verdict,) = compare(arm(name), formula).verdicts
     assert verdict.status == 'differs'
 
@@ -296,7 +300,7 @@ PARTLY_RIGHT = {
 
 
 @pytest.mark.parametrize(('name', 'formula'), cases(PARTLY_RIGHT))
-def test_a_formula_that_is_right_at_some_poses_only_differs(name, formula):
+def test_a_formula_that_is_right_at_some_poses_only_differs(name, formula, unexplained):
     (verdict,) = compare(arm(name), formula).verdicts
     assert verdict.status == 'differs'
     assert 'of the poses only' in ' '.join(verdict.remarks)
@@ -344,7 +348,7 @@ def test_a_function_that_may_not_be_real_is_no_fault():
 
 
 @pytest.mark.parametrize('off', [1e-2, 1e-4, 1e-6])
-def test_another_branch_that_is_off_by_a_little_is_none(off):
+def test_another_branch_that_is_off_by_a_little_is_none(off, unexplained):
     # The other elbow, and that with a bit more: nowhere does it bring the tool to its point.
     branch = 'q1 = atan2(y, x) + acos((x^2 + y^2 + L1^2 - L2^2)/(2*L1*sqrt(x^2 + y^2)))'
     assert compare(arm('planar_2r'), branch).agrees

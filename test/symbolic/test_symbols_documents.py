@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 import sympy
-from derivations import DERIVED, GOLDEN, derived, marked, same, zero
+from derivations import DERIVED, DISTINCT, GOLDEN, derived, marked, same, zero
 from sympy import acos, cos, pi, sin
 
 import kinematics_service as ks
@@ -441,7 +441,7 @@ def test_c31_example_of_document_004_step_by_step():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', marked(DERIVED))
+@pytest.mark.parametrize('name', marked(DISTINCT))
 def test_c34_intermediate_frames(name):
     d = derived_arm(name)
     robot = d.robot

@@ -88,21 +88,25 @@ def function_of(expression, derivation):
 
 def poses_of(f, random, count=200):
     """Return poses at which a function changes its sign, bisected along random lines."""
-    found = []
+    lines, brackets = [], []
     for _ in range(400):
         start, end = random.uniform(-6.0, 6.0, (2, 3))
         t = np.linspace(0.0, 1.0, 101)
         value = f(start + (end - start) * t[:, None])
         for k in np.flatnonzero(value[:-1] * value[1:] < 0):
-            low, high = t[k], t[k + 1]
-            for _ in range(55):
-                middle = (low + high) / 2
-                same = f((start + (end - start) * middle)[None])[0] * value[k] > 0
-                low, high = (middle, high) if same else (low, middle)
-            found.append(start + (end - start) * low)
-        if len(found) >= count:
+            lines.append((start, end - start))
+            brackets.append((t[k], t[k + 1], value[k]))
+        if len(lines) >= count:
             break
-    return np.array(found[:count])
+    if not lines:
+        return np.empty((0, 3))
+    start, way = np.moveaxis(np.array(lines[:count]), 1, 0)
+    low, high, sign = np.array(brackets[:count]).T
+    for _ in range(55):
+        middle = (low + high) / 2
+        same = f(start + way * middle[:, None]) * sign > 0
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return start + way * low[:, None]
 
 
 def sheets_of(expression, derivation):

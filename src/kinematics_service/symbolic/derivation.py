@@ -53,14 +53,6 @@ class Derivation:
     names
         Its symbols: `variables` (passive joints behind the others), `lengths`, and the file's
         `values` of the lengths.
-    row_transforms
-        T of each row of the table.
-    frames
-        Frame 0, then the frame after each row, in the base frame.
-    T
-        The tool in the base frame.
-    z, o
-        Direction and origin of the axis of each row that moves, base axes.
     jacobian_open : 6 x n
         By the joints, and by the passive joints behind them as if each moved by itself.
     methods
@@ -76,11 +68,6 @@ class Derivation:
 
     robot: Robot
     names: Names
-    row_transforms: tuple[Any, ...]
-    frames: tuple[Any, ...]
-    T: Any
-    z: tuple[Any, ...]
-    o: tuple[Any, ...]
     jacobian_open: Any
     methods: Mapping[str, int]
     coupling: Any
@@ -98,6 +85,35 @@ class Derivation:
         )
 
     _repr_latex_ = as_latex
+
+    @cached_property
+    def row_transforms(self) -> tuple[Any, ...]:
+        """Return T of each row of the table."""
+        return tuple(map(self.exact.writer.matrix, self.exact.frames.row_transforms))
+
+    @cached_property
+    def frames(self) -> tuple[Any, ...]:
+        """Return frame 0, then the frame after each row, in the base frame."""
+        return tuple(map(self.exact.writer.matrix, self.exact.frames.in_base))
+
+    @cached_property
+    def T(self) -> Any:
+        """Return the tool in the base frame."""
+        return self.exact.writer.matrix(self.exact.frames.T_base_tool)
+
+    @cached_property
+    def z(self) -> tuple[Any, ...]:
+        """Return the direction of the axis of each row that moves, base axes."""
+        return tuple(self.exact.writer.matrix(tuple(zip(axis.z))) for axis in self._axes)
+
+    @cached_property
+    def o(self) -> tuple[Any, ...]:
+        """Return a point on the axis of each row that moves, base axes."""
+        return tuple(self.exact.writer.matrix(tuple(zip(axis.o))) for axis in self._axes)
+
+    @property
+    def _axes(self) -> tuple[ways.Axis, ...]:
+        return ways.axes_seen_from(self.exact.frames, -1)
 
     @property
     def rotation(self) -> Any:
@@ -257,12 +273,6 @@ def derive(
     arithmetic = arithmetic_of(whole, names)
     frames = frames_of(arm, arithmetic)
     writer = writer_of(frames, arithmetic)
-    rows = tuple(writer.matrix(T) for T in frames.row_transforms)
-    in_base = tuple(writer.matrix(T) for T in frames.in_base)
-    T = writer.matrix(frames.T_base_tool)
-    axes = ways.axes_seen_from(frames, -1)
-    z = tuple(writer.matrix(tuple((e,) for e in axis.z)) for axis in axes)
-    o = tuple(writer.matrix(tuple((e,) for e in axis.o)) for axis in axes)
     tell('Jacobian')
     found = {}
     for name, way in ways.METHODS.items():
@@ -282,11 +292,6 @@ def derive(
     return Derivation(
         robot=robot,
         names=names,
-        row_transforms=rows,
-        frames=in_base,
-        T=T,
-        z=z,
-        o=o,
         jacobian_open=writer.matrix(J),
         methods={name: ways.differences(J, other) for name, other in found.items()},
         coupling=None if plain else C,

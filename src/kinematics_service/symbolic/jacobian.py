@@ -6,13 +6,14 @@ Rows are the linear three, then the angular three; columns are per rad, or per l
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 import sympy
 
 from .algebra.arithmetic import Arithmetic, inverse
 from .algebra.laurent import Laurent, total
-from .algebra.matrices import Matrix, Vector, cross, dot, product
+from .algebra.matrices import Matrix, Vector, cross, product
 from .frames import ExactRow, Frames
 
 
@@ -148,24 +149,35 @@ def screw_based(frames: Frames, arithmetic: Arithmetic) -> Matrix:
 
 
 def _rotated(T: Matrix, column: Matrix) -> Vector:
-    R = tuple(row[:3] for row in T[:3])
-    return tuple(row[0] for row in product(R, column))
+    return tuple(row[0] for row in product(_rotation(T), column))
 
 
 def analytic(frames: Frames, arithmetic: Arithmetic) -> Matrix:
-    """Return J by dp/dq and vee(dR/dq R^T), with no axis and no vector product."""
-    T = frames.T_base_tool
-    R_t = tuple(tuple(T[j][i] for j in range(3)) for i in range(3))
+    """
+    Return J by dp/dq and vee(dR/dq R^T), with no axis and no vector product.
+
+    R = A B, cut where it is half as long: dR R^T = dA A^T + A dB B^T A^T has far fewer terms to
+    multiply.
+    """
+    middle = (len(frames.rows) + 1) // 2
+    p = tuple(frames.T_base_tool[i][3:] for i in range(3))
+    A = _rotation(frames.in_base[middle])
+    B = _rotation(reduce(product, (*frames.row_transforms[middle:], frames.tool)))
+    A_t, B_t = tuple(zip(*A)), tuple(zip(*B))
     columns = []
     for variable in arithmetic.names.variables:
-        dT = derivative(T, arithmetic, variable)
-        # vee of the antisymmetric dR R^T: entries (2, 1), (0, 2), (1, 0).
-        turning = [
-            dot(arithmetic.ring, dT[i][:3], tuple(zip(*R_t))[j])
-            for i, j in ((2, 1), (0, 2), (1, 0))
-        ]
-        columns.append((*(dT[i][3] for i in range(3)), *turning))
+        before = product(derivative(A, arithmetic, variable), A_t)
+        behind = product(derivative(B, arithmetic, variable), B_t)
+        behind = product(product(A, behind), A_t)
+        # vee of an antisymmetric matrix: entries (2, 1), (0, 2), (1, 0).
+        turning = (before[i][j] + behind[i][j] for i, j in ((2, 1), (0, 2), (1, 0)))
+        linear = (row[0] for row in derivative(p, arithmetic, variable))
+        columns.append((*linear, *turning))
     return tuple(zip(*columns))
+
+
+def _rotation(T: Matrix) -> Matrix:
+    return tuple(row[:3] for row in T[:3])
 
 
 def rotation_taken_out(frames: Frames, arithmetic: Arithmetic) -> Matrix:

@@ -56,10 +56,11 @@ def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[i
     # How often all are divided by a factor, and what is left of them.
     power = 0
     while power < most:
-        quotients = [divided(value, factor) for value in values]
-        left = [quotient for quotient in quotients if quotient is not None]
-        if len(left) < len(values):
-            break
+        left: list[Laurent] = []
+        for value in values:
+            if (quotient := divided(value, factor)) is None:
+                return power, values
+            left.append(quotient)
         values, power = left, power + 1
     return power, values
 

@@ -21,6 +21,8 @@ SLIDES = 1.0
 # far enough; taken off are so much of it per rad from the middle, and all that hangs below the
 # base.
 CANDIDATES, FAR, TIDINESS = 4000, 0.9, 0.06
+# Poses that are searched from before it is seen whether another can be better.
+AT_ONCE = 128
 
 
 def finite_ranges(robot: Robot, whole: bool = False) -> Floats:
@@ -79,7 +81,16 @@ def clear_pose(robot: Robot) -> Floats:
     bent = np.sum(np.abs(q - middle) * ~robot.prismatic, axis=1)
     lowest = np.min(evaluate(robot, q, depth=kernel.ALL_FRAMES).link_frames[..., 2, 3], axis=-1)
     hangs = np.maximum(-lowest, 0.0) / robot.task.reach
-    worth = np.minimum(singularity(robot, q).distance, FAR) - TIDINESS * bent - hangs
+    # What each is worth at most: the search for the singular pose nearest to it takes the time.
+    worth = FAR - TIDINESS * bent - hangs
+    order, best = np.argsort(-worth, kind='stable'), -math.inf
+    for some in np.split(order, range(AT_ONCE, len(q), AT_ONCE)):
+        if worth[some[0]] < best:
+            worth[some] = -math.inf
+            continue
+        distance = singularity(robot, q[some]).distance
+        worth[some] = np.minimum(distance, FAR) - TIDINESS * bent[some] - hangs[some]
+        best = max(best, np.max(worth[some]))
     found: Floats = q[int(np.argmax(worth))] + 0.0  # no negative zero
     found.setflags(write=False)
     return found

@@ -108,6 +108,8 @@ class Sum:
 
     def __call__(self, q: Floats) -> Floats:
         """Return the value at q, shape (...,)."""
+        if not len(self.powers):
+            return np.zeros(q.shape[:-1])
         terms = self.coefficients * np.exp(1j * (q @ self.turns))
         for k in np.flatnonzero(np.any(self.powers, axis=0)):
             terms = terms * q[..., k, None] ** self.powers[:, k]

@@ -135,8 +135,10 @@ def _has_zero_beside(functions: Sequence[Numbers], q: Floats, f: Floats, G: Floa
     largest = np.abs(q) + NEAR
     size = float(np.linalg.norm(np.abs(f) + _round_off(functions, largest)))
     inverse = 2.0 / float(sigma[-1])
+    if inverse * size > NEAR / 2:
+        return False
     change = float(np.linalg.norm(_bends(functions, largest)))
-    return inverse * size <= NEAR / 2 and inverse * inverse * change * size <= 0.5
+    return inverse * inverse * change * size <= 0.5
 
 
 def _halved(functions: Sequence[Numbers], box: Box, moving: Floats) -> Zero:

@@ -1,7 +1,7 @@
 """The values of expressions at many poses at once: a walk over their trees, without any eval."""
 
-from collections.abc import Callable, Mapping
-from functools import lru_cache
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache, reduce
 from typing import Any
 
 import numpy as np
@@ -39,12 +39,30 @@ class Evaluation:
 
     def of_matrix(self, matrix: Any) -> Floats:
         """Return the values of a matrix, shape (N, rows, columns)."""
+        numbers, others = _entries(matrix)
         with np.errstate(all='ignore'):
-            entries = [self._of(entry) for entry in _entries(matrix)]
-        result = np.empty((self.poses, len(entries)), np.result_type(*entries))
-        for k, entry in enumerate(entries):
-            result[:, k] = entry
+            values = [(k, self._of(entry)) for k, entry in others]
+        result = np.empty(
+            (self.poses, len(numbers)), np.result_type(float, *(v for _, v in values))
+        )
+        result[:] = numbers
+        for k, value in values:
+            result[:, k] = value
         return result.reshape(self.poses, matrix.rows, matrix.cols)
+
+    def with_part(self, expression: Any, path: Sequence[int], part: Any) -> Floats:
+        """
+        Return N numbers of an expression whose part at the end of a path is another one.
+
+        Sympy does not build it: that takes five times as long.
+        """
+        with np.errstate(all='ignore'):
+            if not path:
+                return self._of(part)
+            values = [self._of(argument) for argument in expression.args]
+            k, *rest = path
+            values[k] = self.with_part(expression.args[k], rest, part)
+            return self._applied(expression, values)
 
     def _of(self, expression: Any) -> Floats:
         found = self._known.get(expression)
@@ -54,15 +72,14 @@ class Evaluation:
         return found
 
     def _computed(self, e: Any) -> Floats:
-        if e.is_Add or e.is_Mul:
-            total = self._of(e.args[0])
-            for part in e.args[1:]:
-                value = self._of(part)
-                total = total + value if e.is_Add else total * value
-            return total
         if e.is_number and not e.args:
-            return np.full(self.poses, float(e) if e.is_finite and e.is_real else np.nan)
-        arguments = [self._of(part) for part in e.args]
+            return np.full(self.poses, _number(e))
+        return self._applied(e, [self._of(part) for part in e.args])
+
+    def _applied(self, e: Any, arguments: list[Floats]) -> Floats:
+        # The function of an expression, of these values.
+        if e.is_Add or e.is_Mul:
+            return reduce(np.add if e.is_Add else np.multiply, arguments)
         if e.is_Pow:
             result: Floats = np.power(arguments[0], arguments[1])
             return result
@@ -74,9 +91,17 @@ class Evaluation:
 
 
 @lru_cache(maxsize=4096)
-def _entries(matrix: Any) -> tuple[Any, ...]:
-    # Sympy takes longer to list them than they take to be computed.
-    return tuple(matrix.flat())
+def _entries(matrix: Any) -> tuple[Floats, tuple[tuple[int, Any], ...]]:
+    # The numbers of a matrix, most of its entries, and the others with their places: sympy takes
+    # longer to list them than they take to be computed.
+    entries = matrix.flat()
+    plain = [e.is_number and not e.args for e in entries]
+    numbers = [_number(e) if is_plain else 0.0 for e, is_plain in zip(entries, plain)]
+    return np.array(numbers), tuple((k, e) for k, e in enumerate(entries) if not plain[k])
+
+
+def _number(e: Any) -> float:
+    return float(e) if e.is_finite and e.is_real else np.nan
 
 
 def _nowhere(first: Floats, *_: Floats) -> Floats:

@@ -6,6 +6,7 @@ Each repair is tried; the one that makes the formula right names the mistake.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import combinations
 from typing import Any
 
@@ -290,6 +291,7 @@ SOLUTION_EDITS = (
 )
 
 
+@lru_cache(maxsize=1024)
 def _text(e: Any) -> str:
     text = str(e)
     return text if len(text) <= 80 else f'{text[:77]}...'

@@ -226,13 +226,15 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
     for kind in kinds:
         tried.append(kind.name)
         for edit in kind.edits(expression, (*symbols, *known)):
-            changed = replaced(expression, edit.path, edit.part)
-            # What makes all of it vanish tells that 0 belongs there, and no cause beside it.
-            if changed == 0 and isinstance(check, QuantityCheck) and kind != EXTRA:
+            values = check.evaluation.with_part(expression, edit.path, edit.part)
+            if not check.passes(values, right[:, i, j]):
                 continue
-            if check.passes(changed, right[:, i, j]):
-                found.setdefault(edit.sentence, kind.name)
-                break
+            # What makes all of it vanish tells that 0 belongs there, and no cause beside it.
+            may_vanish = kind == EXTRA or not isinstance(check, QuantityCheck)
+            if not may_vanish and replaced(expression, edit.path, edit.part) == 0:
+                continue
+            found.setdefault(edit.sentence, kind.name)
+            break
         if len(found) > MOST_ALTERNATIVES:
             break
     if not found:

@@ -145,9 +145,9 @@ class Check(ABC):
         same = float(np.ptp(self.right, axis=0).max()) < 1e-12
         return still and same and bool(self.poses.chosen)
 
-    def passes(self, expression: Any, right: Floats) -> bool:
-        """Return whether another expression has these values, shape (N,)."""
-        return bool(self.agrees(self.evaluation.of(expression), right))
+    def passes(self, values: Floats, right: Floats) -> bool:
+        """Return whether the values (N,) of another expression are the right ones."""
+        return bool(self.agrees(values, right))
 
 
 class QuantityCheck(Check):

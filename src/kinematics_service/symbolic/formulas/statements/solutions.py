@@ -351,7 +351,7 @@ class SolutionCheck(Check):
         asked = np.isin(np.arange(self.poses.count), missed)
         return float(np.mean(search.reached({self.variable: here}, asked, limits)[asked]))
 
-    def passes(self, expression: Any, right: Floats) -> bool:
+    def passes(self, values: Floats, right: Floats) -> bool:
         """Return whether another formula gives the joint back at enough poses and at more."""
-        share = float(np.mean(self.hits(self.evaluation.of(expression))))
+        share = float(np.mean(self.hits(values)))
         return share >= BRANCH and share > self.share + BRANCH
