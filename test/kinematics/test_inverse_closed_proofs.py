@@ -11,12 +11,11 @@ import warnings
 
 import numpy as np
 import pytest
-from arms import robot_of
+from arms import robot_of, seeded
 from general_arms import apart, text_of
 
 import kinematics_service as ks
 from kinematics_service.robot.clearance_bounds import reach_of
-from kinematics_service.robot.closed_poses import closed_poses
 from kinematics_service.robot.task import seeded_poses
 
 H = math.pi / 2
@@ -299,9 +298,7 @@ REACHING = ('planar_2r', 'planar_3r', 'craig_3r', 'puma560', 'ur5e', 'xarm6', 'p
 def test_what_is_beyond_the_lengths_is_proved_to_be(name):
     robot = robot_of(name)
     reach = reach_of(robot.chain, np.array(robot.limits))
-    q = closed_poses(
-        robot.chain, seeded_poses(robot.limits, [k == 'prismatic' for k in robot.joint_types])
-    )
+    q = seeded(robot, 1000)
     away = ks.forward_kinematics(robot, q)[:, :3, 3] - reach.centre
     assert np.max(np.linalg.norm(away, axis=1)) <= reach.radius
     result = ks.inverse_kinematics(robot, [3.9, -0.3, 0.1])

@@ -465,7 +465,7 @@ def test_the_level_is_that_of_the_watched_measure(measure):
 def test_an_unknown_row_and_a_row_that_does_not_move():
     robot = robot_of('planar_2r')
     with pytest.raises(ks.KinematicsError, match=r'\(task z\)'):
-        find_task(robot.chain, robot.joint_names, robot.limits, [False] * 2, ('z',))
+        find_task(robot.chain, robot.joint_names, poses(robot), [False] * 2, ('z',))
 
 
 def test_a_wrist_whose_tool_is_in_its_centre_is_judged_by_its_turns():
