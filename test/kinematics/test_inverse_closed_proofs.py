@@ -211,7 +211,8 @@ def test_no_numbers_of_a_table_or_a_target_raise_what_is_not_said(joints):
     random = np.random.default_rng([joints, 12])
     with warnings.catch_warnings():
         warnings.simplefilter('error')
-        for k in range(4):
+        # All curves of seven joints take a second.
+        for k in range(4 if joints != 7 else 1):
             size = 10.0 ** random.uniform(-16, 6, (joints, 4))
             odd = random.random((joints, 4)) < 0.3
             rows = random.choice([0.0, 0.3], (joints, 4)) + np.where(odd, size, 0.0)

@@ -198,7 +198,7 @@ def test_singular_values_are_of_the_scaled_task_rows(name):
 
 
 @pytest.mark.slow
-@every_arm
+@pytest.mark.parametrize('name', [name for name in DISTINCT if robot_of(name).dof < 9])
 def test_a_tilted_base_changes_no_measure(name):
     robot = robot_of(name)
     B = Constant((0.7, -0.2, 1.1, 0.4, -1.0, 2.0)).matrix() @ robot.description.base.motion.matrix

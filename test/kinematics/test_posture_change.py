@@ -17,6 +17,7 @@ from general_arms import DEGREE, TABLES, general_arm, text_of
 from scipy import ndimage, sparse
 
 import kinematics_service as ks
+from kinematics_service.kinematics.postures import passage
 from kinematics_service.kinematics.postures.passage import Passages
 from kinematics_service.kinematics.postures.position_arm import NO_CUSPS
 from kinematics_service.kinematics.postures.proof import (
@@ -193,7 +194,8 @@ class Torus:
         return False
 
 
-@pytest.mark.parametrize('name', TABLES)
+# That of skew axes takes as long as three of the others.
+@pytest.mark.parametrize('name', [name for name in TABLES if name != 'skew_wrist'])
 def test_arms_without_a_spherical_wrist_change_posture(name):
     convention, rows = TABLES[name]
     change = ks.posture_change(general_arm(name))
@@ -201,7 +203,7 @@ def test_arms_without_a_spherical_wrist_change_posture(name):
     assert max(len(group.q) for group in change.groups) > 1
 
 
-@pytest.mark.parametrize('name', ['crx10ia_l', 'gen3_lite', 'xarm6', 'offset_stanford_printed'])
+@pytest.mark.parametrize('name', ['crx10ia_l', 'offset_stanford_printed'])
 def test_bundled_arms_change_posture_inside_their_limits(name):
     robot = robot_of(name)
     change = ks.posture_change(robot)
@@ -389,8 +391,10 @@ def test_a_calibrated_arm_is_not_taken_for_the_exact_one(error):
     assert proved == (PARALLEL_AXES if error < 1e-12 else '')
 
 
-def test_a_calibrated_arm_is_not_decided():
-    # Its four postures of a sign are apart but for passages of the size of its errors.
+def test_a_calibrated_arm_is_not_decided(monkeypatch):
+    # Its four postures of a sign are apart but for passages of the size of its errors: no number
+    # of poses finds them.
+    monkeypatch.setattr(passage, 'POSES', passage.POSES // 4)
     change = ks.posture_change(ur5e_off_by(1e-5))
     assert change.verdict == 'not decided'
     assert 'no path was found' in change.reason
@@ -484,11 +488,12 @@ def test_a_path_that_is_not_proved_is_no_answer(monkeypatch):
 
     def far(self, first, last):
         q = between(self, first, last)
-        return None if q is None else np.vstack([q, q[-1] + [0, 0, 0, 0, 0, 50], q[-1]])
+        return None if q is None else np.vstack([q, q[-1] + [50, 0, 0], q[-1]])
 
     monkeypatch.setattr(Passages, 'between', far)
-    assert ks.posture_change('xarm6').verdict == 'not decided'
-    assert ks.posture_change('xarm6', respect_limits=False).verdict == 'yes'
+    robot = three_joints(limits=[(-3.0, 3.0)] * 3, **WENGER)
+    assert ks.posture_change(robot).verdict == 'not decided'
+    assert ks.posture_change(robot, respect_limits=False).verdict == 'yes'
 
 
 @pytest.mark.parametrize(
