@@ -416,10 +416,15 @@ def details(random: np.random.Generator):
 
 
 def wide_arm() -> Robot:
-    # Joints that are more than the rows, as few as can be: the singular poses of seven joints take
-    # plain Python a quarter of a minute.
+    # Joints that are more than the rows, as few as can be, of which one counts for the seeds of
+    # singular poses: those of seven joints take plain Python a quarter of a minute.
     text = ks.bundled_robots()['planar_3r'].read_text(encoding='utf-8')
-    return ks.robot_from_text(text.partition('singularity:')[0] + 'singularity: {task: [x, y]}\n')
+    text = text.partition('singularity:')[0] + 'singularity: {task: [x, y]}\n'
+    spans = np.array([[0.0, 0.0, np.inf], [-3.0, 6.0, np.inf], [0.0, 0.0, np.inf]])
+    with mock.patch('kinematics_service.robot.robot.joint_spans', return_value=spans):
+        robot = ks.robot_from_text(text)
+        assert robot.arm.atlas().joints == robot.dof
+    return robot
 
 
 def visit(robot: Robot):
