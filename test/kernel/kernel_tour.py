@@ -292,7 +292,8 @@ def targets(robot: Robot, random: np.random.Generator):
         far = state.pose.copy()
         far[:3, 3] += 1e3
         # Plain Python takes minutes for all curves of solutions: they are visited one by one.
-        ks.inverse_kinematics(robot, state.pose, curves=False)
+        if robot.task.square:
+            ks.inverse_kinematics(robot, state.pose, curves=False)
         ks.inverse_kinematics(robot, state.pose, near=q, all_solutions=False)
         if robot.dof == len(ROW_NAMES):
             ks.inverse_kinematics_of_each(robot, state.pose[None], near=q)
