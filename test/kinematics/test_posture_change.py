@@ -325,6 +325,16 @@ def test_nearly_simple_arms_are_not_said_to_change_none(error):
         assert not proof_of_no_change(three_joints(**lengths)).sentence
 
 
+@pytest.mark.parametrize('name', ['d2', 'alpha2'])
+def test_axes_that_meet_or_are_parallel_but_for_round_off_alone_have_aspects(name):
+    # What is farther off is another arm than the one whose aspects would be told.
+    grids = [
+        proof_of_no_change(three_joints(**WENGER | {name: error})).grid for error in (1e-13, 1e-10)
+    ]
+    assert grids[0] is not None
+    assert grids[1] is None
+
+
 def test_an_arm_that_is_nearly_simple_changes_posture():
     lengths = WENGER | {'alpha3': 1e-3, 'r3': 0.3}
     change = ks.posture_change(three_joints(**lengths))

@@ -263,6 +263,35 @@ def test_limits_wider_than_a_turn_wind_the_arcs():
     assert count == int(np.prod(last - first + 1))
 
 
+def test_a_joint_that_makes_a_whole_turn_a_lap_goes_on_lap_by_lap():
+    # The last link is short: it turns round, and the others follow. No slice has a fold.
+    robot = ks.robot_from_text("""\
+robot: winding
+convention: standard
+joints:
+  - {name: q1, type: revolute}
+  - {name: q2, type: revolute}
+  - {name: q3, type: revolute}
+  - {name: q4, type: revolute, limits: [-1.5*pi, 1.5*pi]}
+links:
+  - {a: 0.1, alpha: 1.2, d: 0.2, theta: q1}
+  - {a: 0.5, alpha: 0.3, d: 0.1, theta: q2}
+  - {a: 0.4, alpha: -0.9, d: 0.1, theta: q3}
+  - {a: 0.05, alpha: 0, d: 0, theta: q4}
+""")
+    target = ks.forward_kinematics(robot, [0.3, -0.5, 1.1, 0.4])[:3, 3]
+    result = ks.inverse_kinematics(robot, target)
+    assert result.complete == 'proved'
+    assert len(result.families) == 2
+    for family in result.families:
+        (arc,) = family.intervals
+        assert arc.ends == (ks.IkArcEnd('q4', 'lower'), ks.IkArcEnd('q4', 'upper'))
+        ends = arc.q[[0, -1], 3]
+        np.testing.assert_allclose(ends, robot.limits[3], rtol=0, atol=AT_LIMIT)
+        positions = ks.forward_kinematics(robot, arc.q)[:, :3, 3]
+        assert np.max(np.abs(positions - target)) < REACHED
+
+
 @pytest.mark.parametrize('name', BUNDLED[:3])
 def test_singular_targets_are_not_proved(name):
     robot = redundant_arm(name)
