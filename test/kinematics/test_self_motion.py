@@ -264,7 +264,7 @@ def test_limits_wider_than_a_turn_wind_the_arcs():
 
 
 def test_a_joint_that_makes_a_whole_turn_a_lap_goes_on_lap_by_lap():
-    # The last link is short: it turns round, and the others follow. No slice has a fold.
+    # The last link is short: it turns round, and the others follow.
     robot = ks.robot_from_text("""\
 robot: winding
 convention: standard
