@@ -10,9 +10,8 @@ from random_robots import CONVENTIONS, random_arm
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.kinematics import singularity_rates
-from kinematics_service.robot.closed_poses import closed_poses
 from kinematics_service.robot.robot import build_robot
-from kinematics_service.robot.task import ROW_NAMES, seeded_poses
+from kinematics_service.robot.task import ROW_NAMES, generic_poses
 
 # Those whose loops are closed by the kernel, and all others.
 LOOPED = ('crank_slider', 'excavator', 'five_bar', 'flexpicker', 'four_bar_arm')
@@ -108,9 +107,14 @@ def random_poses(robot, count, seed=0):
     return np.random.default_rng(seed).uniform(low, high, (count, robot.dof))
 
 
+@functools.lru_cache(maxsize=16)
+def _closed(robot):
+    return generic_poses(robot.chain, robot.limits, sliding(robot))
+
+
 def seeded(robot, count):
     """Return random positions at which the loops of an arm close, if it has any."""
-    return closed_poses(robot.chain, seeded_poses(robot.limits, sliding(robot)))[:count]
+    return _closed(robot)[:count].copy()
 
 
 def away_from_flat(robot, q, least=0.1):

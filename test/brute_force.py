@@ -11,6 +11,8 @@ import kinematics_service as ks
 
 # Step of the central differences of J, in rad: its error is some 1e-10 of J.
 STEP = 1e-6
+# A pose that was found and moves no farther in a step stands, rad.
+STANDS = 1e-8
 # A search has ended where the step onto the singular set is below this, rad.
 ENDED = 1e-9
 SINGULAR = 1e-8
@@ -69,18 +71,25 @@ def descend(robot, origin, d):
     scales, rank = robot.task.column_scales, robot.task.generic_rank
     distance = np.full(len(d), np.inf)
     poses = np.full(d.shape, np.nan)
+    moving = np.arange(len(d))
     for step in range(STEPS):
         s, c, A = equations(robot, origin + d * scales)
         onto = least(A, -c)
         size, left = np.linalg.norm(d, axis=1), np.linalg.norm(onto, axis=1)
-        ended = (s[:, rank - 1] < SINGULAR * s[:, 0]) & (left < ENDED) & (size < distance)
-        distance[ended], poses[ended] = size[ended], (origin + d * scales)[ended]
+        ended = (s[:, rank - 1] < SINGULAR * s[:, 0]) & (left < ENDED) & (size < distance[moving])
+        distance[moving[ended]] = size[ended]
+        poses[moving[ended]] = (origin + d * scales)[ended]
         slide = least(A, np.einsum('Nej,Nj->Ne', A, d) - c) - d - onto
         share = 0.0 if step >= STEPS - LAST_STEPS else 1.0 if step % 8 < 4 else 0.5
         move = onto + share * slide
         length = np.linalg.norm(move, axis=1, keepdims=True)
         d = d + move * (LONGEST / np.maximum(length, LONGEST))
         d = np.where(np.linalg.norm(d, axis=1, keepdims=True) > FARTHEST, 0.0, d)
+        # What stands where it is nearest stays there.
+        goes_on = (length[:, 0] > STANDS) | ~ended
+        d, origin, moving = d[goes_on], origin[goes_on], moving[goes_on]
+        if not len(moving):
+            break
     return distance, poses
 
 

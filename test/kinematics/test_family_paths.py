@@ -75,7 +75,7 @@ def test_a_path_that_a_joint_path_made_is_followed(seed):
     'name',
     [
         'kuka_iiwa14',
-        *(pytest.param(one, marks=pytest.mark.slow) for one in ('panda', 'xarm7', 'RRPRRRR-0')),
+        *(pytest.param(one, marks=pytest.mark.slow) for one in ('panda', 'RRPRRRR-0')),
     ],
 )
 def test_seven_joints_follow_a_path_of_poses(name):
@@ -219,7 +219,7 @@ def test_an_arm_whose_arcs_are_not_known_is_not_decided():
     [
         'RRRR',
         'kuka_iiwa14',
-        *(pytest.param(one, marks=pytest.mark.slow) for one in ('panda', 'xarm7')),
+        pytest.param('panda', marks=pytest.mark.slow),
     ],
 )
 def test_an_arc_leaves_the_chords_of_its_pieces_no_farther_than_is_proved(name):

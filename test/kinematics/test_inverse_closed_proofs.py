@@ -11,12 +11,11 @@ import warnings
 
 import numpy as np
 import pytest
-from arms import robot_of
+from arms import robot_of, seeded
 from general_arms import apart, text_of
 
 import kinematics_service as ks
 from kinematics_service.robot.clearance_bounds import reach_of
-from kinematics_service.robot.closed_poses import closed_poses
 from kinematics_service.robot.task import seeded_poses
 
 H = math.pi / 2
@@ -212,7 +211,8 @@ def test_no_numbers_of_a_table_or_a_target_raise_what_is_not_said(joints):
     random = np.random.default_rng([joints, 12])
     with warnings.catch_warnings():
         warnings.simplefilter('error')
-        for k in range(4):
+        # All curves of seven joints take a second.
+        for k in range(4 if joints != 7 else 1):
             size = 10.0 ** random.uniform(-16, 6, (joints, 4))
             odd = random.random((joints, 4)) < 0.3
             rows = random.choice([0.0, 0.3], (joints, 4)) + np.where(odd, size, 0.0)
@@ -299,9 +299,7 @@ REACHING = ('planar_2r', 'planar_3r', 'craig_3r', 'puma560', 'ur5e', 'xarm6', 'p
 def test_what_is_beyond_the_lengths_is_proved_to_be(name):
     robot = robot_of(name)
     reach = reach_of(robot.chain, np.array(robot.limits))
-    q = closed_poses(
-        robot.chain, seeded_poses(robot.limits, [k == 'prismatic' for k in robot.joint_types])
-    )
+    q = seeded(robot, 1000)
     away = ks.forward_kinematics(robot, q)[:, :3, 3] - reach.centre
     assert np.max(np.linalg.norm(away, axis=1)) <= reach.radius
     result = ks.inverse_kinematics(robot, [3.9, -0.3, 0.1])

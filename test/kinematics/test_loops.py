@@ -403,7 +403,7 @@ def test_a_distance_is_to_a_singular_pose_and_about_to_the_nearest(name):
         if found.decided:
             assert found.distance < 1.1 * nearest
         checked += 1
-        if checked == 5:
+        if checked == 3:
             return
     pytest.fail('few are near a singular pose')
 

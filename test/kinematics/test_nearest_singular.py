@@ -375,10 +375,7 @@ def test_of_a_wrist_that_is_stretched_it_is_no_more_than_its_angle():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    'name',
-    ['ur5e', 'puma560', 'craig_3r', 'anthropomorphic_3r', 'planar_3r', 'offset_stanford_printed'],
-)
+@pytest.mark.parametrize('name', ['ur5e', 'craig_3r', 'planar_3r', 'offset_stanford_printed'])
 def test_where_a_file_lists_all_factors_the_nearest_is_always_found(name):
     robot = robot_of(name)
     assert robot.factors.complete
@@ -856,10 +853,10 @@ PARALLEL = (
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('error', [0.0, 1e-9, 1e-5, 1e-3, 1e-2])
+@pytest.mark.parametrize('error', [0.0, 1e-5, 1e-2])
 def test_with_errors_of_parallel_axes_the_nearest_is_found_as_well(error):
     robot = with_errors(PARALLEL, error, seed=1)
-    q = np.concatenate([random_poses(robot, 60, seed=7), brute_force.saddles(robot, 20)])
+    q = np.concatenate([random_poses(robot, 40, seed=7), brute_force.saddles(robot, 14)])
     found = ks.singularity(robot, q)
     by_force, _ = brute_force.nearest_singular(robot, q, starts=6, known=6)
     far = found.distance > 1.1 * np.minimum(by_force, 1.0) + 1e-9
@@ -897,7 +894,7 @@ MISSED_NEAR, MISSED_FAR = 0, 1
 )
 def test_at_any_range_it_is_the_true_one(name):
     robot = ARMS[name]()
-    q = random_poses(robot, 50, seed=12)
+    q = random_poses(robot, 32, seed=12)
     found = ks.singularity(robot, q)
     by_force, _ = brute_force.nearest_singular(robot, q, starts=8, known=8)
     true = np.minimum(by_force, 1.0)

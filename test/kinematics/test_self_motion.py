@@ -61,7 +61,8 @@ def assert_arcs_are_true(robot, target, result):
 
 @pytest.mark.parametrize('name', ARMS)
 def test_the_tool_stays_along_every_arc_and_the_limits_end_it(name):
-    for k in range(2):
+    # One with a joint that slides takes as long as three others.
+    for k in range(1 if name in SLIDING else 2):
         robot, q, target, result = target_and_result(name, k)
         assert result.status == 'solved'
         assert result.complete in ('proved', 'found')
@@ -162,7 +163,7 @@ def inside_by_samples(q, limits):
     return int(np.count_nonzero(inside & ~np.roll(inside, 1)))
 
 
-@pytest.mark.parametrize(('limits', 'k'), [((-2.5, 2.0), 0), ((-1.9, 1.9), 1), ((-1.0, 2.9), 1)])
+@pytest.mark.parametrize(('limits', 'k'), [((-1.9, 1.9), 1), ((-1.0, 2.9), 1)])
 def test_limits_cut_curves_into_as_many_arcs_as_dense_samples(limits, k):
     robot = random_arm('RRRRRRR', 0, limits)
     result = ks.inverse_kinematics(robot, closed_curves(k)[0], respect_limits=False)
@@ -178,7 +179,7 @@ def test_limits_cut_one_curve_into_five_arcs():
         if max(counts := [inside_by_samples(q, limits) for q in dense_samples()]) >= 5
     ]
     assert cut
-    for limits, counts in cut[::2]:
+    for limits, counts in cut[::3]:
         robot = random_arm('RRRRRRR', 0, limits)
         result = ks.inverse_kinematics(robot, target, respect_limits=False)
         found = sorted(len(family.intervals) for family in result.families)
@@ -260,6 +261,35 @@ def test_limits_wider_than_a_turn_wind_the_arcs():
                 if np.max(np.abs(turned - np.round(turned))) < 1e-6:
                     count += arc.windings
     assert count == int(np.prod(last - first + 1))
+
+
+def test_a_joint_that_makes_a_whole_turn_a_lap_goes_on_lap_by_lap():
+    # The last link is short: it turns round, and the others follow.
+    robot = ks.robot_from_text("""\
+robot: winding
+convention: standard
+joints:
+  - {name: q1, type: revolute}
+  - {name: q2, type: revolute}
+  - {name: q3, type: revolute}
+  - {name: q4, type: revolute, limits: [-1.5*pi, 1.5*pi]}
+links:
+  - {a: 0.1, alpha: 1.2, d: 0.2, theta: q1}
+  - {a: 0.5, alpha: 0.3, d: 0.1, theta: q2}
+  - {a: 0.4, alpha: -0.9, d: 0.1, theta: q3}
+  - {a: 0.05, alpha: 0, d: 0, theta: q4}
+""")
+    target = ks.forward_kinematics(robot, [0.3, -0.5, 1.1, 0.4])[:3, 3]
+    result = ks.inverse_kinematics(robot, target)
+    assert result.complete == 'proved'
+    assert len(result.families) == 2
+    for family in result.families:
+        (arc,) = family.intervals
+        assert arc.ends == (ks.IkArcEnd('q4', 'lower'), ks.IkArcEnd('q4', 'upper'))
+        ends = arc.q[[0, -1], 3]
+        np.testing.assert_allclose(ends, robot.limits[3], rtol=0, atol=AT_LIMIT)
+        positions = ks.forward_kinematics(robot, arc.q)[:, :3, 3]
+        assert np.max(np.abs(positions - target)) < REACHED
 
 
 @pytest.mark.parametrize('name', BUNDLED[:3])

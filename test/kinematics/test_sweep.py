@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from arms import DISTINCT, robot_of
+from arms import DISTINCT_BUNDLED, robot_of
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
@@ -52,7 +52,7 @@ def test_nothing_in_nothing_out():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', DISTINCT)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_a_robot_that_travels_is_the_same_to_the_last_bit(name):
     robot = robot_of(name)
     q = positions(robot, 50)

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from arms import BUNDLED, DISTINCT_BUNDLED, robot_of
+from arms import DISTINCT_BUNDLED, robot_of
 from tolerances import DIFFERENCE, DIFFERENCE_STEP
 
 import kinematics_service as ks
@@ -102,7 +102,7 @@ def test_the_smooth_path_keeps_its_share_of_the_velocity_limits(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_the_smooth_path_leads_from_regular_poses_through_a_singular_one(name):
     robot = robot_of(name)
     motion = motion_of(name)
@@ -163,7 +163,7 @@ def test_the_clearest_ways_are_those_of_all_poses(name, away):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_singular_poses_are_singular_and_inside(name):
     robot = robot_of(name)
     q = singular_poses(robot, robot.limits)

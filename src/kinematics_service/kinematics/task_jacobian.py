@@ -9,7 +9,7 @@ from ..errors import PointError
 from ..kernel import Floats
 from ..robot.points import TOOL
 from ..robot.robot import Robot
-from ..robot.task import Task, find_task
+from ..robot.task import Task, find_task, generic_poses
 from .arguments import rows_in_order
 
 
@@ -33,7 +33,8 @@ def task_of(robot: Robot, rows: Sequence[str] | None, of: str | int = TOOL) -> T
 @functools.lru_cache(maxsize=128)
 def _found(robot: Robot, rows: tuple[str, ...], of: str | int) -> Task:
     chain, length = robot.point(of).chain, robot.task.length
-    return find_task(chain, robot.joint_names, robot.limits, robot.prismatic, rows, length)
+    q = generic_poses(chain, robot.limits, robot.prismatic)
+    return find_task(chain, robot.joint_names, q, robot.prismatic, rows, length)
 
 
 def task_jacobian(task: Task, J: Floats) -> Floats:

@@ -15,7 +15,6 @@ from ..typography import counted
 from .bundled import RobotSource, bundled_robots, find_robot
 from .cell import read_robot
 from .chain import FrozenArrays
-from .closed_poses import closed_poses
 from .factors import Factors, read_factors, with_loops
 from .file.parts.description import Factor, RobotDescription
 from .file.parts.loop_groups import group_name, loop_groups
@@ -26,7 +25,7 @@ from .measure_places import MeasurePlaces, measure_places
 from .measures import MEASURES, Thresholds, thresholds_for
 from .points import TOOL, Point, described_point, ending_at, known_points
 from .points import with_tool as described_with_tool
-from .task import Task, find_task, seeded_poses
+from .task import Task, find_task, generic_poses
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,9 +238,9 @@ def build_robot(description: RobotDescription) -> Robot:
     names = tuple(joint.name for joint in joints)
     prismatic = [joint.type == 'prismatic' for joint in joints]
     try:
-        task = find_task(chain, names, limits, prismatic, settings.task, settings.length)
-        seeded = closed_poses(chain, seeded_poses(limits, prismatic))
-        factors = with_loops(read_factors(description, chain, task, seeded), description, chain)
+        q = generic_poses(chain, limits, prismatic)
+        task = find_task(chain, names, q, prismatic, settings.task, settings.length)
+        factors = with_loops(read_factors(description, chain, task, q), description, chain)
         thresholds = thresholds_for(task, settings.measure, settings.warn, settings.stop)
     except KinematicsError as error:
         raise RobotFileError((Fault(description.file, 1, 'singularity', str(error)),)) from None
@@ -272,12 +271,10 @@ def _built_for_its_joints(description: RobotDescription) -> Robot:
         return build_robot(description)
     joints = [joint for joint in description.joints if not joint.unused]
     chain = chain_of(replace(description, joints=tuple(joints)), None)
-    task = find_task(
-        chain,
-        [joint.name for joint in joints],
-        np.array([[joint.lower, joint.upper] for joint in joints]),
-        [joint.type == 'prismatic' for joint in joints],
-    )
+    limits = np.array([[joint.lower, joint.upper] for joint in joints])
+    prismatic = [joint.type == 'prismatic' for joint in joints]
+    q = generic_poses(chain, limits, prismatic)
+    task = find_task(chain, [joint.name for joint in joints], q, prismatic)
     judged = replace(description.singularity, task=task.rows)
     return build_robot(replace(description, singularity=judged))
 
@@ -288,9 +285,8 @@ def with_singularity(
     """Return the same robot judged with another characteristic length (m) or other thresholds."""
     task = robot.task
     if length is not None and length != task.length:
-        task = find_task(
-            robot.chain, robot.joint_names, robot.limits, robot.prismatic, task.rows, length
-        )
+        q = generic_poses(robot.chain, robot.limits, robot.prismatic)
+        task = find_task(robot.chain, robot.joint_names, q, robot.prismatic, task.rows, length)
     return replace(robot, task=task, thresholds=thresholds or robot.thresholds)
 
 
@@ -339,7 +335,7 @@ def _holds(robot: Robot, factor: Factor) -> bool:
     # Whether a factor is zero at singular poses alone.
     description = _with_factors(robot.description, (factor,))
     try:
-        q = closed_poses(robot.chain, seeded_poses(robot.limits, robot.prismatic))
+        q = generic_poses(robot.chain, robot.limits, robot.prismatic)
         read_factors(description, robot.chain, robot.task, q)
     except KinematicsError:
         return False

@@ -116,6 +116,11 @@ def seeded_poses(limits: Floats, prismatic: Iterable[bool]) -> Floats:
     return random.uniform(low, high, (SEEDED_POSES, len(low)))
 
 
+def generic_poses(chain: Chain, limits: Floats, prismatic: Iterable[bool]) -> Floats:
+    """Return those of the seeded poses (N, n), and others like them, at which loops close."""
+    return closed_poses(chain, seeded_poses(limits, prismatic))
+
+
 def _rank(J: Floats) -> int:
     # The rank most poses have: the largest over all of them, which a few show for most arms.
     rank = 0
@@ -163,20 +168,22 @@ def _default_rows(J: Floats, moved: Sequence[bool]) -> tuple[str, ...]:
 def find_task(
     chain: Chain,
     joint_names: Sequence[str],
-    limits: Floats,
+    q: Floats,
     prismatic: Iterable[bool],
     rows: tuple[str, ...] | None = None,
     length: float | None = None,
 ) -> Task:
     """
-    Return the task of an arm, over `SEEDED_POSES` poses inside its limits.
+    Return the task of an arm, over poses inside its limits.
 
     Parameters
     ----------
     chain
         The arm.
-    joint_names, limits, prismatic
+    joint_names, prismatic
         As `robot.Robot` has them.
+    q : shape (N, n), rad or m
+        Its `generic_poses`.
     rows
         Rows asked for; without them the linear ones where they have generic rank n or more (for
         six joints and more: all six), else the angular ones, else all that move.
@@ -188,7 +195,6 @@ def find_task(
     KinematicsError
         No joint moves the tool, or none moves the rows asked for.
     """
-    q = closed_poses(chain, seeded_poses(limits, prismatic))
     T, J = poses_and_jacobians(chain, q)
     frame_0 = chain.table.frame_offset[0]
     rotation = frame_0[:, :3].copy()

@@ -32,11 +32,12 @@ def _rotate(H: Flat, Z: Flat, size: int, i: int, j: int) -> None:
         Z[j * size + k] = s * x + c * y
 
 
-def diagonalise(H: Flat, Z: Flat, size: int) -> None:
+def diagonalise(H: Flat, Z: Flat, size: int, negligible: float) -> None:
     """
     Turn a symmetric matrix H (size, size) into a diagonal one, and fill Z with its eigenvectors.
 
-    They are the rows of Z, in no order; H[i, i] is the eigenvalue of row i.
+    They are the rows of Z, in no order; H[i, i] is the eigenvalue of row i. What is left beside
+    the diagonal is negligible, as a share of the largest entry on it.
     """
     for i in range(size):
         for j in range(size):
@@ -47,7 +48,7 @@ def diagonalise(H: Flat, Z: Flat, size: int) -> None:
             largest = max(largest, abs(H[i * size + i]))
             for j in range(i + 1, size):
                 worst = max(worst, abs(H[i * size + j]))
-        if not worst > NEGLIGIBLE * largest:
+        if not worst > negligible * largest:
             return
         for i in range(size):
             for j in range(i + 1, size):
@@ -86,4 +87,4 @@ def damped_step(n: int, A: Flat, g: Flat, damping: float, L: Flat, step: Flat) -
 def eigenvectors(H: Floats, Z: Floats) -> None:
     """Do what `diagonalise` does, of arrays."""
     size = arrays.extent(H, 0)
-    diagonalise(arrays.results(H, size * size), arrays.results(Z, size * size), size)
+    diagonalise(arrays.results(H, size * size), arrays.results(Z, size * size), size, NEGLIGIBLE)

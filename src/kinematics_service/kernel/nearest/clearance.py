@@ -23,8 +23,9 @@ from .cubic import Cubic
 from .expansion import Expansion
 from .singular_equations import SingularEquations
 
-# Halvings of the radius; sums of the complement's numbers that are tried as they are.
-HALVINGS, SUMS = 32, 4
+# Halvings of the radius at most, and how near to it they end, as a share; sums of the complement's
+# numbers that are tried as they are.
+HALVINGS, NEAR, SUMS = 32, 1e-5, 4
 # A pose is singular where a singular value is below this share of the largest, as for the search:
 # lengths that are rounded leave one that is not zero.
 SINGULAR = 1e-7
@@ -273,12 +274,16 @@ class Clearance:
         self.sum.write_sizes()
         self.sum.diagonalise()
         good, bad = best, places.FARTHEST
+        if not self._is_proved((1.0 + NEAR) * best + NEAR * NEAR):
+            return best
         for _ in range(HALVINGS):
             r = 0.5 * (good + bad)
             if self._is_proved(r):
                 good = r
             else:
                 bad = r
+            if bad - good < NEAR * good:
+                break
         return good
 
     def _is_proved(self, r: float) -> bool:

@@ -152,7 +152,7 @@ class Cubic:
         d = self.count
         for p in range(d * d):
             self.H[p] = 2.0 * self.Q[p]
-        symmetric.diagonalise(self.H, self.Z, d)
+        symmetric.diagonalise(self.H, self.Z, d, symmetric.NEGLIGIBLE)
         for i in range(d):
             self.turned[i] = arrays.dot(arrays.after(self.Z, i * d), self.g, d)
 

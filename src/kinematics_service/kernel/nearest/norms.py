@@ -7,6 +7,8 @@ from ..measures import symmetric
 
 # Of a norm, as a share.
 ROUND_OFF = 1e-12
+# What is left beside a diagonal, as a share of it: a bound is larger by a few of these.
+COARSE = 1e-4
 
 
 class Norms:
@@ -34,8 +36,11 @@ class Norms:
                 value = arrays.dot(a, arrays.after(self.W, j * length), length)
                 self.G[i * count + j] = value
                 self.G[j * count + i] = value
-        symmetric.diagonalise(self.G, self.Z, count)
+        symmetric.diagonalise(self.G, self.Z, count, COARSE)
         largest = 0.0
         for i in range(count):
-            largest = max(largest, self.G[i * count + i])
+            around = 0.0  # Gershgorin: no eigenvalue is beyond the sum of a row
+            for j in range(count):
+                around += abs(self.G[i * count + j])
+            largest = max(largest, around)
         return (1.0 + ROUND_OFF) * math.sqrt(largest)

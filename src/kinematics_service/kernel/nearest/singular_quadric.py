@@ -142,7 +142,7 @@ class SingularQuadric:
         if self.diagonal:
             return
         self.diagonal = True
-        symmetric.diagonalise(self.K, self.Z, n)
+        symmetric.diagonalise(self.K, self.Z, n, symmetric.NEGLIGIBLE)
         self.steep = 0
         for i in range(n):
             self.along[i] = arrays.dot(arrays.after(self.Z, i * n), self.g, n)

@@ -13,9 +13,8 @@ from ....kernel import Floats
 from ....rigid_motion import inverse
 from ....robot.chain import FrozenArrays
 from ....robot.clearance_bounds import Reach, reach_of
-from ....robot.closed_poses import closed_poses
 from ....robot.robot import Robot
-from ....robot.task import ROW_NAMES, least_motion, seeded_poses
+from ....robot.task import ROW_NAMES, generic_poses, least_motion, seeded_poses
 from ...forward import forward_kinematics
 from .chain_geometry import (
     meeting_point,
@@ -139,8 +138,8 @@ def _idle_motions(
     robot: Robot, rows: tuple[str, ...], axis: str, scales: Floats
 ) -> tuple[Floats, int]:
     # Returns the motions in the null space of every J, and the rank of J at most poses.
-    seeded = closed_poses(robot.chain, seeded_poses(robot.limits, robot.prismatic))
-    q = np.ascontiguousarray(seeded[:POSES])
+    poses = generic_poses(robot.chain, robot.limits, robot.prismatic)
+    q = np.ascontiguousarray(poses[:POSES])
     n = robot.dof
     sigma, motions = np.zeros((len(q), n)), np.zeros((len(q), n, n))
     # Of any pose: only what counts of it matters.
