@@ -351,7 +351,7 @@ def _write_seed(n: int, i: int, spans: Flat, u: Flat) -> None:
     for j in range(n):
         if spans[2 * j + 1] > 0.0:
             counted += 1
-    for _ in range(40):
+    for _ in range(40 if counted > 0 else 0):
         power = 1.0
         for _ in range(counted):
             power *= ratio

@@ -276,6 +276,8 @@ class Clearance:
         good, bad = best, places.FARTHEST
         if not self._is_proved((1.0 + NEAR) * best + NEAR * NEAR):
             return best
+        if self._is_proved(bad):
+            return bad
         for _ in range(HALVINGS):
             r = 0.5 * (good + bad)
             if self._is_proved(r):
