@@ -6,14 +6,15 @@ Each name is imported when it is first used, so that the command line answers `-
 Ctrl-C, before the kernel is loaded.
 """
 
-import signal
+# Not `signal`, which makes enumerations of these first: Ctrl-C is heard in the meantime.
+import _signal
 import sys
 
 # As a command this file comes before `__main__`: Ctrl-C ends it without a traceback from here on.
 _program = sys.argv[0] if sys.argv else ''
 _is_command = (_program == '-m' and __name__ in sys.orig_argv) or _program.endswith(f'/{__name__}')
-if _is_command and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+if _is_command and _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
+    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
 
 from functools import partial  # noqa: E402
 from importlib import import_module  # noqa: E402
