@@ -60,9 +60,9 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
 
 
 def processes(arguments: list[str]) -> int:
-    """Return one for each core and one more, since node tests wait; 0 for a single file."""
+    """Return one for each core and two more, since node tests wait; 0 for a single file."""
     files = {argument.partition('::')[0] for argument in arguments}
-    most = len(os.sched_getaffinity(0)) + 1
+    most = len(os.sched_getaffinity(0)) + 2
     if all(file.endswith('.py') for file in files):
         most = min(most, len(files))
     return most if most > 1 else 0
@@ -169,7 +169,15 @@ def ros_domain() -> Iterator[int]:
     start = random.SystemRandom().randrange(100)
     candidates = iter(range(start, start + 100))
     before = dict(os.environ)
-    with coordinator.domain_id(lambda: next(candidates) % 100 + 1) as domain:
+    from kinematics_service.ros.process import middleware
+
+    with (
+        coordinator.domain_id(lambda: next(candidates) % 100 + 1) as domain,
+        pytest.MonkeyPatch.context() as patch,
+    ):
+        # A command that is called within this process would give each node that is made here later
+        # ports for its requests, which Fast DDS never gives back.
+        patch.setattr(middleware, 'ports_are_free', lambda: False)
         for name in ROS_SETTINGS:
             os.environ.pop(name, None)
         os.environ['ROS_DOMAIN_ID'] = str(domain)
