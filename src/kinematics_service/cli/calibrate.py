@@ -1,6 +1,7 @@
 """The command `calibrate`: from the nominal table of an arm to this very one."""
 
 import math
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -54,8 +55,9 @@ from .recording_options import (
 from .zero_options import POINT, SheetChoice, ZeroOptions, given_zeros
 
 # What options of several values are where they are not given: typer before 0.10 knows no None.
+# No file has such a path.
 USUAL = TermColumns()
-NO_FILES = (Path(), Path())
+NO_FILES = (Path(os.devnull, 'none'), Path(os.devnull, 'none'))
 PLANS = ('.csv', '.yaml', '.yml')
 # Outputs that replace no file unless they are told to.
 OVERWRITTEN_BY_FORCE = ('--output', '--plan')

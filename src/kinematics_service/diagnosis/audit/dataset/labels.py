@@ -105,8 +105,8 @@ def _arrow_of(values: Any) -> Any:
     # Not lists of fixed size: where one is missing, most versions of pyarrow write no such column
     # or cannot read it.
     good = ~mask[:, 0]
-    begins = values.shape[1] * np.append(0, np.cumsum(good)).astype(np.int32)
-    begins = pa.array(begins, mask=np.append(~good, False))
+    begins = values.shape[1] * np.append(0, np.cumsum(good))
+    begins = pa.array(begins, pa.int32(), mask=np.append(~good, False))
     return pa.ListArray.from_arrays(begins, pa.array(values.data[good].reshape(-1)))
 
 
