@@ -63,6 +63,14 @@ def test_a_plan_is_refuted_where_a_loop_does_not_close(tmp_path, capsys):
     assert 'Not decided: the largest sampled speed of the tool is' in said
 
 
+def closes(robot, q):
+    try:
+        ks.forward_kinematics(robot, q)
+    except ks.LoopError:
+        return False
+    return True
+
+
 @pytest.mark.slow
 def test_an_audit_names_loops_that_are_closed_together(tmp_path, capsys):
     robot, plan = tmp_path / 'planar.yaml', tmp_path / 'plan.yaml'
@@ -95,7 +103,9 @@ def test_an_audit_names_loops_that_are_closed_together(tmp_path, capsys):
     )
     main(['audit', str(recording), '--robot', str(robot)])
     said = ' '.join(capsys.readouterr().out.split())
-    assert '22 messages made no new state: loop does not close (22).' in said
+    open_ = sum(not closes(ks.load_robot(robot), q) for q in rows)
+    assert 10 < open_ < 30
+    assert f'{open_} messages made no new state: loop does not close ({open_}).' in said
     assert 'The arm comes too close to a singularity (right_arm + top_arm): distance' in said
 
 

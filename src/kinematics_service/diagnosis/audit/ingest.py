@@ -128,8 +128,12 @@ class Ingest:
                 k += 1
                 if accepted and end - k >= SHORTEST_RUN:
                     self._columns(block, k - 1, end - 1, rows)
-                    # The result of the estimator is known, but not its memory afterwards.
+                    # The result of the estimator is known, but not its memory afterwards. The
+                    # message is counted with those of its run, also where its loops do not close.
+                    counts = self.counts.copy()
                     self._estimator.accept(block.sample(end - 2))
+                    self.counts.clear()
+                    self.counts.update(counts)
                     k = end - 1
         self._message += len(block)
         self._pending = (rows.timeout, rows.reset)
@@ -236,7 +240,7 @@ class Ingest:
             qdot[1:],
             differenced[1:],
         )
-        self.counts[ACCEPTED] += len(q) - 2
+        self.counts[ACCEPTED] += len(q) - 1
 
     def _differences(self, q: Floats, stamps: Times, longest: int) -> Floats:
         # Row by row against the row before, as the estimator takes one.
