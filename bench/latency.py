@@ -2,14 +2,16 @@
 Lost messages, latency, memory and unanswered requests: node, feeder and listener, three processes.
 
     python bench/latency.py [--rate 1000] [--seconds 60] [--robot ur5e]
-        [--burners 0] [--reliability reliable] [--depth 1000]
+        [--burners 0] [--reliability reliable] [--depth 1000] [--targets 0] [--reload]
 
 The listener hears pose, Jacobian, twist and one scalar; lost is what was sent and came with no
 pose, told what the node's diagnostics say was lost. Latency is from the stamp to the listener's
 callback, by sixths of the time. Every half second the node is asked to describe itself; an answer
 is late if it comes after the next call. `--burners` are processes that only compute: the feeder
-then comes before others, as a driver does. `--seconds 3600` is the soak: a line every five minutes
-says what there was by then.
+then comes before others, as a driver does. `--targets` is the rate of target poses (Hz), which
+another process sends; with `--reload` every second request is one to read the robot again.
+`--seconds 3600 --targets 30 --reload` is the soak: a line every five minutes gives the figures so
+far.
 """
 
 import argparse
@@ -59,14 +61,39 @@ def feed(options):
     time.sleep(2.0)
 
 
+def feed_targets(options):
+    """Publish target poses that the arm can reach, at their rate, until SIGINT."""
+    import rclpy
+    from geometry_msgs.msg import PoseStamped
+
+    import kinematics_service as ks
+    from kinematics_service import kernel
+
+    rclpy.init()
+    peer = rclpy.create_node('target_feeder')
+    publisher = peer.create_publisher(PoseStamped, '/kinematics/target_pose', 10)
+    robot = ks.load_robot(options.robot)
+    joints, message, xyzw = np.arange(robot.dof), PoseStamped(), np.empty((1, 4))
+    message.header.frame_id = robot.base_frame
+    for k in paced(options.targets):
+        T = ks.forward_kinematics(robot, np.sin(0.01 * k + joints))
+        kernel.quaternions(T[None], xyzw)
+        place, turn = message.pose.position, message.pose.orientation
+        place.x, place.y, place.z = map(float, T[:3, 3])
+        turn.x, turn.y, turn.z, turn.w = map(float, xyzw[0])
+        message.header.stamp = peer.get_clock().now().to_msg()
+        publisher.publish(message)
+
+
 class Listener:
     """Hears what the node answers, says of itself, and is asked for."""
 
-    def __init__(self):
+    def __init__(self, reload=False):
         import rclpy
         from diagnostic_msgs.msg import DiagnosticArray
         from geometry_msgs.msg import PoseStamped, TwistStamped
         from rclpy.experimental import EventsExecutor
+        from sensor_msgs.msg import JointState
         from std_msgs.msg import Float64, Float64MultiArray
         from std_srvs.srv import Trigger
 
@@ -77,13 +104,23 @@ class Listener:
         for kind, name in zip((Float64MultiArray, TwistStamped, Float64), TOPICS):
             self._subscribe(kind, name, lambda data: None)
         self.node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
-        self._client = self.node.create_client(Trigger, '/kinematics/describe')
+        names = ('describe', 'reload') if reload else ('describe',)
+        self._clients = [self.node.create_client(Trigger, f'/kinematics/{name}') for name in names]
+        self.refused = self.targets = 0
+        self._subscribe(JointState, 'ik/joint_states', self._count_target)
         self._request, self._last = Trigger.Request(), time.monotonic()
         self.executor = EventsExecutor()
         self.executor.add_node(self.node)
 
     def _subscribe(self, kind, name, hear):
         self.node.create_subscription(kind, f'/kinematics/{name}', hear, 1000, raw=True)
+
+    def _count_target(self, data):
+        self.targets += 1
+
+    def _on_answer(self, future, asked):
+        self.waits.append(time.monotonic() - asked)
+        self.refused += not future.result().success
 
     def _on_diagnostics(self, message):
         self.told = {pair.key: pair.value for pair in message.status[0].values}
@@ -93,13 +130,13 @@ class Listener:
         from rclpy.task import Future
 
         self.executor.spin_until_future_complete(Future(), timeout_sec=seconds)
-        now = time.monotonic()
-        if now - self._last < ASKED_EVERY or not self._client.service_is_ready():
+        now, client = time.monotonic(), self._clients[self.asked % len(self._clients)]
+        if now - self._last < ASKED_EVERY or not client.service_is_ready():
             return
         self._last = now
         self.asked += 1
-        self._client.call_async(self._request).add_done_callback(
-            lambda future: self.waits.append(time.monotonic() - now)
+        client.call_async(self._request).add_done_callback(
+            lambda future: self._on_answer(future, now)
         )
 
     @property
@@ -108,7 +145,8 @@ class Listener:
         late = sum(wait > ASKED_EVERY for wait in self.waits)
         return (
             f'{self.asked} requests, {len(self.waits)} answered, {late} of them late, '
-            f'longest {max(self.waits, default=0.0):.2f} s'
+            f'{self.refused} refused, longest {max(self.waits, default=0.0):.2f} s; '
+            f'{self.targets} targets answered'
         )
 
 
@@ -170,10 +208,14 @@ def main():
     parser.add_argument('--burners', type=int, default=0)
     parser.add_argument('--reliability', choices=('reliable', 'best_effort'), default='reliable')
     parser.add_argument('--depth', type=int, help="of the node's queue")
-    parser.add_argument('--feed', action='store_true', help=argparse.SUPPRESS)
+    parser.add_argument('--targets', type=float, default=0.0, help='rate of target poses, Hz')
+    parser.add_argument('--reload', action='store_true', help='reload the robot every second')
+    for part in ('--feed', '--feed-targets'):
+        parser.add_argument(part, action='store_true', help=argparse.SUPPRESS)
     options = parser.parse_args()
-    if options.feed:
-        feed(options)
+    if options.feed or options.feed_targets:
+        with contextlib.suppress(KeyboardInterrupt):
+            (feed if options.feed else feed_targets)(options)
         return
     queue = ('-p', f'qos_overrides./joint_states.subscription.depth:={options.depth}')
     arguments = ('--ros-args', *queue) if options.depth else ()
@@ -181,7 +223,10 @@ def main():
         server = stack.enter_context(running(node('--robot', options.robot, *arguments)))
         for _ in range(options.burners):
             stack.enter_context(running([sys.executable, '-c', BURN], stderr=subprocess.DEVNULL))
-        listener = Listener()
+        if options.targets:
+            targets = [sys.executable, __file__, *sys.argv[1:], '--feed-targets']
+            stack.enter_context(running(targets))
+        listener = Listener(options.reload)
         found, used = watch(server, listener)
     report(options, listener, found, used)
     print(f'exit code of the node: {server.returncode}')
