@@ -40,7 +40,6 @@ ROOMS = (
     'kinematics/inverse',
     'kinematics/plans',
     'kinematics/family_paths',
-    'kinematics/postures',
     'kinematics/uncertainty',
     'estimation',
     'symbolic/algebra',

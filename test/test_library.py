@@ -40,7 +40,6 @@ API = """
     joint_velocity ServoSettings ServoStep
     check_plan PlanCheck PlanError
     follow_family FamilyPath FollowedPath ArcLink
-    posture_change PostureChange PostureGroup PosturePath
     diagnose_frames FrameDiagnosis judge_table
     calibrate Calibration propose_poses ProposedPoses LineOfSight ToolLoads
     pose_covariance twist_covariance

@@ -54,10 +54,6 @@ from .kinematics.null_space import null_space as null_space
 from .kinematics.null_space import self_motion as self_motion
 from .kinematics.plans.check import check_plan as check_plan
 from .kinematics.plans.verdicts import PlanCheck as PlanCheck
-from .kinematics.postures.change import posture_change as posture_change
-from .kinematics.postures.result import PostureChange as PostureChange
-from .kinematics.postures.result import PostureGroup as PostureGroup
-from .kinematics.postures.result import PosturePath as PosturePath
 from .kinematics.pseudo_inverse import PseudoInverse as PseudoInverse
 from .kinematics.pseudo_inverse import pseudo_inverse as pseudo_inverse
 from .kinematics.scale import MotionScale as MotionScale

@@ -32,7 +32,7 @@ from kinematics_service.robot.bundled import GROUPS
 
 COMMANDS = ('check', 'fk', 'jacobian', 'robots', 'demo', 'echo')
 EVERY_COMMAND = (
-    'check, new, fk, ik, postures, jacobian, compare, derive, audit, calibrate, export, import, '
+    'check, new, fk, ik, jacobian, compare, derive, audit, calibrate, export, import, '
     'plot, robots, demo, echo, view'
 )
 ROBOTS = tuple(ks.bundled_robots())

@@ -24,7 +24,6 @@ COMMANDS = {
     'new': 'Write a robot file to begin with.',
     'fk': 'Print the pose of the tool.',
     'ik': 'Find joint positions for a pose of the tool.',
-    'postures': 'Say whether the arm can change its posture.',
     'jacobian': 'Print the Jacobian and the twist of the tool.',
     'compare': 'Compare your own formulas with the right ones.',
     'derive': 'Derive the kinematics exactly.',
@@ -46,7 +45,7 @@ WITH_ROS = ('calibrate', 'demo', 'echo', 'view')
 ROBOT_FIRST = ('check', 'compare', 'derive', 'export', 'plot')
 # What a first argument that stands alone is of those that take all theirs by options.
 FIRST_OPTION = {
-    **dict.fromkeys(('demo', 'fk', 'ik', 'jacobian', 'postures', 'view'), ROBOT),
+    **dict.fromkeys(('demo', 'fk', 'ik', 'jacobian', 'view'), ROBOT),
     'import': '--urdf',
 }
 # What typer says of a value, and plain words for it.

@@ -1,1 +1,0 @@
-"""Postures of an arm: whether it can change from one to another without a singular pose."""
