@@ -735,13 +735,10 @@ def test_positions_as_large_as_doubles_can_be_are_rejected(arm):
 
 
 def test_a_topic_whose_publishers_are_silent_is_not_named_as_another_one():
-    driver = SimpleNamespace(node_name='driver', node_namespace='/')
     node = SimpleNamespace(
         count_publishers=lambda topic: 1,
-        get_name=lambda: 'kinematics',
-        get_namespace=lambda: '/',
+        publishers=[],
         get_topic_names_and_types=lambda: [('/joint_states', [JOINT_STATES])],
-        get_publishers_info_by_topic=lambda topic: [driver],
     )
     assert why_no_joint_states(node, '/joint_states', 'joint_states') == (
         'no joint state has come on /joint_states: its publishers are silent; '

@@ -10,6 +10,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import (
     AccelStamped,
@@ -48,6 +49,7 @@ LATE = 0.2
 PER_MESSAGE = {
     'pose': PoseStamped,
     'jacobian': Float64MultiArray,
+    'jacobian/stamp': Time,
     'twist': TwistStamped,
     'velocity': VelocityStamped,
     'acceleration': AccelStamped,

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import (
     AccelStamped,
     PoseArray,
@@ -37,6 +38,7 @@ from .output_messages import (
     link_frames,
     link_frames_template,
     measure_numbers,
+    no_numbers,
     null_space_numbers,
     null_space_template,
     pose_numbers,
@@ -46,6 +48,7 @@ from .output_messages import (
     scalar_template,
     self_motion_numbers,
     self_motion_template,
+    stamp_template,
     twist_numbers,
     twist_template,
     twist_with_covariance_numbers,
@@ -88,6 +91,7 @@ def overridable(qos: QoSProfile) -> dict[str, Any]:
 
 
 JOINT_STATES = 'joint_states'
+POSE = '~/pose'
 WARNING = '~/singularity/warning'
 DIAGNOSTICS = '/diagnostics'
 DESCRIBE = '~/describe'
@@ -157,8 +161,9 @@ def _clearance(report: StateReport) -> Any:
 
 
 TOPICS = (
-    OutputTopic('~/pose', PoseStamped, pose_template, pose_numbers),
+    OutputTopic(POSE, PoseStamped, pose_template, pose_numbers),
     OutputTopic('~/jacobian', Float64MultiArray, jacobian_template, jacobian_numbers),
+    OutputTopic('~/jacobian/stamp', Time, stamp_template, no_numbers),
     OutputTopic('~/twist', TwistStamped, twist_template, twist_numbers, of_motion=True),
     OutputTopic('~/velocity', VelocityStamped, velocity_template, twist_numbers, of_motion=True),
     OutputTopic(
@@ -239,7 +244,8 @@ TOPICS = (
 OF_POINTS = tuple(
     topic
     for topic in TOPICS
-    if topic.name in ('~/pose', '~/jacobian', '~/twist', '~/acceleration', '~/wrench')
+    if topic.name
+    in (POSE, '~/jacobian', '~/jacobian/stamp', '~/twist', '~/acceleration', '~/wrench')
 )
 
 
