@@ -146,7 +146,8 @@ def _verdict(arm: estimator.Estimator, topic: str, heard: InputState) -> tuple[L
             # Outcomes of messages, if any has come.
             who = ', '.join(f'{one}: {count}' for one, count in heard.counts.items() if count)
             what = f'no {"complete " if who else ""}joint state was received on {topic}'
-            who = who or counted(len(heard.publishers), 'publisher')
+            count = len(heard.publishers)
+            who = who or (counted(count, 'publisher') if count else 'no publisher')
             return Level.ERROR, f'{what} ({who}): missing {missing}'
         return Level.ERROR, f'joint states are stale: missing {missing}'
     if warnings := '; '.join(_warnings(arm, heard)):
