@@ -329,6 +329,16 @@ def test_a_best_effort_publisher_that_comes_later_is_heard_and_nothing_is_lost(a
     assert set(given_back) == {0}
 
 
+def test_the_input_is_best_effort_again_when_its_publishers_have_gone(arm):
+    one = arm()
+    assert one.counts()['reliability'] == 'best effort'
+    driver = one.other('driver')
+    steady = one.speaker('/joint_states', node=driver)
+    one.spin_until(lambda: one.counts()['reliability'] == 'reliable', 'reliability')
+    driver.destroy_publisher(steady)
+    one.spin_until(lambda: one.counts()['reliability'] == 'best effort', 'best effort')
+
+
 @BOTH_TRANSPORTS
 def test_a_message_published_once_by_one_who_goes_at_once_is_answered(arm):
     one = arm()

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from builtin_interfaces.msg import Time
 from geometry_msgs.msg import (
     AccelStamped,
     Pose,
@@ -62,6 +61,9 @@ class Copied(NamedTuple):
         Return their columns in a row of so many numbers and, beyond its end, in the measures.
         """
         return self.columns + row if self.of_measures else self.columns % row
+
+
+NO_NUMBERS = Copied(np.empty(0, dtype=np.int64))  # of a message that is a stamp
 
 
 class WithCovariance(NamedTuple):
@@ -166,16 +168,6 @@ def scalar_template(settings: NodeSettings) -> Float64:
 def jacobian_template(settings: NodeSettings) -> Float64MultiArray:
     """Return J, row-major 6 x n, with labelled rows and columns."""
     return matrix_message((ROW_LABELS[settings.row_order], 6), _joints(settings))
-
-
-def stamp_template(settings: NodeSettings) -> Time:
-    """Return the stamp of the joint state, for a message without one."""
-    return Time()
-
-
-def no_numbers(settings: NodeSettings) -> Copied:
-    """Return that a message has a stamp alone."""
-    return Copied(np.empty(0, dtype=np.int64))
 
 
 def null_space_template(settings: NodeSettings) -> Float64MultiArray:

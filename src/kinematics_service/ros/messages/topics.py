@@ -29,6 +29,7 @@ from ...robot.measures import MEASURES
 from ..parameters.settings import NodeSettings
 from .messages import StateReport
 from .output_messages import (
+    NO_NUMBERS,
     Numbers,
     acceleration,
     acceleration_template,
@@ -38,7 +39,6 @@ from .output_messages import (
     link_frames,
     link_frames_template,
     measure_numbers,
-    no_numbers,
     null_space_numbers,
     null_space_template,
     pose_numbers,
@@ -48,7 +48,6 @@ from .output_messages import (
     scalar_template,
     self_motion_numbers,
     self_motion_template,
-    stamp_template,
     twist_numbers,
     twist_template,
     twist_with_covariance_numbers,
@@ -163,7 +162,7 @@ def _clearance(report: StateReport) -> Any:
 TOPICS = (
     OutputTopic(POSE, PoseStamped, pose_template, pose_numbers),
     OutputTopic('~/jacobian', Float64MultiArray, jacobian_template, jacobian_numbers),
-    OutputTopic('~/jacobian/stamp', Time, stamp_template, no_numbers),
+    OutputTopic('~/jacobian/stamp', Time, lambda settings: Time(), lambda settings: NO_NUMBERS),
     OutputTopic('~/twist', TwistStamped, twist_template, twist_numbers, of_motion=True),
     OutputTopic('~/velocity', VelocityStamped, velocity_template, twist_numbers, of_motion=True),
     OutputTopic(

@@ -143,12 +143,13 @@ def _verdict(arm: estimator.Estimator, topic: str, heard: InputState) -> tuple[L
         if unmatched := unmatched_in_words(arm, topic):
             return Level.ERROR, unmatched
         if math.isinf(arm.age(heard.arrival)) and not heard.counts[estimator.ACCEPTED]:
-            # Outcomes of messages, if any has come.
-            who = ', '.join(f'{one}: {count}' for one, count in heard.counts.items() if count)
-            what = f'no {"complete " if who else ""}joint state was received on {topic}'
             count = len(heard.publishers)
-            who = who or (counted(count, 'publisher') if count else 'no publisher')
-            return Level.ERROR, f'{what} ({who}): missing {missing}'
+            what = 'no joint state was received'
+            why = counted(count, 'publisher') if count else 'no publisher'
+            if heard.counts:
+                what = 'no complete joint state was received'
+                why = ', '.join(f'{reason}: {count}' for reason, count in heard.counts.items())
+            return Level.ERROR, f'{what} on {topic} ({why}): missing {missing}'
         return Level.ERROR, f'joint states are stale: missing {missing}'
     if warnings := '; '.join(_warnings(arm, heard)):
         return Level.WARN, warnings

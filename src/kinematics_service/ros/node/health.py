@@ -11,8 +11,7 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from ...estimation.estimator import Estimator
 from ...estimation.status_text import StatusText
 from ..messages.messages import full_name, status_message
-from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS, POSE
-from ..process.no_messages import kinematics_nodes
+from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS, POSE, WARNING
 from .best_subscription import BestSubscription
 from .diagnostics import RECENT, InputState, Work, input_status
 from .steady_time import Throttle, steady_timer
@@ -35,13 +34,15 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
     """
     publishers = node.count_publishers(topic)
     who = 'its publishers are silent' if publishers else 'nobody publishes it'
-    # What kinematics nodes publish are targets.
-    targets = tuple(f'{name}/' for name in kinematics_nodes(node))
+    topics = node.get_topic_names_and_types()
+    # A kinematics node is recognised by its warning; the joint states that it publishes are goals.
+    mark = WARNING.removeprefix('~')
+    nodes = tuple(f'{name.removesuffix(mark)}/' for name, _ in topics if name.endswith(mark))
     own = {topic, *(publisher.topic_name for publisher in node.publishers)}
     others = sorted(
         name
-        for name, types in node.get_topic_names_and_types()
-        if JOINT_STATES in types and name not in own and not name.startswith(targets)
+        for name, types in topics
+        if JOINT_STATES in types and name not in own and not name.startswith(nodes)
         # Unlike get_publishers_info_by_topic, this does not remap the name.
         if node.count_publishers(name)
     )

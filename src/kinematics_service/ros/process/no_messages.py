@@ -4,6 +4,7 @@ import os
 
 from rclpy.node import Node
 
+from ...typography import counted
 from ..messages.topics import WARNING
 
 # A kinematics node is recognised by this topic, whatever its name is.
@@ -41,13 +42,11 @@ def why_no_messages(
     """
     publishers = node.count_publishers(topic)
     if publishers > 0:
-        who = (
-            '1 publisher, which has sent'
-            if publishers == 1
-            else f'{publishers} publishers, which have sent'
-        )
+        who = f'{counted(publishers, "publisher")}, which {"has" if publishers == 1 else "have"}'
         look = f'it reports: {report}' if report else 'look whether any arrive (/diagnostics)'
-        return f'waiting for {topic}: it has {who} nothing; the node answers {answered}; {look}'
+        return (
+            f'waiting for {topic}: it has {who} sent nothing; the node answers {answered}; {look}'
+        )
     found = kinematics_nodes(node)
     nodes = (
         f'kinematics nodes here: {", ".join(found)}' if found else 'no kinematics node runs here'
