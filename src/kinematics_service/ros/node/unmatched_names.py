@@ -11,8 +11,8 @@ from ...robot.robot import Robot
 
 # Number of names that a sentence lists.
 LISTED = 8
-# Of arms with more joints no order is guessed: the comparison of all pairs takes 1 s at 128.
-MOST_GUESSED = 16
+# No order is guessed for arms with more joints: to compare all pairs of 128 takes 1 s.
+GUESSED_JOINTS = 16
 # A name that is shown, and offered for a command line, as it is; others are quoted.
 PLAIN = re.compile(r'[\w/.:#+-]{1,60}')
 # The name of a joint in a bundled robot file. To parse all files takes 0.6 s, this 2 ms.
@@ -23,7 +23,7 @@ def unmatched_in_words(arm: Estimator, topic: str) -> str:
     """
     Return that no message on a topic names a joint of the arm, and the parameter that maps names.
 
-    Empty if there is no message, or if one names a joint.
+    Empty before the first message, and after one that names a joint.
     """
     lists, count = arm.unmatched(), arm.counts[NOT_OURS]
     found = f'{count} messages on {topic} name no joint of {arm.robot.name}: '
@@ -58,12 +58,15 @@ def _remedies(robot: Robot, lists: Sequence[Sequence[str]], heard: list[str]) ->
     ]
     yield from (option for *rank, option in others if rank == list(max(others)[:2]))
     for names in lists:
-        if set(names) <= set(heard) and len(set(names)) == len(names) == len(own) <= MOST_GUESSED:
-            alike = [difflib.get_close_matches(name, names, 1, 0.0)[0] for name in own]
-            if len(set(alike)) == len(own):
-                yield f'-p "joint_names:={alike}" (an order by similar names, a guess: check it)'
-            elif not others:
-                yield f'-p "joint_names:={list(names)}" (in the order of the message, a guess: check it)'
+        if (
+            set(names) <= set(heard)
+            and len(set(names)) == len(names) == len(own) <= GUESSED_JOINTS
+        ):
+            similar = [difflib.get_close_matches(name, names, 1, 0.0)[0] for name in own]
+            is_order = len(set(similar)) == len(own)
+            if is_order or not others:
+                order = similar if is_order else list(names)
+                yield f'-p "joint_names:={order}" (this order is a guess: check it)'
 
 
 def _prefixes(joints: Sequence[str], heard: Sequence[str]) -> list[str]:

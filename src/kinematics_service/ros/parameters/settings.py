@@ -159,7 +159,7 @@ def _joint_names(values: Mapping[str, Any], robot: Robot) -> tuple[str, ...]:
 
 
 def _listed(value: Any) -> list[Any] | None:
-    # Returns None for a value that is no list. ROS hands over an empty list as None at start.
+    # Returns None for other values than lists. At start, ROS hands over an empty list as None.
     if value is None:
         return []
     is_list = isinstance(value, (Sequence, array)) and not isinstance(value, (str, bytes))

@@ -36,7 +36,7 @@ def why_no_messages(
     topic
         Resolved name of the silent topic.
     answered
-        What the node answers on it.
+        Kind of messages that the node answers on it.
     report
         The state of the node's input as /diagnostics has it; empty if it is not known.
     """
