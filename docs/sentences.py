@@ -12,7 +12,9 @@ HEARD_TOPICS = {
 TOPICS = {
     '~/pose': 'tool in the base frame; unit quaternion, its sign continuous over time',
     '~/jacobian': '6 x n, row-major; `dim[0]` has the label `vx,vy,vz,wx,wy,wz`, `dim[1]` the '
-    'joint names; it has no stamp: message k belongs to pose k',
+    'joint names; its stamp is on `~/jacobian/stamp`',
+    '~/jacobian/stamp': 'stamp of the joint state of each Jacobian, sent right after it: '
+    '[how to pair them](../how_to/quality_of_service.md#a-subscriber-of-your-own)',
     '~/twist': 'J qdot; `frame_id` is the frame whose axes are used',
     '~/velocity': 'the same with body, reference and axes named',
     '~/acceleration': 'J qddot + dJ/dt qdot in the axes of the twist; of velocities that messages '

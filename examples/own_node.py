@@ -1,25 +1,26 @@
 """
-A node of one's own on the estimator: how fast a controller may go, by the distance to singular.
+Two nodes of your own: one computes from joint states, one subscribes to a kinematics node.
 
-It hears `joint_states` and publishes `~/speed_scale`, 1 far from singular poses and 0 at the
-threshold `stop` of the robot file. The estimator merges messages by joint name and refuses bad
-ones; this file only says what follows from a state.
+`SpeedScale` subscribes to `joint_states` and publishes `~/speed_scale`: 1 far from singular poses
+and 0 at the threshold `stop` of the robot file. Its subscription is best effort, so it matches
+every driver, those with the sensor QoS too.
+
+`PairedJacobians` pairs each Jacobian of a kinematics node with the pose of the same joint state.
 """
 
 import sys
-import time
 
 import numpy as np
 import rclpy
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import PoseStamped
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, Float64MultiArray
 
 import kinematics_service as ks
-
-# Not part of the public interface: what is not named in kinematics_service may move.
-from kinematics_service.estimation.estimator import Estimator, EstimatorSettings, RefusedMessage
-from kinematics_service.estimation.joint_sample import JointSample
 
 
 class SpeedScale(Node):
@@ -28,33 +29,69 @@ class SpeedScale(Node):
     def __init__(self, robot, **options):
         super().__init__('speed_scale', **options)
         self.robot = robot
-        self.estimator = Estimator(robot, EstimatorSettings())
         self.publisher = self.create_publisher(Float64, '~/speed_scale', 10)
-        self.create_subscription(JointState, 'joint_states', self.hear, 100)
-
-    def hear(self, message):
-        """Answer one message."""
-        stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
-        outcome = self.estimator.take(
-            JointSample(
-                names=message.name,
-                positions=message.position,
-                velocities=message.velocity,
-                stamp=stamp,
-                received=self.get_clock().now().nanoseconds,
-                arrival=time.monotonic_ns(),
-            )
+        self.create_subscription(
+            JointState, 'joint_states', self.on_joint_state, qos_profile_sensor_data
         )
-        if isinstance(outcome, RefusedMessage):
-            if outcome.sentence:
-                self.get_logger().warning(outcome.sentence, throttle_duration_sec=5.0)
+
+    def on_joint_state(self, message):
+        """Answer one message that has all joints of the arm."""
+        positions = dict(zip(message.name, message.position))
+        q = [positions.get(name, np.nan) for name in self.robot.joint_names]
+        if not np.isfinite(q).all():
             return
-        near = ks.singularity(self.robot, outcome.state.q, outcome.state.qdot)
+        near = ks.singularity(self.robot, q)
         warn, stop = self.robot.thresholds.warn, self.robot.thresholds.stop
         scale = float(np.interp(near.distance, [stop, warn], [0.0, 1.0]))
         self.publisher.publish(Float64(data=scale))
 
 
+# begin: docs/how_to/quality_of_service.md shows this class
+class PairedJacobians(Node):
+    """Pairs each Jacobian with the pose of the same joint state, from the second stamp on."""
+
+    def __init__(self, **options):
+        super().__init__('paired_jacobians', **options)
+        self.first, self.stamps, self.jacobians, self.pairs = np.inf, [], [], {}
+        self.create_subscription(PoseStamped, '/kinematics/pose', self.on_pose, 1000)
+        self.create_subscription(Float64MultiArray, '/kinematics/jacobian', self.on_jacobian, 1000)
+        self.create_subscription(Time, '/kinematics/jacobian/stamp', self.on_stamp, 1000)
+
+    def on_pose(self, pose):
+        self.keep(pose.header.stamp, pose=pose)
+
+    def on_jacobian(self, jacobian, info):
+        if info['source_timestamp'] > self.first:  # its stamp comes, too
+            self.jacobians.append((info['source_timestamp'], jacobian))
+            self.match()
+
+    def on_stamp(self, stamp, info):
+        self.first = min(self.first, info['source_timestamp'])
+        self.stamps.append((info['source_timestamp'], stamp))
+        self.match()
+
+    def match(self):
+        while self.stamps and self.jacobians:
+            sent, stamp = self.stamps.pop(0)
+            if sent > self.jacobians[0][0]:  # the node sends a Jacobian, then its stamp
+                self.keep(stamp, jacobian=self.jacobians.pop(0)[1])
+
+    def keep(self, stamp, **half):
+        pair = self.pairs.setdefault((stamp.sec, stamp.nanosec), {})
+        pair.update(half)
+        if len(pair) == 2:
+            self.use(**self.pairs.pop((stamp.sec, stamp.nanosec)))
+
+    def use(self, pose, jacobian):
+        J = np.reshape(jacobian.data, (6, -1))
+        self.get_logger().info(f'x = {pose.pose.position.x:.3f} m, vx = {J[0].round(3)} qdot')
+
+
+# end
+
 if __name__ == '__main__':
     rclpy.init()
-    rclpy.spin(SpeedScale(ks.load_robot(sys.argv[1] if len(sys.argv) > 1 else 'ur5e')))
+    executor = SingleThreadedExecutor()
+    executor.add_node(SpeedScale(ks.load_robot(sys.argv[1] if len(sys.argv) > 1 else 'ur5e')))
+    executor.add_node(PairedJacobians())
+    executor.spin()

@@ -217,6 +217,15 @@ class Arm(Peer):
         """Return a list that fills with the messages of one of the node's topics."""
         return self.listen(self.topic(name), kind, qos)
 
+    def speaker(self, topic: str, *args: Any, **options: Any) -> Any:
+        """Return what `Peer.speaker` does; of joint states once the node knows the publisher."""
+        listener = self.node._input.subscription
+        known = listener.publisher_count
+        publisher = super().speaker(topic, *args, **options)
+        if publisher.topic_name == self._topic:
+            self.spin_until(lambda: listener.publisher_count > known, 'publisher in the node')
+        return publisher
+
     def attach(self, listeners: int = 1) -> None:
         """Make the publisher that `publish` uses, for so many listeners."""
         self._publisher = self.speaker(self._topic, listeners=listeners)

@@ -123,9 +123,53 @@ def test_own_node(ros_domain, q, expected):
     try:
         peer.add(own(robot, context=peer.context, use_global_arguments=False))
         heard = peer.listen('/speed_scale/speed_scale', Float64)
-        speaker = peer.speaker('/joint_states')
-        speaker.publish(harness.joint_state(robot.joint_names, q, stamp=harness.START))
-        peer.spin_until(lambda: heard, 'speed scale')
+        speaker = peer.speaker('/joint_states', harness.BEST_EFFORT)  # as the sensor QoS
+        message = harness.joint_state(robot.joint_names, q, stamp=harness.START)
+
+        def is_answered():
+            speaker.publish(message)  # the first ones may be lost
+            return heard
+
+        peer.spin_until(is_answered, 'speed scale')
         assert heard[0].data == expected
     finally:
         peer.close()
+
+
+def test_a_late_subscriber_pairs_jacobians_and_poses_by_stamp(ros_domain):
+    harness = pytest.importorskip('ros_harness')
+    from std_msgs.msg import Float64MultiArray
+
+    own = runpy.run_path(str(EXAMPLES / 'own_node.py'))['PairedJacobians']
+    pairs, sent = [], {}
+
+    class Subscriber(own):
+        def use(self, pose, jacobian):
+            super().use(pose, jacobian)
+            pairs.append((pose, jacobian))
+
+    one = harness.Arm('planar_2r')
+    try:
+
+        def send():
+            q = (0.01 * len(sent), 0.5)
+            sent[one.send(q)] = q
+
+        def is_paired(number):
+            send()
+            return len(pairs) >= number
+
+        jacobians = one.hear('jacobian', Float64MultiArray)  # so its numbers are ahead
+        one.spin_until(lambda: send() or len(jacobians) > 10, 'Jacobians')
+        one.add(Subscriber(context=one.context, use_global_arguments=False))
+        one.spin_until(lambda: is_paired(1), 'first pair')
+        first = harness.nanoseconds(pairs[0][0].header.stamp)
+        assert list(sent).index(first) > 10
+        one.spin_until(lambda: is_paired(50), 'pairs')
+    finally:
+        one.close()
+    for pose, jacobian in pairs:
+        q = sent[harness.nanoseconds(pose.header.stamp)]
+        np.testing.assert_allclose(
+            np.reshape(jacobian.data, (6, 2)), ks.jacobian('planar_2r', q), atol=1e-12
+        )

@@ -10,7 +10,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from types import SimpleNamespace
 
-from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -122,15 +122,16 @@ def broken_forms(message):
 def test_bytes_that_are_no_message_are_counted_and_said_once(arm, capfd):
     one = arm()
     publisher = one.speaker('/joint_states')
+    arrays = one.listen('/diagnostics', DiagnosticArray)
     broken = broken_forms(joint_state(NAMES, Q, (0.1, 0.2, 0.3), START))
     for data in broken * 5:
         publisher.publish(data)
     expect(one.answer(Q), Q)
     assert len(one.poses) == 1
-    status = one.diagnose()
-    assert level_of(status) == WARN
-    assert status.message.startswith('messages rejected: not a JointState')
-    values = values_of(status)
+    values = one.counts()
+    # Said by the first diagnostics after the messages, of the timer or of `counts`.
+    said = 'messages rejected: not a JointState'
+    one.spin_until(lambda: any(said in array.status[0].message for array in arrays), 'a warning')
     assert values['rejected: not a JointState'] == values['rejected'] == str(5 * len(broken))
     # Nothing but the node's own lines: the official deserializer has not been asked.
     lines = [line for line in capfd.readouterr().err.splitlines() if 'bytes that are' in line]
@@ -327,6 +328,16 @@ def test_a_best_effort_publisher_that_comes_later_is_heard_and_nothing_is_lost(a
     # A subscription that ends gives its memory back: glibc would keep what messages took.
     one.spin_until(lambda: given_back, 'end of a subscription')
     assert set(given_back) == {0}
+
+
+def test_the_input_is_best_effort_again_when_its_publishers_have_gone(arm):
+    one = arm()
+    assert one.counts()['reliability'] == 'best effort'
+    driver = one.other('driver')
+    steady = one.speaker('/joint_states', node=driver)
+    one.spin_until(lambda: one.counts()['reliability'] == 'reliable', 'reliability')
+    driver.destroy_publisher(steady)
+    one.spin_until(lambda: one.counts()['reliability'] == 'best effort', 'best effort')
 
 
 @BOTH_TRANSPORTS
@@ -735,13 +746,10 @@ def test_positions_as_large_as_doubles_can_be_are_rejected(arm):
 
 
 def test_a_topic_whose_publishers_are_silent_is_not_named_as_another_one():
-    driver = SimpleNamespace(node_name='driver', node_namespace='/')
     node = SimpleNamespace(
         count_publishers=lambda topic: 1,
-        get_name=lambda: 'kinematics',
-        get_namespace=lambda: '/',
+        publishers=[],
         get_topic_names_and_types=lambda: [('/joint_states', [JOINT_STATES])],
-        get_publishers_info_by_topic=lambda topic: [driver],
     )
     assert why_no_joint_states(node, '/joint_states', 'joint_states') == (
         'no joint state has come on /joint_states: its publishers are silent; '

@@ -13,7 +13,8 @@ from geometry_msgs.msg import PoseStamped
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from node_process import NodeProcess
-from ros_harness import LATCHED, START, STEP, Peer, joint_state
+from ros_harness import LATCHED, RELIABLE, START, STEP, Peer, joint_state
+from sensor_msgs.msg import JointState
 from target_harness import pose_target
 
 import kinematics_service as ks
@@ -35,7 +36,8 @@ class Manager(Peer):
     def __init__(self):
         super().__init__()
         self.stamp = START
-        self.speaker_of_states = None
+        # A node that subscribes with best effort loses what comes before it knows the publisher.
+        self.states = self.peer.create_publisher(JointState, '/joint_states', RELIABLE)
 
     def hear(self):
         """Listen to what a node publishes that has been configured."""
@@ -51,11 +53,10 @@ class Manager(Peer):
         return self.call(GetState, '/kinematics/get_state', GetState.Request()).current_state.id
 
     def send(self, q=Q):
-        if self.speaker_of_states is None:
-            self.speaker_of_states = self.speaker('/joint_states')
+        self.spin_until(self.states.get_subscription_count, 'listeners to /joint_states')
         self.stamp += STEP
         names = [f'q{j + 1}' for j in range(len(q))]
-        self.speaker_of_states.publish(joint_state(names, q, stamp=self.stamp))
+        self.states.publish(joint_state(names, q, stamp=self.stamp))
         return self.stamp
 
 

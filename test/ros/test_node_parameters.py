@@ -1,5 +1,6 @@
 """Parameters: each takes effect at start and at run time, or is refused with the reason."""
 
+import json
 import math
 import sys
 import time
@@ -24,6 +25,7 @@ from rclpy.parameter import Parameter
 from rclpy.qos import ReliabilityPolicy
 from ros_harness import LATCHED, SECOND, START, STEP, change, joint_state, level_of, values_of
 from std_msgs.msg import Float64, Float64MultiArray, String
+from std_srvs.srv import Trigger
 from target_harness import Targets, pose_target, twist_target
 
 import kinematics_service as ks
@@ -48,14 +50,19 @@ def last(one, name, kind, qdot=QDOT):
     return messages[-1]
 
 
-def shows_joint_prefix(one):
-    poses = one.poses
-    one.publish(joint_state([f'left_{n}' for n in CRAIG.joint_names], Q, (), START + SECOND))
-    one.spin_until(lambda: poses, 'pose')
-    jacobians = one.hear('jacobian', Float64MultiArray)
-    one.publish(joint_state([f'left_{n}' for n in CRAIG.joint_names], Q, (), START + 2 * SECOND))
-    one.spin_until(lambda: jacobians, 'Jacobian')
-    assert jacobians[0].layout.dim[1].label == 'left_q1,left_q2,left_q3'
+def shows_names(*names):
+    def shows(one):
+        poses = one.poses
+        one.publish(joint_state(names, Q, (), START + SECOND))
+        one.spin_until(lambda: poses, 'pose')
+        jacobians = one.hear('jacobian', Float64MultiArray)
+        one.publish(joint_state(names, Q, (), START + 2 * SECOND))
+        one.spin_until(lambda: jacobians, 'Jacobian')
+        assert jacobians[0].layout.dim[1].label == ','.join(names)
+        described = one.call(Trigger, one.topic('describe'), Trigger.Request())
+        assert [joint['name'] for joint in json.loads(described.message)['joints']] == [*names]
+
+    return shows
 
 
 def shows_frame_prefix(one):
@@ -266,7 +273,8 @@ def shows_integration(one):
 
 TAKES_EFFECT = {
     'publish_robot_description': (True, shows_robot_description),
-    'joint_prefix': ('left_', shows_joint_prefix),
+    'joint_prefix': ('left_', shows_names('left_q1', 'left_q2', 'left_q3')),
+    'joint_names': (['tn__1_', 'tn 2', '/3'], shows_names('tn__1_', 'tn 2', '/3')),
     'frame_prefix': ('left/', shows_frame_prefix),
     'base_frame': ('table', shows_base_frame),
     'tool_frame': ('gripper', shows_tool_frame),
@@ -509,7 +517,8 @@ def test_every_parameter_is_described_with_type_and_range(arm):
         assert descriptor.description.endswith('.')
         if isinstance(parameter.default, list):  # whose type ROS does not tell where it is empty
             assert descriptor.dynamic_typing
-            assert descriptor.additional_constraints == 'empty, or 3 numbers'
+            wanted = 'empty, or 3 numbers' if parameter.numbers else ''
+            assert descriptor.additional_constraints == wanted
         else:
             assert descriptor.type == kinds[type(parameter.default)]
         assert descriptor.read_only == (parameter is ROBOT)

@@ -35,6 +35,10 @@ def peer(ros_domain):
 
 REFUSED = {
     'joint_prefix': ['a b', 'a,b', '/arm', 5, True],
+    'joint_names': [
+        *('a', 5, True, [1, 2, 3], ['a', 'b'], list('abcd'), ['a', 'b', 'a']),
+        *(['a', 'b', ''], ['a', 'b', ' '], ['a', 'b', 'c,d'], ['a', 'b', 'c\n']),
+    ],
     'frame_prefix': ['a b', 'a,b', 'tab\t', 1.5],
     'base_frame': ['a b', '/world', 'tool0', 5],
     'tool_frame': ['a b', '/tool', 'base_link', ['tool']],

@@ -10,6 +10,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import (
     AccelStamped,
@@ -48,6 +49,7 @@ LATE = 0.2
 PER_MESSAGE = {
     'pose': PoseStamped,
     'jacobian': Float64MultiArray,
+    'jacobian/stamp': Time,
     'twist': TwistStamped,
     'velocity': VelocityStamped,
     'acceleration': AccelStamped,
@@ -133,6 +135,15 @@ def test_topics_and_services_are_those_of_the_contract(arm):
     services = dict(one.node.get_service_names_and_types_by_node('kinematics', '/'))
     for name in ('describe', 'reload', 'wrench/zero'):
         assert services[f'/kinematics/{name}'] == ['std_srvs/srv/Trigger']
+
+
+@BOTH_TRANSPORTS
+def test_the_stamp_of_each_jacobian_is_that_of_its_joint_state(arm):
+    one = arm('craig_3r')
+    heard = {name: one.hear(name, PER_MESSAGE[name]) for name in ('jacobian', 'jacobian/stamp')}
+    sent = [one.send((0.1 * k, -0.4, 1.2)) for k in range(20)]
+    one.spin_until(lambda: all(len(some) == 20 for some in heard.values()), 'answers')
+    assert [nanoseconds(stamp) for stamp in heard['jacobian/stamp']] == sent
 
 
 # Numbers

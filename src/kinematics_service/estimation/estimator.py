@@ -287,6 +287,10 @@ class Estimator:
         """
         return self._joints.missing(arrival, self.settings.timeout)
 
+    def unmatched(self) -> tuple[tuple[str, ...], ...]:
+        """Return the lists of names in messages, if none of them has a joint of the arm."""
+        return self._joints.unmatched()
+
     def age(self, arrival: int) -> float:
         """Return the age in seconds of the oldest joint position, inf if a joint has none."""
         return self._joints.age(arrival)

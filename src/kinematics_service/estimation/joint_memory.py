@@ -135,6 +135,11 @@ class NamedJoints(JointMemory):
             self._lists[key] = found
         return found
 
+    def unmatched(self) -> tuple[tuple[str, ...], ...]:
+        """Return the lists of names heard, if none of them has a joint of the arm."""
+        has_ours = any(found.ours.count for found in self._lists.values())
+        return () if has_ours else tuple(self._lists)
+
     def newest(self) -> int | None:
         """Return the latest time (ns) for which a joint is known, None if there is none."""
         known = self.columns.known != 0

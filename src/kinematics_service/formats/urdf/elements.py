@@ -98,14 +98,13 @@ class FrameNames:
     ----------
     base, tool
         Names instead of the file's; empty: the file's.
-    frame_prefix, joint_prefix
-        Put before every frame, and before every joint.
+    frame_prefix
+        Put before every frame.
     """
 
     base: str = ''
     tool: str = ''
     frame_prefix: str = ''
-    joint_prefix: str = ''
 
 
 AS_IN_THE_FILE = FrameNames()

@@ -75,7 +75,7 @@ def _with_leaders(robot: Robot, rows: list[list[_JointTerm]]) -> list[list[_Join
 class _Planner:
     def __init__(self, robot: Robot, names: FrameNames) -> None:
         self.robot = robot
-        self.joint_names = [names.joint_prefix + name for name in robot.joint_names]
+        self.joint_names = robot.joint_names
         self.base = names.frame_prefix + (names.base or robot.base_frame)
         self.tool = names.frame_prefix + (names.tool or robot.tool_frame)
         self.points = {

@@ -63,6 +63,9 @@ class Copied(NamedTuple):
         return self.columns + row if self.of_measures else self.columns % row
 
 
+NO_NUMBERS = Copied(np.empty(0, dtype=np.int64))  # of a message that is a stamp
+
+
 class WithCovariance(NamedTuple):
     """
     Numbers that are copied from a state's row, and the covariance of what they say behind them.

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import (
     AccelStamped,
     PoseArray,
@@ -28,6 +29,7 @@ from ...robot.measures import MEASURES
 from ..parameters.settings import NodeSettings
 from .messages import StateReport
 from .output_messages import (
+    NO_NUMBERS,
     Numbers,
     acceleration,
     acceleration_template,
@@ -88,6 +90,7 @@ def overridable(qos: QoSProfile) -> dict[str, Any]:
 
 
 JOINT_STATES = 'joint_states'
+POSE = '~/pose'
 WARNING = '~/singularity/warning'
 DIAGNOSTICS = '/diagnostics'
 DESCRIBE = '~/describe'
@@ -157,8 +160,9 @@ def _clearance(report: StateReport) -> Any:
 
 
 TOPICS = (
-    OutputTopic('~/pose', PoseStamped, pose_template, pose_numbers),
+    OutputTopic(POSE, PoseStamped, pose_template, pose_numbers),
     OutputTopic('~/jacobian', Float64MultiArray, jacobian_template, jacobian_numbers),
+    OutputTopic('~/jacobian/stamp', Time, lambda settings: Time(), lambda settings: NO_NUMBERS),
     OutputTopic('~/twist', TwistStamped, twist_template, twist_numbers, of_motion=True),
     OutputTopic('~/velocity', VelocityStamped, velocity_template, twist_numbers, of_motion=True),
     OutputTopic(
@@ -239,7 +243,8 @@ TOPICS = (
 OF_POINTS = tuple(
     topic
     for topic in TOPICS
-    if topic.name in ('~/pose', '~/jacobian', '~/twist', '~/acceleration', '~/wrench')
+    if topic.name
+    in (POSE, '~/jacobian', '~/jacobian/stamp', '~/twist', '~/acceleration', '~/wrench')
 )
 
 

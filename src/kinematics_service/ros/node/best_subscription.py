@@ -54,9 +54,11 @@ class BestSubscription:
     """
     Subscribes to a topic as bytes, as reliably as its publishers offer, and counts lost messages.
 
-    It begins reliable. When a publisher comes that offers best effort only, a second subscription
-    with best effort replaces the first one; when the last such publisher is gone, a reliable one
-    replaces that. While there are two, each message is taken once.
+    It begins with best effort, which every publisher matches: a reliable one would make the
+    middleware of a publisher that offers less log an error, and discovery takes up to 1.8 s. When
+    all publishers offer reliability, and were the same at two calls of `settle`, a reliable
+    subscription replaces the first one. When one comes that offers less, or none is left, one with
+    best effort replaces that. While there are two, each message is taken once.
 
     The middleware bounds a queue by the number of its messages, and keeps the memory that they
     took. So when messages are large, a subscription with a shorter queue replaces the one that is.
@@ -105,7 +107,7 @@ class BestSubscription:
         # After a user's overrides.
         if qos.reliability is ReliabilityPolicy.BEST_AVAILABLE:
             self._adapts = True
-            qos.reliability = RELIABLE
+            qos.reliability = BEST_EFFORT
         return SetParametersResult(successful=True)
 
     def _open(self, qos: QoSProfile, overrides: QoSOverridingOptions | None = None) -> '_Numbered':
@@ -176,12 +178,13 @@ class BestSubscription:
         self._wanted = self._qos if wanted == self._qos else wanted
 
     def _replace(self) -> None:
-        if self._former is not None and self._former.qos == self._wanted:
-            self._current, self._former = self._former, self._current
-        elif self._former is not None:
-            self._take_of(self._former)
-            self._end(self._former)  # and the present one later
-            return
+        former = self._former
+        if former is not None:
+            self._take_of(former)  # first: it is older than the present one
+            if former is not self._former or former.qos != self._wanted:
+                self._end(former)  # and the present one later
+                return
+            self._current, self._former = former, self._current
         elif self._is_ending:
             return
         else:
@@ -251,11 +254,10 @@ class BestSubscription:
         known, self._known = self._known, {tuple(info.endpoint_gid) for info in publishers}
         if known != self._known:
             self._current.losses.publishers_changed()
-        if not publishers:
-            return
         offered = {info.qos_profile.reliability for info in publishers}
-        if self._adapts:
-            self._want(reliability=BEST_EFFORT if BEST_EFFORT in offered else RELIABLE)
+        reliability = RELIABLE if offered == {RELIABLE} else BEST_EFFORT
+        if self._adapts and (reliability is BEST_EFFORT or known == self._known):
+            self._want(reliability=reliability)
         for info in publishers:
             if tuple(info.endpoint_gid) not in known:
                 self._warn_of(info.qos_profile)

@@ -11,7 +11,9 @@ from typing import NamedTuple
 from ...estimation import estimator
 from ...estimation.status_text import StatusText
 from ...robot.measures import Level
+from ...typography import counted
 from .best_subscription import BestSubscription
+from .unmatched_names import unmatched_in_words
 
 REJECTED = (
     estimator.UNREADABLE,
@@ -70,6 +72,8 @@ class InputState(NamedTuple):
         Source of the velocities of the last state.
     silent
         Why nothing is answered; empty if it is.
+    namesakes
+        That another node publishes the same topics; empty otherwise.
     """
 
     counts: Counter[str]
@@ -81,6 +85,7 @@ class InputState(NamedTuple):
     work: Work
     velocity_source: str
     silent: str
+    namesakes: str
 
 
 def input_status(
@@ -135,12 +140,16 @@ def _verdict(arm: estimator.Estimator, topic: str, heard: InputState) -> tuple[L
     if heard.silent:
         return Level.OK, heard.silent
     if missing := ', '.join(arm.missing(heard.arrival)):
+        if unmatched := unmatched_in_words(arm, topic):
+            return Level.ERROR, unmatched
         if math.isinf(arm.age(heard.arrival)) and not heard.counts[estimator.ACCEPTED]:
-            who = f'{len(heard.publishers)} publishers' if heard.publishers else 'no publisher'
-            return (
-                Level.ERROR,
-                f'no joint state was received on {topic} ({who}): missing {missing}',
-            )
+            count = len(heard.publishers)
+            what = 'no joint state was received'
+            why = counted(count, 'publisher') if count else 'no publisher'
+            if heard.counts:
+                what = 'no complete joint state was received'
+                why = ', '.join(f'{reason}: {count}' for reason, count in heard.counts.items())
+            return Level.ERROR, f'{what} on {topic} ({why}): missing {missing}'
         return Level.ERROR, f'joint states are stale: missing {missing}'
     if warnings := '; '.join(_warnings(arm, heard)):
         return Level.WARN, warnings
@@ -152,6 +161,8 @@ def _verdict(arm: estimator.Estimator, topic: str, heard: InputState) -> tuple[L
 
 
 def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
+    if heard.namesakes:
+        yield heard.namesakes
     if disputed := _disputed(arm, heard):
         yield (
             f'publishers disagree about {", ".join(disputed)}: '

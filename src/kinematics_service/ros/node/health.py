@@ -6,14 +6,16 @@ from collections.abc import Callable, Mapping
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from ...estimation.estimator import Estimator
 from ...estimation.status_text import StatusText
 from ..messages.messages import full_name, status_message
-from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS
+from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS, POSE, WARNING
 from .best_subscription import BestSubscription
 from .diagnostics import RECENT, InputState, Work, input_status
 from .steady_time import Throttle, steady_timer
+from .unmatched_names import unmatched_in_words
 
 PERIOD = 1.0
 # After a stall the timer makes up for its calls, some at once: a rate over a shorter time means
@@ -32,22 +34,38 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
     """
     publishers = node.count_publishers(topic)
     who = 'its publishers are silent' if publishers else 'nobody publishes it'
-    own = node.get_name(), node.get_namespace()
+    topics = node.get_topic_names_and_types()
+    # A kinematics node is recognised by its warning; the joint states that it publishes are goals.
+    mark = WARNING.removeprefix('~')
+    nodes = tuple(f'{name.removesuffix(mark)}/' for name, _ in topics if name.endswith(mark))
+    own = {topic, *(publisher.topic_name for publisher in node.publishers)}
     others = sorted(
         name
-        for name, types in node.get_topic_names_and_types()
-        if JOINT_STATES in types
-        and name != topic
-        and any(
-            (info.node_name, info.node_namespace) != own
-            for info in node.get_publishers_info_by_topic(name)
-        )
+        for name, types in topics
+        if JOINT_STATES in types and name not in own and not name.startswith(nodes)
+        # Unlike get_publishers_info_by_topic, this does not remap the name.
+        if node.count_publishers(name)
     )
     elsewhere = 'no other topic here has a publisher of joint states'
     if others:
         elsewhere = f'joint states are published on {", ".join(others)}'
         elsewhere += f': try -r {given}:={others[0]}'
     return f'no joint state has come on {topic}: {who}; {elsewhere}'
+
+
+def namesakes_in_words(node: Node) -> str:
+    """Return that other nodes publish the node's poses, too; empty if none does."""
+    names = [_name_of(info) for info in node.get_publishers_info_by_topic(POSE)]
+    if (own := f'/{full_name(node)}') in names:
+        names.remove(own)
+    if not names:
+        return ''
+    who, topic = ' and '.join(dict.fromkeys(names)), node.resolve_topic_name(POSE)
+    return f'a second node, {who}, publishes {topic}, too: end it, or rename it (-r __node:=NAME)'
+
+
+def _name_of(info: TopicEndpointInfo) -> str:
+    return f'{info.node_namespace.rstrip("/")}/{info.node_name}'
 
 
 class Health:
@@ -79,7 +97,7 @@ class Health:
         self._others = others
         self._velocity_source, self._silent = velocity_source, silent
         self._counts_said: Counter[str] = Counter()
-        self._begun = self._said = time.monotonic()
+        self._begun = self._said = self._matched = time.monotonic()
         self._throttle = Throttle(AGAIN)
         # Times of diagnostics, s, and the number of messages lost by then.
         self._losses: deque[tuple[float, int]] = deque([(self._said, 0)])
@@ -99,13 +117,17 @@ class Health:
         return lost - losses[0][1]
 
     def _explain_silence(self, now: float, counts: Counter[str]) -> None:
-        # A topic of another name is told in the node's own terminal, where it is looked for.
-        never = now - self._begun >= PATIENCE and not counts.total() and not self._silent()
-        if never and self._throttle.passes('no joint states'):
-            topic = self._subscription.topic_name
-            self._node.get_logger().warning(
-                why_no_joint_states(self._node, topic, self._subscription.given_topic)
-            )
+        # The node's own terminal is where people look.
+        topic = self._subscription.topic_name
+        if unmatched := unmatched_in_words(self._estimator, topic):
+            since, kind = self._matched, 'names'
+        else:
+            self._matched, since, kind = now, self._begun, 'no joint states'
+        has_reason = unmatched or not counts.total() and not self._silent()
+        if has_reason and now - since >= PATIENCE and self._throttle.passes(kind):
+            given = self._subscription.given_topic
+            why = unmatched or why_no_joint_states(self._node, topic, given)
+            self._node.get_logger().warning(why)
 
     def say_when_due(self) -> None:
         """Say it, but not where the timer makes up for a call soon after another."""
@@ -116,19 +138,20 @@ class Health:
         """Publish the state of the input since the last diagnostics, if anybody listens."""
         node, estimator, subscription = self._node, self._estimator, self._subscription
         now, arrival = time.monotonic(), time.monotonic_ns()
-        publishers = node.get_publishers_info_by_topic(subscription.topic_name)
+        publishers = node.get_publishers_info_by_topic(subscription.given_topic)
         subscription.settle(publishers)
         lost_of_late = self._lost_of_late(now, subscription.lost or 0)
         counts, work = Counter(estimator.counts), self.work
         self._explain_silence(now, counts)
+        namesakes = namesakes_in_words(node)
+        if namesakes and self._throttle.passes('namesakes'):
+            node.get_logger().warning(namesakes)
         interval, news = now - self._said, counts - self._counts_said
         self.work, self._counts_said, self._said = Work(), counts, now
         self.is_heard = self._publisher.get_subscription_count() > 0
         if not self.is_heard:
             return
-        names = sorted(
-            f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in publishers
-        )
+        names = sorted(map(_name_of, publishers))
         heard = InputState(
             counts,
             news,
@@ -139,6 +162,7 @@ class Health:
             work,
             self._velocity_source(),
             self._silent(),
+            namesakes,
         )
         text = input_status(estimator, subscription, heard)
         message = DiagnosticArray()

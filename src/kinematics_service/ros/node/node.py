@@ -289,14 +289,7 @@ class KinematicsNode(Node):
 
     def _warn(self, singularity: Singularity, level: Level) -> None:
         settings = self._settings
-        status_text = singularity_status(
-            settings.robot,
-            singularity,
-            level,
-            settings.base_frame,
-            settings.estimator.joint_prefix,
-        )
-        self._say(status_text)
+        self._say(singularity_status(settings.robot, singularity, level, settings.base_frame))
 
     def _say(self, status_text: StatusText) -> None:
         self._warning.publish(status_message(f'{full_name(self)}: singularity', status_text))

@@ -34,7 +34,6 @@ class DescriptionPublisher:
             base=settings.base_frame.removeprefix(prefix),
             tool=settings.tool_frame.removeprefix(prefix),
             frame_prefix=prefix,
-            joint_prefix=settings.estimator.joint_prefix,
         )
         try:
             text = export_urdf(robot, names)

@@ -45,7 +45,8 @@ class NodeSettings:
     Attributes
     ----------
     robot
-        The arm, with the tool, the task's length and the thresholds that are in force.
+        The arm, with the joint names, the tool, the task's length and the thresholds that are in
+        force.
     estimator
         How messages become states.
     base_frame, tool_frame
@@ -118,9 +119,8 @@ class NodeSettings:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Return the names of the joints in messages, prefix included."""
-        prefix = self.estimator.joint_prefix
-        return tuple(prefix + name for name in self.robot.joint_names)
+        """Return the names of the joints in messages."""
+        return self.robot.joint_names
 
 
 def tf_is_importable() -> bool:
@@ -137,6 +137,33 @@ def _checked_name(name: str, value: str, what: str) -> str:
     if not printable or value.startswith('/') or ',' in value:
         raise _refuse(name, value, f'{what}: no spaces, no commas, no leading slash')
     return value
+
+
+def _joint_names(values: Mapping[str, Any], robot: Robot) -> tuple[str, ...]:
+    prefix = _checked_name('joint_prefix', values['joint_prefix'], 'part of a name')
+    names = _listed(values['joint_names'])
+    if names == []:
+        return tuple(prefix + name for name in robot.joint_names)
+    whole = {
+        name
+        for name in names or ()
+        if isinstance(name, str) and name.strip() and name.isprintable() and ',' not in name
+    }
+    if names is None or prefix or not len(whole) == len(names) == robot.dof:
+        accepted = (
+            f'with an empty joint_prefix, {robot.dof} different names without commas, in the '
+            f"order of {robot.name}'s {', '.join(robot.joint_names)}"
+        )
+        raise _refuse('joint_names', names or values['joint_names'], accepted)
+    return tuple(names)
+
+
+def _listed(value: Any) -> list[Any] | None:
+    # Returns None for other values than lists. At start, ROS hands over an empty list as None.
+    if value is None:
+        return []
+    is_list = isinstance(value, (Sequence, array)) and not isinstance(value, (str, bytes))
+    return list(value) if is_list else None
 
 
 def check_value(parameter: Parameter, value: Any) -> None:
@@ -187,13 +214,14 @@ def settings_from(
     if values['publish_tf'] and not tf_is_importable():
         raise _refuse('publish_tf', True, 'only where the package tf2_msgs can be imported')
     rate = values['publish_rate']
-    judged = _judged(values, _with_tool(values, robot))
+    judged = replace(
+        _judged(values, _with_tool(values, robot)), joint_names=_joint_names(values, robot)
+    )
     rows = _rows(values['ik.rows'], judged)
     axis = _axis(values, rows)
     settings = NodeSettings(
         robot=judged,
         estimator=EstimatorSettings(
-            joint_prefix=_checked_name('joint_prefix', values['joint_prefix'], 'part of a name'),
             velocity_source=values['velocity_source'],
             timeout=round(values['joint_state_timeout'] * 1e9),
             acceleration_window=round(values['acceleration_window'] * 1e9),
@@ -267,21 +295,19 @@ def _axis(values: Mapping[str, Any], rows: tuple[str, ...]) -> str | None:
 
 
 def _checked_numbers(name: str, value: Any, count: int) -> tuple[float, ...] | None:
-    # None for an empty list, whose type ROS does not tell: it may arrive as nothing at all.
-    listed = [] if value is None else value
+    # None for an empty list.
+    listed = _listed(value)
     largest = FULL_TURN if name == 'tool.rpy' else LARGEST
-    fits = not isinstance(listed, (str, bytes)) and isinstance(listed, (Sequence, array))
-    if fits and not len(listed):
+    if listed == []:
         return None
-    if fits and len(listed) == count:
+    if listed is not None and len(listed) == count:
         kinds = {type(number) for number in listed}
         if kinds <= {float, int} and all(abs(number) <= largest for number in listed):
             return tuple(float(number) for number in listed)
     accepted = (
         f'empty, or {count} numbers of one kind, none beyond {largest:g}, such as [0.0, 0.0, 0.1]'
     )
-    shown = value if isinstance(value, str) else list(listed) if fits else value
-    raise _refuse(name, shown, accepted)
+    raise _refuse(name, value if listed is None else listed, accepted)
 
 
 def _with_tool(values: Mapping[str, Any], robot: Robot) -> Robot:

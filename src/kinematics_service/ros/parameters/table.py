@@ -88,6 +88,13 @@ POINTS = Parameter(
 
 PARAMETERS = (
     Parameter('joint_prefix', '', 'Put before the joint names of the robot file.'),
+    Parameter(
+        'joint_names',
+        [],
+        "Names of the joints on the topics, in the order of the robot's joints, instead of "
+        '`joint_prefix`; empty: those of the robot file.',
+        dynamic_typing=True,
+    ),
     Parameter('frame_prefix', '', 'Put before the names of the base and tool frames.'),
     Parameter('base_frame', '', "Name of the base frame; empty: the robot file's."),
     Parameter('tool_frame', '', "Name of the tool frame; empty: the robot file's."),

@@ -4,14 +4,13 @@ import os
 
 from rclpy.node import Node
 
+from ...typography import counted
 from ..messages.topics import WARNING
 
 # A kinematics node is recognised by this topic, whatever its name is.
 MARK = WARNING.replace('~', '')
 STATUS = 'diagnostic_msgs/msg/DiagnosticStatus'
-JOINT_STATES_ANSWERED = (
-    'joint states, so look whether any arrive (/diagnostics says which are missing)'
-)
+JOINT_STATES_ANSWERED = 'joint states'
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 
 
@@ -24,7 +23,9 @@ def kinematics_nodes(node: Node) -> list[str]:
     )
 
 
-def why_no_messages(node: Node, topic: str, answered: str = JOINT_STATES_ANSWERED) -> str:
+def why_no_messages(
+    node: Node, topic: str, answered: str = JOINT_STATES_ANSWERED, report: str = ''
+) -> str:
     """
     Return the awaited topic, its publishers, and what to check.
 
@@ -35,16 +36,17 @@ def why_no_messages(node: Node, topic: str, answered: str = JOINT_STATES_ANSWERE
     topic
         Resolved name of the silent topic.
     answered
-        What the node answers on it, and what to look at.
+        Kind of messages that the node answers on it.
+    report
+        The state of the node's input as /diagnostics has it; empty if it is not known.
     """
     publishers = node.count_publishers(topic)
     if publishers > 0:
-        who = (
-            '1 publisher, which has sent'
-            if publishers == 1
-            else f'{publishers} publishers, which have sent'
+        who = f'{counted(publishers, "publisher")}, which {"has" if publishers == 1 else "have"}'
+        look = f'it reports: {report}' if report else 'look whether any arrive (/diagnostics)'
+        return (
+            f'waiting for {topic}: it has {who} sent nothing; the node answers {answered}; {look}'
         )
-        return f'waiting for {topic}: it has {who} nothing; the node answers {answered}'
     found = kinematics_nodes(node)
     nodes = (
         f'kinematics nodes here: {", ".join(found)}' if found else 'no kinematics node runs here'

@@ -2,6 +2,7 @@
 
 import json
 import time
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,7 +38,7 @@ class NodeFacts(NamedTuple):
     name
         The name in its robot file.
     joints
-        Names of the joints, prefix included.
+        Names of the joints on the topics.
     joint_states
         The topic it subscribes to.
     axes
@@ -62,15 +63,9 @@ class NodeFacts(NamedTuple):
     sha256: str
     tool: Floats
 
-    def prefix(self, robot: Robot) -> str:
-        """Return the prefix of the joint names of the robot file."""
-        return self.joints[0].removesuffix(robot.joint_names[0]) if self.joints else ''
-
     def mismatch(self, robot: Robot) -> str:
         """Return why the node's numbers are not those of this arm; empty if they are."""
-        prefix = self.prefix(robot)
-        names = tuple(prefix + name for name in robot.joint_names)
-        if self.joints == names and self.name == robot.name:
+        if len(self.joints) == robot.dof and self.name == robot.name:
             return ''
         return (
             f'{self.source} runs {self.robot}, this is {robot.name}: '
@@ -93,11 +88,12 @@ class NodeFacts(NamedTuple):
         return f'the robot file here is not as {self.source} has read it; ~/reload reads it again'
 
     def judged(self, robot: Robot) -> Robot:
-        """Return the arm with the thresholds and the length that are in force in the node."""
+        """Return the arm with the joint names, thresholds and length in force in the node."""
+        named = replace(robot, joint_names=self.joints)
         try:
-            return with_singularity(robot, self.length, self.thresholds)
+            return with_singularity(named, self.length, self.thresholds)
         except KinematicsError:
-            return robot
+            return named
 
 
 def ask_node(node: Node, executor: Any, source: str, timeout: float) -> NodeFacts | None:

@@ -5,6 +5,7 @@ import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
@@ -15,6 +16,7 @@ from rich.text import Text
 from ...errors import LayoutError
 from ...printing import json_text
 from ...stop_signals import StopSignal
+from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS
 from ..node.steady_time import steady_timer
 from ..process.latest_message import LatestMessage
 from ..process.no_messages import why_no_messages
@@ -112,6 +114,16 @@ class _Echo:
             node, topic, echoed.type, echoed.qos, None if self._live else self._write
         )
         self._explained = False
+        self._report = ''
+        self._input = f'{topic.removesuffix(echoed.name[1:]).strip("/")}: input'
+        node.create_subscription(
+            DiagnosticArray, DIAGNOSTICS, self._take_diagnostics, DIAGNOSTICS_QOS
+        )
+
+    def _take_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            if status.name == self._input:
+                self._report = status.message
 
     @property
     def over(self) -> bool:
@@ -171,7 +183,7 @@ class _Echo:
             tell(self._why_silent())
 
     def _why_silent(self) -> str:
-        return why_no_messages(self._node, self._latest.topic, self._echoed.answers)
+        return why_no_messages(self._node, self._latest.topic, self._echoed.answers, self._report)
 
     def _give_up(self) -> None:
         # At the time-out the reason why no message came is printed, if it has not been printed

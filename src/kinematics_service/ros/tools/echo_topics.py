@@ -23,7 +23,7 @@ from ..messages.topics import OUTPUT_QOS, SCALE, SCALE_REASON, WARNING, WARNING_
 from ..process.no_messages import JOINT_STATES_ANSWERED
 from .live_table import matrix_lines, pose_lines, scale_lines, vector_lines, warned_lines
 
-COMMANDS_ANSWERED = 'commands of joint velocities on ~/command, so look whether any arrive'
+COMMANDS_ANSWERED = 'commands of joint velocities on ~/command'
 
 
 @dataclass(frozen=True)

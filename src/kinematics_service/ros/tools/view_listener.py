@@ -137,15 +137,15 @@ class ViewListener:
         facts, self._answer = self.facts, None
         self._mismatch = self._edited = ''
         namespace = self.source.rpartition('/')[0]
-        topic, prefix = f'{namespace}/{JOINT_STATES}', ''
+        topic = f'{namespace}/{JOINT_STATES}'
         if facts is not None:
             self._mismatch, self._edited = facts.mismatch(robot), facts.edited(robot)
-            topic, prefix = facts.joint_states, facts.prefix(robot)
-            robot = facts.judged(robot)
+            topic = facts.joint_states
+            robot = robot if self._mismatch else facts.judged(robot)
         if self._subscription is not None:
             self._node.destroy_subscription(self._subscription)
-        self._estimator = Estimator(robot, EstimatorSettings(joint_prefix=prefix))
-        self._names = [prefix + name for name in robot.joint_names]
+        self._estimator = Estimator(robot, EstimatorSettings())
+        self._names = robot.joint_names
         self._subscription = self._node.create_subscription(
             JointState, topic, self._take, JOINT_STATES_QOS
         )
