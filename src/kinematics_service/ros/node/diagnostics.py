@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from ...estimation import estimator
+from ...estimation.input_checks import InputFault
 from ...estimation.status_text import StatusText
 from ...robot.measures import Level
 from .best_subscription import BestSubscription
@@ -70,6 +71,10 @@ class InputState(NamedTuple):
         Source of the velocities of the last state.
     silent
         Why nothing is answered; empty if it is.
+    faults
+        What is wrong with the last messages.
+    unstamped
+        What comes of messages without stamps; empty if all have one.
     """
 
     counts: Counter[str]
@@ -81,6 +86,8 @@ class InputState(NamedTuple):
     work: Work
     velocity_source: str
     silent: str
+    faults: Sequence[InputFault]
+    unstamped: str
 
 
 def input_status(
@@ -141,38 +148,45 @@ def _verdict(arm: estimator.Estimator, topic: str, heard: InputState) -> tuple[L
                 Level.ERROR,
                 f'no joint state was received on {topic} ({who}): missing {missing}',
             )
-        return Level.ERROR, f'joint states are stale: missing {missing}'
-    if warnings := '; '.join(_warnings(arm, heard)):
-        return Level.WARN, warnings
+        arrived = ''.join(f'; {fault.sentence}' for fault in heard.faults)
+        return Level.ERROR, f'joint states are stale: missing {missing}{arrived}'
+    if warnings := input_warnings(arm, heard):
+        return Level.WARN, '; '.join(warning.sentence for warning in warnings)
+    unstamped = heard.unstamped and f'; {heard.unstamped}'
     if heard.velocity_source == 'difference':
-        return Level.OK, 'fine; velocities are differences of positions'
+        return Level.OK, f'fine; velocities are differences of positions{unstamped}'
     if heard.velocity_source == 'none':
-        return Level.OK, 'fine, but without velocities: no twist'
+        return Level.OK, f'fine, but without velocities: no twist{unstamped}'
     return Level.OK, 'fine'
 
 
-def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
-    if disputed := _disputed(arm, heard):
-        yield (
-            f'publishers disagree about {", ".join(disputed)}: '
-            f'{" and ".join(dict.fromkeys(heard.publishers))}'
-        )
-    if beyond := arm.beyond_limits():
-        yield f'beyond the limits: {", ".join(beyond)}'
+def input_warnings(arm: estimator.Estimator, heard: InputState) -> list[InputFault]:
+    """Return what is wrong with the input; those without a cause are logged as they happen."""
+    return [*_warnings(arm, heard), *heard.faults]
+
+
+def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[InputFault]:
+    if disputed := ', '.join(_disputed(arm, heard)):
+        who = ' and '.join(dict.fromkeys(heard.publishers))
+        yield InputFault(f'dispute {disputed}', f'publishers disagree about {disputed}: {who}')
+    if beyond := ', '.join(arm.beyond_limits()):
+        yield InputFault(f'beyond {beyond}', f'beyond the limits: {beyond}')
     rejected = [reason for reason in REJECTED if heard.news[reason]]
     if rejected:
-        yield f'messages rejected: {", ".join(rejected)}'
+        yield InputFault('', f'messages rejected: {", ".join(rejected)}')
     if heard.lost_of_late:
-        yield f'{heard.lost_of_late} messages lost within {RECENT:g} s'
+        yield InputFault('lost', f'{heard.lost_of_late} messages lost within {RECENT:g} s')
     if arm.integration.seconds:
         off = 'how far is not known: the robot file has no velocity_noise'
         deviation = arm.integration.deviation(arm.robot)
         if deviation is not None:
             off = f'{deviation:.2g} rad or m (one standard deviation), and more by offsets'
         since = f'positions are counted on from velocities for {arm.integration.seconds:.1f} s'
-        yield f'{since}; off by: {off}'
+        yield InputFault('integration', f'{since}; off by: {off}')
     left_out = heard.news[LEFT_OUT]
     if left_out:
-        yield f'messages come faster than they can be answered: {left_out} left out'
+        yield InputFault(
+            '', f'messages come faster than they can be answered: {left_out} left out'
+        )
     if heard.news[INTERNAL_ERROR]:
-        yield 'messages caused an internal error; see the log'
+        yield InputFault('', 'messages caused an internal error; see the log')

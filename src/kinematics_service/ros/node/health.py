@@ -2,17 +2,25 @@
 
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 
-from ...estimation.estimator import Estimator
+from ...estimation.estimator import NOT_STAMPED, Estimator
+from ...estimation.input_checks import (
+    InputFault,
+    JointMessages,
+    arrival_jitter,
+    input_faults,
+    is_unstamped,
+    messages_of,
+)
 from ...estimation.status_text import StatusText
 from ..messages.messages import full_name, status_message
 from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS
-from .best_subscription import BestSubscription
-from .diagnostics import RECENT, InputState, Work, input_status
+from .diagnostics import RECENT, InputState, Work, input_status, input_warnings
+from .input import Input
 from .steady_time import Throttle, steady_timer
 
 PERIOD = 1.0
@@ -58,29 +66,27 @@ class Health:
     ----------
     work
         Processing times of messages since the last diagnostics.
-    is_heard
-        Whether somebody listened to the last diagnostics.
     """
 
     def __init__(
         self,
         node: Node,
         estimator: Estimator,
-        subscription: BestSubscription,
+        joint_states: Input,
         others: Callable[[], Mapping[str, StatusText]],
         velocity_source: Callable[[], str],
         silent: Callable[[], str],
     ) -> None:
         self.work = Work()
-        self.is_heard = False
         self._node = node
         self._estimator = estimator
-        self._subscription = subscription
+        self._subscription, self._recent = joint_states.subscription, joint_states.recent
         self._others = others
         self._velocity_source, self._silent = velocity_source, silent
         self._counts_said: Counter[str] = Counter()
         self._begun = self._said = time.monotonic()
         self._throttle = Throttle(AGAIN)
+        self._unstamped_said = False
         # Times of diagnostics, s, and the number of messages lost by then.
         self._losses: deque[tuple[float, int]] = deque([(self._said, 0)])
         self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
@@ -107,13 +113,42 @@ class Health:
                 why_no_joint_states(self._node, topic, self._subscription.given_topic)
             )
 
+    def _faults(self, groups: Sequence[JointMessages]) -> list[InputFault]:
+        arm = self._estimator
+        settings, robot = arm.settings, arm.robot
+        names = {one.name: settings.joint_prefix + one.name for one in robot.description.mimics}
+        names |= dict(zip(robot.joint_names, arm.names))
+        simulated = self._node.get_clock().ros_time_is_active
+        reported = settings.velocity_source != 'difference'
+        return input_faults(groups, robot, names, settings.timeout, simulated, reported)
+
+    def _unstamped(self, groups: Sequence[JointMessages], news: Counter[str]) -> str:
+        # Returns what comes of it if messages have no stamp and report no velocities.
+        source, clock = self._velocity_source(), self._node.get_clock()
+        if not news[NOT_STAMPED] or source == 'message':
+            return ''
+        if clock.ros_time_is_active and not clock.now().nanoseconds:
+            return 'no twist: no stamps, and no /clock; publish /clock or unset use_sim_time'
+        ours = [one for one in groups if not set(self._estimator.names).isdisjoint(one.names)]
+        jitter = '; '.join(filter(None, map(arrival_jitter, filter(is_unstamped, ours))))
+        return f'the messages have no stamp, so speeds use times of arrival: {jitter}'
+
+    def _log(self, heard: InputState) -> None:
+        logger = self._node.get_logger()
+        if heard.unstamped and not self._unstamped_said:
+            self._unstamped_said = True
+            logger.info(f'joint states: {heard.unstamped}')
+        for cause, sentence in input_warnings(self._estimator, heard):
+            if cause and self._throttle.passes(cause):
+                logger.warning(f'joint states: {sentence}')
+
     def say_when_due(self) -> None:
         """Say it, but not where the timer makes up for a call soon after another."""
         if time.monotonic() - self._said >= SHORTEST:
             self.say()
 
     def say(self) -> None:
-        """Publish the state of the input since the last diagnostics, if anybody listens."""
+        """Check the input since the last diagnostics; publish its state if anybody listens."""
         node, estimator, subscription = self._node, self._estimator, self._subscription
         now, arrival = time.monotonic(), time.monotonic_ns()
         publishers = node.get_publishers_info_by_topic(subscription.topic_name)
@@ -123,9 +158,8 @@ class Health:
         self._explain_silence(now, counts)
         interval, news = now - self._said, counts - self._counts_said
         self.work, self._counts_said, self._said = Work(), counts, now
-        self.is_heard = self._publisher.get_subscription_count() > 0
-        if not self.is_heard:
-            return
+        silent = self._silent()
+        groups = [] if silent else messages_of(self._recent, arrival)
         names = sorted(
             f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in publishers
         )
@@ -138,8 +172,13 @@ class Health:
             lost_of_late,
             work,
             self._velocity_source(),
-            self._silent(),
+            silent,
+            self._faults(groups),
+            self._unstamped(groups, news),
         )
+        self._log(heard)
+        if not self._publisher.get_subscription_count():
+            return
         text = input_status(estimator, subscription, heard)
         message = DiagnosticArray()
         message.header.stamp = node.get_clock().now().to_msg()
