@@ -1,36 +1,35 @@
 """
 Check the joint states of the last seconds: stamps, jumps, speeds, velocities, mimic joints.
 
-Stamps are compared with times of arrival, reported velocities by their integral (trapezoids) with
-the positions, at the lag that fits best. Healthy lags, bursts and noise pass; doubt is no fault.
+Stamps are compared with times of arrival. Reported velocities are integrated by trapezoids and
+compared with the positions at the lag that fits best. Lags, bursts and noise of healthy drivers
+pass. Each sentence begins with the kind of fault, up to a colon.
 """
 
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from ..kernel import LARGEST, Bytes, Floats, Integers
+from ..kernel import LARGEST, Floats, Integers
 from ..robot.robot import Robot
-from ..typography import counted
 from .cdr import STAMP_AT
-from .joint_state_form import JointStateForm, form_of
+from .joint_state_form import form_of
 
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
 SECOND = 1_000_000_000  # ns
-# Messages that are checked: number, time (ns), and size of each (bytes). Five seconds at 400 Hz,
-# and at most 16 MB.
+# Messages that are checked: their number, and the size of each (bytes); at most 16 MB.
 MOST_MESSAGES = 2000
-WINDOW = 5 * SECOND
 LARGEST_MESSAGE = 8192
+# Only messages of this time are checked (ns): some, even of a driver that sends two a second.
+WINDOW = 5 * SECOND
 # Lists of joint names that are checked at a time: some drivers on one topic.
 MOST_FORMS = 8
-# Fewer messages prove nothing.
+# Fewer messages prove nothing: four intervals, two in each half.
 FEWEST_MESSAGES = 5
 # Time by stamps that passes this many times faster or slower than that of arrival is wrong.
 PACE = 3.0
@@ -42,36 +41,19 @@ SPEED_MARGIN, LIMIT_MARGIN = 3.0, 2.0
 FREE_SPEED = (10.0, 2.0)
 # In a longer interval (s) a joint can start and stop: reported speeds at its ends explain nothing.
 START_AND_STOP = 0.05
-# A speed is compared with its limit over this time (s); a noisy stamp may add a tenth.
+# A speed is compared with its limit over this time (s); jitter of a stamp may add a tenth.
 SPEED_BASELINE, SPEED_TOLERANCE = 0.2, 1.1
-# Reported velocities are compared over this time (s), if no interval is longer than the next.
+# Reported velocities are compared over this time (s), if no interval is longer than the second.
 VELOCITY_WINDOW, LONGEST_INTERVAL = 1.0, 0.15
-# Filters of drivers delay velocities by up to this time (s); some lead by it.
+# Filters of drivers delay velocities by up to this time (s); commanded velocities lead by it.
 MOST_LAG = 0.1
-# A difference of integral and position below this share of the larger one may be a filter's.
+# Integral and position may differ by this share of the larger one: a filter is no pure delay.
 VELOCITY_SHARE = 0.3
 
 
-class InputFault(NamedTuple):
+class JointMessages(NamedTuple):
     """
-    What is wrong with the joint states.
-
-    Attributes
-    ----------
-    cause
-        The same while the same thing is wrong: for a log that repeats itself rarely.
-    sentence
-        What is wrong; what to do.
-    """
-
-    cause: str
-    sentence: str
-
-
-@dataclass(frozen=True, eq=False)
-class JointMessages:
-    """
-    Messages with the same joint names, N of them, each with k names.
+    N messages with the same k joint names.
 
     Attributes
     ----------
@@ -94,14 +76,17 @@ class JointMessages:
         return self.seconds * SECOND + self.nanoseconds
 
     @property
-    def duration(self) -> float:
-        """Return the time between the first and the last arrival, s."""
-        return float(self.arrivals[-1] - self.arrivals[0]) * 1e-9
+    def duration(self) -> str:
+        """Return the time between the first and the last arrival, in words."""
+        return f'{1e-9 * float(self.arrivals[-1] - self.arrivals[0]):.2g} s'
 
     def taken(self, rows: slice | Flags) -> 'JointMessages':
         """Return some of the messages."""
-        _, *columns = (getattr(self, field.name) for field in fields(self))
-        return JointMessages(self.names, *(column[rows] for column in columns))
+        return self._make([self.names, *(column[rows] for column in self[1:])])
+
+    def newest(self, timeout: int) -> 'JointMessages':
+        """Return those after the last stamp that stepped back by more than the timeout (ns)."""
+        return self.taken(slice(_last(np.diff(self.stamps) < -timeout), None))
 
 
 def messages_of(recent: Sequence[tuple[int, bytes]], now: int) -> list[JointMessages]:
@@ -113,25 +98,24 @@ def messages_of(recent: Sequence[tuple[int, bytes]], now: int) -> list[JointMess
     found: list[JointMessages] = []
     for group in by_size.values():
         while group and len(found) < MOST_FORMS and (form := form_of(group[-1][1])) is not None:
-            joined = b''.join(data for _, data in group)
-            rows = np.frombuffer(joined, np.uint8).reshape(len(group), -1)
-            ours = ((rows & form.fixed) == form.same).all(axis=1)
-            if form.counts[0] == len(set(form.names)) == len(form.names):
-                arrivals = np.array([arrival for arrival, _ in group])
-                found.append(_messages(form, arrivals[ours], rows[ours]))
-            group = [one for one, taken in zip(group, ours.tolist()) if not taken]
+            rows = np.frombuffer(b''.join(data for _, data in group), np.uint8)
+            rows = rows.reshape(len(group), -1)
+            alike = ((rows & form.fixed) == form.same).all(axis=1)
+            arrivals = np.array([arrival for arrival, _ in group])[alike]
+            group = [one for one, is_alike in zip(group, alike.tolist()) if not is_alike]
+            stamp, q, qdot = (
+                rows[alike, part].copy().view(kind)
+                for part, kind in (
+                    (slice(STAMP_AT, STAMP_AT + 8), '<i4,<u4'),
+                    (form.positions, '<f8'),
+                    (form.velocities, '<f8'),
+                )
+            )
+            if q.shape[1] == len(set(form.names)) == len(form.names):
+                sec, nanosec = (stamp[name][:, 0].astype(np.int64) for name in ('f0', 'f1'))
+                qdot = qdot if qdot.shape == q.shape else np.full(q.shape, np.nan)
+                found.append(JointMessages(form.names, arrivals, sec, nanosec, q, qdot))
     return found
-
-
-def _messages(form: JointStateForm, arrivals: Integers, rows: Bytes) -> JointMessages:
-    sec, nanosec = (
-        rows[:, at : at + 4].copy().view(kind)[:, 0].astype(np.int64)
-        for at, kind in ((STAMP_AT, '<i4'), (STAMP_AT + 4, '<u4'))
-    )
-    q, qdot = (rows[:, part].copy().view(np.float64) for part in (form.positions, form.velocities))
-    if qdot.shape != q.shape:
-        qdot = np.full(q.shape, np.nan)
-    return JointMessages(form.names, arrivals, sec, nanosec, q, qdot)
 
 
 def input_faults(
@@ -141,16 +125,16 @@ def input_faults(
     timeout: int,
     simulated: bool = False,
     reported: bool = True,
-) -> list[InputFault]:
+) -> list[str]:
     """
-    Return what is wrong with the joint states; empty if nothing was found.
+    Return a sentence for each fault of the joint states that was found.
 
     Parameters
     ----------
     groups
         Messages of some seconds, those of the same names together.
     robot, names
-        The arm, and for each joint name of its file, mimic joints included, that in messages.
+        The arm, and for the joints to be checked, mimic joints included, the names in messages.
     timeout : ns
         Stamps that step back by more start a new time.
     simulated
@@ -158,116 +142,97 @@ def input_faults(
     reported
         Whether velocities that messages report are used.
     """
-    faults = list[InputFault]()
-    ours = {names[name]: j for j, name in enumerate(robot.joint_names)}
-    for group in groups:
-        if ours.keys().isdisjoint(group.names):
-            continue
-        group = group.taken(slice(_last(np.diff(group.stamps) < -timeout), None))
-        if len(group.arrivals) < FEWEST_MESSAGES:
-            continue
-        fault = None if is_unstamped(group) else _stamp_fault(group, simulated)
-        if fault is not None:  # speeds by wrong stamps mean nothing
-            faults.append(fault)
-            continue
-        with np.errstate(all='ignore'):  # numbers as large as doubles can be
-            faults += _motion_faults(group, robot, ours, reported)
-    with np.errstate(all='ignore'):
+    faults = list[str]()
+    ours = {names[name]: j for j, name in enumerate(robot.joint_names) if name in names}
+    with np.errstate(all='ignore'):  # numbers as large as doubles can be
+        for group in groups:
+            group = group.newest(timeout)
+            if ours.keys().isdisjoint(group.names) or len(group.q) < FEWEST_MESSAGES:
+                continue
+            fault = _stamp_fault(group, simulated) if group.stamps[-1] else ''
+            # Speeds by wrong stamps mean nothing.
+            faults += [fault] if fault else _motion_faults(group, robot, ours, reported)
         return [*faults, *_mimic_faults(groups, robot, names)]
 
 
-def is_unstamped(group: JointMessages) -> bool:
-    """Return whether the last message has no stamp."""
-    return bool(group.stamps[-1] == 0)
-
-
-def arrival_jitter(group: JointMessages) -> str:
-    """Return by how much times of arrival vary, and what that does to speeds, in words."""
-    if len(group.arrivals) < FEWEST_MESSAGES:
-        return ''
-    # One standard deviation both ways, if it is normal; a stall counts as one interval.
-    low, middle, high = np.percentile(np.diff(group.arrivals) * 1e-6, (16, 50, 84)).tolist()
-    jitter = 0.5 * (high - low)
-    share = f'about {jitter / middle:.1%}' if middle > jitter else 'more than 100 %'
-    return f'arrival jitter of {jitter:.2g} ms in {middle:.3g} ms: speeds are off by {share}'
+def arrival_jitter(groups: Sequence[JointMessages], names: Sequence[str]) -> str:
+    """Return what times of arrival in place of stamps mean for speeds, in words."""
+    text = 'no stamps: speeds are differences over times of arrival'
+    for group in groups:
+        if len(group.q) >= FEWEST_MESSAGES and not set(names).isdisjoint(group.names):
+            # Half the width of two thirds of all intervals: one standard deviation, if normal.
+            low, middle, high = np.percentile(np.diff(group.arrivals) * 1e-6, (16, 50, 84))
+            jitter = 0.5 * float(high - low)
+            text += f'; an arrival jitter of {jitter:.2g} ms in {middle:.3g} ms '
+            text += f'makes them wrong by about {100.0 * jitter / middle:.2g} %'
+    return text
 
 
 def _last(where: Flags) -> int:
     # Returns the index of the message after the last interval that is true; 0 if none is.
-    (found,) = np.nonzero(where)
-    return int(found[-1]) + 1 if len(found) else 0
+    return int(np.flatnonzero(np.append(True, where))[-1])
 
 
 # Stamps
 
 
-def _stamp_fault(group: JointMessages, simulated: bool) -> InputFault | None:
-    dropped, count = ~_advances(group.stamps), len(group.stamps)
+def _stamp_fault(group: JointMessages, simulated: bool) -> str:
+    # Returns what is wrong with the stamps, the first that applies; '' if nothing was found.
+    dropped, total = ~_advances(group.stamps), f'{len(group.q)} messages in {group.duration}'
     of_late = int(np.sum(group.arrivals > group.arrivals[-1] - SECOND))
-    cause = _fractions(group)
+    fraction, pace = _fraction(group), 1.0 if simulated else _pace(group)
+    largest = int(group.nanoseconds.max())
+    if np.ptp(group.stamps) == 0:
+        stamp = f'{group.seconds[0]}.{group.nanoseconds[0]:09d}'
+        return f'{total}, all with the stamp {stamp}: the driver must stamp each message anew'
     if dropped[-max(of_late, FEWEST_MESSAGES) :].mean() > 0.5:
-        first = f'{group.seconds[0]}.{group.nanoseconds[0]:09d}'
-        total = f'{count} messages in {group.duration:.2g} s'
-        if np.all(group.stamps == group.stamps[0]):
-            text = f'{total}, all with the stamp {first}; the driver must stamp each message anew'
-            return InputFault('stamps stand still', text)
-        remedy = cause or (
+        why = fraction or (
             'their stamps are not newer than that of a message before; stamp each message with '
-            'the time of its measurement, and synchronize the clocks if several nodes publish'
+            'the time of its measurement; if several nodes publish, synchronize their clocks'
         )
-        text = f'{int(np.sum(dropped))} of {total} dropped: {remedy}'
-        return InputFault('stamps do not advance', text)
-    if cause and not simulated:
-        return InputFault('unit of nanosec', f'stamps do not advance within a second: {cause}')
-    pace = 1.0 if simulated else _pace(group)
+        return f'{int(np.sum(dropped))} of {total} dropped: {why}'
+    if fraction:
+        return f'stamps hardly advance within a second: {fraction}'
     if pace != 1.0:
-        side = f'{pace:.3g} times faster' if pace > 1.0 else f'{1.0 / pace:.3g} times slower'
-        likely = 'simulated time (set use_sim_time), or a recording played at another rate'
+        side = f'{pace:.4g} times faster' if pace > 1.0 else f'{1.0 / pace:.4g} times slower'
+        likely = 'is it simulated (set use_sim_time), or a recording at another rate?'
         if abs(pace / 1000.0 - 1.0) < 0.1:
             likely = 'sec most likely holds milliseconds'
-        text = f'time by stamps passes {side} than by arrival, so speeds are wrong: {likely}'
-        return InputFault('pace of stamps', text)
-    nanosec = int(group.nanoseconds.max())
-    if nanosec >= SECOND:
-        text = f'nanosec of stamps is {nanosec}, a second or more; write sec and the rest of it'
-        return InputFault('range of nanosec', text)
-    return None
+        return f'time by stamps is wrong: it passes {side} than time of arrival; {likely}'
+    if largest >= SECOND:
+        return f'nanosec of stamps is a second or more: {largest}; it must be below {SECOND}'
+    return ''
 
 
 def _advances(stamps: Integers) -> Flags:
     # Returns for each message whether its stamp is newer than all before.
-    newest = np.maximum.accumulate(stamps)
-    return np.append(True, stamps[1:] > newest[:-1])
+    return np.append(True, stamps[1:] > np.maximum.accumulate(stamps)[:-1])
 
 
-def _fractions(group: JointMessages) -> str:
+def _fraction(group: JointMessages) -> str:
     # Returns what nanosec holds if it passes less than a thousandth of each second, else ''.
-    gaps = np.diff(group.arrivals)
+    gaps, largest = np.diff(group.arrivals), int(group.nanoseconds.max())
     within = gaps[np.diff(group.seconds) == 0].sum()
-    most = int(group.nanoseconds.max())
-    if most >= SECOND // 1000 or 2 * within < gaps.sum() or group.seconds[0] == group.seconds[-1]:
+    if largest >= SECOND // 1000 or 2 * within < gaps.sum() or np.ptp(group.seconds) == 0:
         return ''
-    if most == 0:
+    if largest == 0:
         return 'their stamps are whole seconds; fill nanosec'
-    unit = 'microseconds' if most >= SECOND // 1_000_000 else 'milliseconds'
+    unit = 'microseconds' if largest >= SECOND // 1_000_000 else 'milliseconds'
     return f'nanosec most likely holds {unit}; write nanoseconds'
 
 
 def _pace(group: JointMessages) -> float:
-    # Returns stamp seconds over arrival seconds; 1 unless both halves are beyond PACE. A burst
-    # after a stall is in one half only, a step of a clock as well.
-    stamps = group.stamps
-    begin = _last(np.diff(stamps) < 0)
-    s, t = stamps[begin:], group.arrivals[begin:]
+    # Returns seconds of stamps over seconds of arrival, 1 unless both halves are beyond PACE: a
+    # burst after a stall and a step of a clock are in one half.
+    begin = _last(np.diff(group.stamps) < 0)
+    s, t = group.stamps[begin:], group.arrivals[begin:]
     middle = int(np.searchsorted(t, (t[0] + t[-1]) // 2))
     if len(t) < FEWEST_MESSAGES or not 0 < middle < len(t) - 1 or t[-1] - t[0] < SECOND:
         return 1.0
-    first, second = (
-        float(s[b] - s[a]) / float(t[b] - t[a]) for a, b in ((0, middle), (middle, -1))
-    )
-    if min(first, second) > PACE or (0.0 < max(first, second) < 1.0 / PACE):
-        return float(s[-1] - s[0]) / float(t[-1] - t[0])
-    return 1.0
+    at = [0, middle, -1]
+    paces = np.diff(s[at]) / np.diff(t[at])
+    off = paces.min() > PACE or paces.max() < 1.0 / PACE
+    return float((s[-1] - s[0]) / (t[-1] - t[0])) if off else 1.0
 
 
 # Positions and velocities
@@ -292,132 +257,100 @@ def explained_steps(robot: Robot, j: int, speeds: Floats, intervals: Floats) -> 
     return explained + POSITION_TOLERANCE[sliding]
 
 
-class _Joint(NamedTuple):
-    # One joint over time: positions without the jumps of a full turn, and reported velocities.
-    robot: Robot
-    j: int
-    t: Floats
-    q: Floats
-    qdot: Floats
+def _jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Floats:
+    # Returns the steps that no speed explains. Messages that are stamped or arrive in pairs were
+    # not measured in pairs: no interval is shorter than the median.
+    intervals, steps = np.diff(t), np.diff(q)
+    intervals = np.maximum(intervals, np.median(intervals))
+    by_speed, by_limit = (
+        explained_steps(robot, j, speeds, intervals) for speeds in (np.abs(qdot), np.nan * qdot)
+    )
+    odd = np.abs(steps) > np.where(intervals > START_AND_STOP, by_limit, by_speed)
+    jumps: Floats = steps[odd]
+    return jumps
 
-    @property
-    def unit(self) -> str:
-        return self.robot.units[self.j]
 
-    def jumps(self) -> Floats:
-        # Returns the steps that no speed explains.
-        intervals = np.diff(self.t)
-        # Messages that arrive or are stamped in pairs were not measured in pairs.
-        intervals = np.maximum(intervals, np.median(intervals))
-        steps, speeds = np.diff(self.q), np.abs(self.qdot)
-        explained, by_limit = (
-            explained_steps(self.robot, self.j, known, intervals)
-            for known in (speeds, np.full_like(speeds, np.nan))
-        )
-        odd = np.abs(steps) > np.where(intervals > START_AND_STOP, by_limit, explained)
-        found: Floats = steps[odd]
-        return found
+def _integral(t: Floats, qdot: Floats) -> Floats:
+    return np.append(0.0, np.cumsum(0.5 * (qdot[1:] + qdot[:-1]) * np.diff(t)))
 
-    def times_too_fast(self) -> float:
-        # Returns the largest speed over its limit.
-        largest = 0.0
-        ends = np.searchsorted(self.t, self.t + SPEED_BASELINE)
-        begins = np.flatnonzero(ends < len(self.t))
-        ends = ends[begins]
-        for path in (self.q, self.integral()):
-            speeds = np.abs(path[ends] - path[begins]) / (self.t[ends] - self.t[begins])
-            largest = max(largest, float(np.max(speeds, initial=0.0)))
-        return largest / float(self.robot.velocity_limits[self.j])
 
-    def integral(self) -> Floats:
-        # Returns the motion by the reported velocities, 0 at the first message.
-        means = 0.5 * (self.qdot[1:] + self.qdot[:-1])
-        return np.append(0.0, np.cumsum(means * np.diff(self.t)))
+def _speed(t: Floats, q: Floats) -> float:
+    # Returns the largest mean speed over SPEED_BASELINE.
+    ends = np.searchsorted(t, t + SPEED_BASELINE)
+    begins = np.flatnonzero(ends < len(t))
+    ends = ends[begins]
+    return float(np.max(np.abs(q[ends] - q[begins]) / (t[ends] - t[begins]), initial=0.0))
 
-    def contradiction(self) -> str:
-        # Returns how reported velocities contradict the positions of the last second, or ''.
-        late = self._replace(
-            **{
-                name: getattr(self, name)[self.t >= self.t[-1] - VELOCITY_WINDOW]
-                for name in ('t', 'q', 'qdot')
-            }
-        )
-        t, q, path = late.t, late.q, late.integral()
-        inner = (t >= t[0] + MOST_LAG) & (t <= t[-1] - MOST_LAG)
-        longest = float(np.max(np.diff(t), initial=0.0))
-        if (
-            inner.sum() < FEWEST_MESSAGES
-            or longest > LONGEST_INTERVAL
-            or not np.all(np.abs(late.qdot) <= LARGEST)
-        ):
-            return ''
-        paths = [
-            np.interp(t[inner] + lag, t, path) for lag in np.linspace(-MOST_LAG, MOST_LAG, 11)
-        ]
-        told, known = min(paths, key=lambda told: float(np.ptp(told - q[inner]))), q[inner]
-        tolerance = POSITION_TOLERANCE[bool(self.robot.prismatic[self.j])]
-        most = float(np.max(np.abs(late.qdot)))
-        moved, motion, off = (float(np.ptp(path)) for path in (known, told, told - known))
-        if off <= tolerance + 0.5 * longest * most + VELOCITY_SHARE * max(moved, motion):
-            return ''
-        if moved <= tolerance:
-            return f'reach {most:.3g} {self.unit}/s while it moves by {moved:.1g} {self.unit}'
-        half = len(known) // 2
-        x, y = (path[half:] - np.mean(path[half:]) for path in (known, told))
-        scale = float(np.dot(x, y) / np.dot(x, x)) if np.any(x) else 0.0
-        if np.ptp(y - scale * x) > VELOCITY_SHARE * np.ptp(y):
-            return f'differ from its positions by {off:.2g} {self.unit} in a second'
-        text = f'are {scale:.3g} times what its positions say'
-        if abs(scale - math.degrees(1.0)) < 2.0:
-            return f'{text} (degrees?)'
-        return f'{text} (the wrong sign)' if abs(scale + 1.0) < 0.1 else text
+
+def _contradiction(t: Floats, q: Floats, qdot: Floats, tolerance: float, unit: str) -> str:
+    # Returns how reported velocities contradict the positions of the last second, or ''.
+    late = t >= t[-1] - VELOCITY_WINDOW
+    t, q, qdot = t[late], q[late], qdot[late]
+    inner = (t >= t[0] + MOST_LAG) & (t <= t[-1] - MOST_LAG)
+    longest, fastest = float(np.max(np.diff(t), initial=0.0)), float(np.max(np.abs(qdot)))
+    if inner.sum() < FEWEST_MESSAGES or longest > LONGEST_INTERVAL or not fastest <= LARGEST:
+        return ''
+    lags, path, q = np.linspace(-MOST_LAG, MOST_LAG, 11), _integral(t, qdot), q[inner]
+    paths = [np.interp(t[inner] + lag, t, path) for lag in lags]
+    path = paths[int(np.argmin([np.ptp(path - q) for path in paths]))]
+    moved, motion, off = (float(np.ptp(path)) for path in (q, path, path - q))
+    if off <= tolerance + 0.5 * longest * fastest + VELOCITY_SHARE * max(moved, motion):
+        return ''
+    if moved <= tolerance:
+        return f'up to {fastest:.3g} {unit}/s of a joint that moves by {moved:.1g} {unit}'
+    # The latest half may have the cause alone.
+    x, y = (path[len(q) // 2 :] - np.mean(path[len(q) // 2 :]) for path in (q, path))
+    scale = float(np.dot(x, y) / max(np.dot(x, x), np.finfo(float).tiny))
+    if np.ptp(y - scale * x) > VELOCITY_SHARE * np.ptp(y):
+        return f'off by {off:.2g} {unit} within a second'
+    text = f'{scale:.3g} times what its positions say'
+    if abs(scale - math.degrees(1.0)) < 2.0:
+        return f'{text} (degrees?)'
+    return f'{text} (the wrong sign)' if abs(scale + 1.0) < 0.1 else text
 
 
 def _motion_faults(
     group: JointMessages, robot: Robot, ours: Mapping[str, int], reported: bool
-) -> Iterator[InputFault]:
-    unstamped = is_unstamped(group)
-    if not unstamped:
-        group = group.taken(_advances(group.stamps))
+) -> Iterator[str]:
+    places = {name: group.names.index(name) for name in ours if name in group.names}
+    taken = np.all(np.abs(group.q[:, list(places.values())]) <= LARGEST, axis=1)
+    unstamped = group.stamps[-1] == 0
+    group = group.taken(taken & (unstamped | _advances(group.stamps)))
     times = group.arrivals if unstamped else group.stamps
     if len(times) < FEWEST_MESSAGES:
         return
-    t = (times - times[0]) * 1e-9
-    jumps, fast, told = dict[str, Floats](), dict[str, float](), defaultdict[str, list[str]](list)
-    for k, name in enumerate(group.names):
-        if name not in ours:
-            continue
-        j, q = ours[name], group.q[:, k]
+    t, count, largest = 1e-9 * (times - times[0]), 0, (0.0, '')
+    jumping, fast, contrary = list[str](), list[str](), defaultdict[str, list[str]](list)
+    for name, k in places.items():
+        j, q, qdot = ours[name], group.q[:, k], group.qdot[:, k] if reported else t * np.nan
         if robot.continuous[j]:
-            steps = np.remainder(np.diff(q) + math.pi, math.tau) - math.pi
-            q = np.append(0.0, np.cumsum(steps))
-        qdot = group.qdot[:, k] if reported else np.full(len(q), np.nan)
-        joint = _Joint(robot, j, t, q, qdot)
-        found, contradiction = joint.jumps(), joint.contradiction()
+            q = np.unwrap(q)
+        unit, limit = robot.units[j], float(robot.velocity_limits[j])
+        jumps = _jumps(robot, j, t, q, qdot)
+        tolerance = POSITION_TOLERANCE[bool(robot.prismatic[j])]
+        contradiction = _contradiction(t, q, qdot, tolerance, unit)
+        speed = 0.0 if unstamped else _speed(t, q if np.isnan(qdot).any() else _integral(t, qdot))
         # If many steps seem to be jumps, it is the reported speed that does not explain them.
-        if len(found) and not (contradiction and 4 * len(found) > len(q)):
-            jumps[name] = found
+        if len(jumps) and not (contradiction and 4 * len(jumps) > len(q)):
+            jumping.append(name)
+            count += len(jumps)
+            step = float(jumps[np.argmax(np.abs(jumps))])
+            largest = max(largest, (abs(step), f'{name} by {step:+.3g} {unit}'))
         elif contradiction:
-            told[contradiction].append(name)
-        elif not unstamped and (times_too_fast := joint.times_too_fast()) > SPEED_TOLERANCE:
-            fast[name] = times_too_fast
-    if jumps:
-        name, steps = max(jumps.items(), key=lambda item: float(np.max(np.abs(item[1]))))
-        largest = steps[int(np.argmax(np.abs(steps)))]
-        text = (
-            f'{counted(sum(map(len, jumps.values())), "jump")} of {", ".join(jumps)} in '
-            f'{group.duration:.2g} s that no speed explains, the largest of {name} by '
-            f'{largest:+.3g} {robot.units[ours[name]]}; look for wrong values in the messages'
+            contrary[contradiction].append(name)
+        elif speed > SPEED_TOLERANCE * limit:
+            fast.append(f'{name} {speed / limit:.3g} times at {speed:.3g} {unit}/s')
+    if jumping:
+        yield (
+            f'positions jump: {count} steps of {", ".join(jumping)} in {group.duration} are too '
+            f'large for any speed, the largest of {largest[1]}; look for wrong messages'
         )
-        yield InputFault(f'jumps of {", ".join(jumps)}', text)
-    for contradiction, joints in told.items():
-        cause = f'reported velocities of {", ".join(joints)}'
+    if contrary:
+        each = '; '.join(f'of {", ".join(names)} {text}' for text, names in contrary.items())
         remedy = 'correct the driver, or set velocity_source to difference'
-        yield InputFault(cause, f'{cause} {contradiction}; {remedy}')
+        yield f'reported velocities contradict the positions: {each}; {remedy}'
     if fast:
-        cause = ', '.join(f'{name} {times:.3g} times' for name, times in fast.items())
-        text = f'faster than the velocity limit: {cause}; check units, and limits of the file'
-        yield InputFault(f'speed of {", ".join(fast)}', text)
+        yield f'beyond the velocity limit: {", ".join(fast)}; check units and robot file'
 
 
 # Mimic joints
@@ -425,21 +358,20 @@ def _motion_faults(
 
 def _mimic_faults(
     groups: Sequence[JointMessages], robot: Robot, names: Mapping[str, str]
-) -> Iterator[InputFault]:
-    for mimic in robot.description.mimics:
-        name, leader = names[mimic.name], names[mimic.leader]
+) -> Iterator[str]:
+    for name, leader, multiplier, offset, slides in robot.description.mimics:
+        pair = names[name], names.get(leader, '')
         for group in groups:
-            if name not in group.names or leader not in group.names:
+            if not set(pair) <= set(group.names):
                 continue
             late = group.taken(group.arrivals > group.arrivals[-1] - SECOND)
-            q, driven = (late.q[:, group.names.index(one)] for one in (name, leader))
-            formula = mimic.multiplier * driven + mimic.offset
-            tolerance, unit = POSITION_TOLERANCE[mimic.slides], 'm' if mimic.slides else 'rad'
+            q, driven = (late.q[:, group.names.index(one)] for one in pair)
+            formula = multiplier * driven + offset
             # A joint that follows late is off by less than the motion of the second.
-            if np.min(np.abs(q - formula)) > tolerance + np.ptp(formula):
-                text = (
-                    f'{name} is {q[-1]:.4g} {unit} in the messages, but {formula[-1]:.4g} {unit} '
-                    f'by its formula {mimic.multiplier:g} * {leader} + {mimic.offset:g}, which '
-                    'the poses follow; correct the driver or the mimic element'
+            if np.min(np.abs(q - formula)) > POSITION_TOLERANCE[slides] + np.ptp(formula):
+                unit = 'm' if slides else 'rad'
+                yield (
+                    f'mimic joint {pair[0]} differs from its formula: {q[-1]:.4g} {unit} in the '
+                    f'messages, {multiplier:g} * {pair[1]} + {offset:g} = {formula[-1]:.4g} '
+                    f'{unit} in the poses; correct the driver or the mimic element'
                 )
-                yield InputFault(f'mimic {name}', text)

@@ -184,14 +184,9 @@ def _imported(
     _judge(certificate, chain, round_angles)
     section = points_text(robot, meant, points, way_to, ACCEPTED * _size(chain))
     written = text(str(certificate)) + section
-    doubts = (choice, *(variable.limits.doubt for variable in chain.variables))
-    return UrdfImport(
-        written,
-        _robot(root, written),
-        certificate,
-        tuple(one for one in doubts if one),
-        chain.mimics,
-    )
+    every = (choice, *(variable.limits.doubt for variable in chain.variables))
+    doubts = tuple(one for one in every if one)
+    return UrdfImport(written, _robot(root, written), certificate, doubts, chain.mimics)
 
 
 def _check_names(tree: UrdfTree, chain: UrdfChain) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from ...estimation import estimator
-from ...estimation.input_checks import InputFault
+from ...estimation.input_checks import JointMessages, arrival_jitter, input_faults
 from ...estimation.status_text import StatusText
 from ...robot.measures import Level
 from .best_subscription import BestSubscription
@@ -71,10 +71,10 @@ class InputState(NamedTuple):
         Source of the velocities of the last state.
     silent
         Why nothing is answered; empty if it is.
-    faults
-        What is wrong with the last messages.
-    unstamped
-        What comes of messages without stamps; empty if all have one.
+    messages
+        The last ones, those of the same names together.
+    simulated : ns
+        The simulated time, 0 before any was received; None if time is not simulated.
     """
 
     counts: Counter[str]
@@ -86,15 +86,18 @@ class InputState(NamedTuple):
     work: Work
     velocity_source: str
     silent: str
-    faults: Sequence[InputFault]
-    unstamped: str
+    messages: Sequence[JointMessages]
+    simulated: int | None
 
 
 def input_status(
-    arm: estimator.Estimator, subscription: BestSubscription, heard: InputState
+    arm: estimator.Estimator,
+    subscription: BestSubscription,
+    heard: InputState,
+    warnings: Sequence[str],
 ) -> StatusText:
     """Return level, sentence and values of the input of an arm."""
-    level, sentence = _verdict(arm, subscription.topic_name, heard)
+    level, sentence = _verdict(arm, subscription.topic_name, heard, warnings)
     counts, work, delay = heard.counts, heard.work, arm.acceleration_delay
     rate = heard.news[estimator.ACCEPTED] / heard.interval if heard.interval > 0.0 else 0.0
     rejected = sum(counts[reason] for reason in REJECTED)
@@ -138,7 +141,9 @@ def _disputed(arm: estimator.Estimator, heard: InputState) -> Sequence[str]:
     return arm.disputed(heard.arrival) if len(heard.publishers) > 1 else ()
 
 
-def _verdict(arm: estimator.Estimator, topic: str, heard: InputState) -> tuple[Level, str]:
+def _verdict(
+    arm: estimator.Estimator, topic: str, heard: InputState, warnings: Sequence[str]
+) -> tuple[Level, str]:
     if heard.silent:
         return Level.OK, heard.silent
     if missing := ', '.join(arm.missing(heard.arrival)):
@@ -148,11 +153,10 @@ def _verdict(arm: estimator.Estimator, topic: str, heard: InputState) -> tuple[L
                 Level.ERROR,
                 f'no joint state was received on {topic} ({who}): missing {missing}',
             )
-        arrived = ''.join(f'; {fault.sentence}' for fault in heard.faults)
-        return Level.ERROR, f'joint states are stale: missing {missing}{arrived}'
-    if warnings := input_warnings(arm, heard):
-        return Level.WARN, '; '.join(warning.sentence for warning in warnings)
-    unstamped = heard.unstamped and f'; {heard.unstamped}'
+        return Level.ERROR, '; '.join([f'joint states are stale: missing {missing}', *warnings])
+    if warnings:
+        return Level.WARN, '; '.join(warnings)
+    unstamped = ''.join(f'; {text}' for text in [unstamped_in_words(arm, heard)] if text)
     if heard.velocity_source == 'difference':
         return Level.OK, f'fine; velocities are differences of positions{unstamped}'
     if heard.velocity_source == 'none':
@@ -160,33 +164,51 @@ def _verdict(arm: estimator.Estimator, topic: str, heard: InputState) -> tuple[L
     return Level.OK, 'fine'
 
 
-def input_warnings(arm: estimator.Estimator, heard: InputState) -> list[InputFault]:
-    """Return what is wrong with the input; those without a cause are logged as they happen."""
-    return [*_warnings(arm, heard), *heard.faults]
+def unstamped_in_words(arm: estimator.Estimator, heard: InputState) -> str:
+    """Return what speeds mean if messages have neither stamps nor velocities; '' if they have."""
+    if not heard.news[estimator.NOT_STAMPED] or heard.velocity_source == 'message':
+        return ''
+    return arrival_jitter(heard.messages, arm.names)
 
 
-def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[InputFault]:
-    if disputed := ', '.join(_disputed(arm, heard)):
-        who = ' and '.join(dict.fromkeys(heard.publishers))
-        yield InputFault(f'dispute {disputed}', f'publishers disagree about {disputed}: {who}')
-    if beyond := ', '.join(arm.beyond_limits()):
-        yield InputFault(f'beyond {beyond}', f'beyond the limits: {beyond}')
+def input_warnings(arm: estimator.Estimator, heard: InputState) -> list[str]:
+    """Return what is wrong with the input, in sentences."""
+    settings, robot, disputed = arm.settings, arm.robot, _disputed(arm, heard)
+    names = {one.name: settings.joint_prefix + one.name for one in robot.description.mimics}
+    joints = zip(robot.joint_names, arm.names)
+    names |= {joint: name for joint, name in joints if name not in disputed}
+    reported = settings.velocity_source != 'difference'
+    simulated = heard.simulated is not None
+    return [
+        *_warnings(arm, heard),
+        *input_faults(heard.messages, robot, names, settings.timeout, simulated, reported),
+    ]
+
+
+def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
+    if disputed := _disputed(arm, heard):
+        yield (
+            f'publishers disagree about {", ".join(disputed)}: '
+            f'{" and ".join(dict.fromkeys(heard.publishers))}'
+        )
+    if beyond := arm.beyond_limits():
+        yield f'beyond the limits: {", ".join(beyond)}'
     rejected = [reason for reason in REJECTED if heard.news[reason]]
     if rejected:
-        yield InputFault('', f'messages rejected: {", ".join(rejected)}')
+        yield f'messages rejected: {", ".join(rejected)}'
     if heard.lost_of_late:
-        yield InputFault('lost', f'{heard.lost_of_late} messages lost within {RECENT:g} s')
+        yield f'{heard.lost_of_late} messages lost within {RECENT:g} s'
+    if heard.simulated == 0 and heard.news[estimator.NOT_STAMPED]:
+        yield 'no twist without stamps: no /clock was received; publish it or unset use_sim_time'
     if arm.integration.seconds:
         off = 'how far is not known: the robot file has no velocity_noise'
         deviation = arm.integration.deviation(arm.robot)
         if deviation is not None:
             off = f'{deviation:.2g} rad or m (one standard deviation), and more by offsets'
         since = f'positions are counted on from velocities for {arm.integration.seconds:.1f} s'
-        yield InputFault('integration', f'{since}; off by: {off}')
+        yield f'{since}; off by: {off}'
     left_out = heard.news[LEFT_OUT]
     if left_out:
-        yield InputFault(
-            '', f'messages come faster than they can be answered: {left_out} left out'
-        )
+        yield f'messages come faster than they can be answered: {left_out} left out'
     if heard.news[INTERNAL_ERROR]:
-        yield InputFault('', 'messages caused an internal error; see the log')
+        yield 'messages caused an internal error; see the log'

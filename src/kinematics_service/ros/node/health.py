@@ -1,5 +1,6 @@
 """The node's diagnostics: once a second, its input and the outcome of each message."""
 
+import re
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
@@ -7,19 +8,19 @@ from collections.abc import Callable, Mapping, Sequence
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 
-from ...estimation.estimator import NOT_STAMPED, Estimator
-from ...estimation.input_checks import (
-    InputFault,
-    JointMessages,
-    arrival_jitter,
-    input_faults,
-    is_unstamped,
-    messages_of,
-)
+from ...estimation.estimator import Estimator
+from ...estimation.input_checks import messages_of
 from ...estimation.status_text import StatusText
 from ..messages.messages import full_name, status_message
 from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS
-from .diagnostics import RECENT, InputState, Work, input_status, input_warnings
+from .diagnostics import (
+    RECENT,
+    InputState,
+    Work,
+    input_status,
+    input_warnings,
+    unstamped_in_words,
+)
 from .input import Input
 from .steady_time import Throttle, steady_timer
 
@@ -113,33 +114,17 @@ class Health:
                 why_no_joint_states(self._node, topic, self._subscription.given_topic)
             )
 
-    def _faults(self, groups: Sequence[JointMessages]) -> list[InputFault]:
-        arm = self._estimator
-        settings, robot = arm.settings, arm.robot
-        names = {one.name: settings.joint_prefix + one.name for one in robot.description.mimics}
-        names |= dict(zip(robot.joint_names, arm.names))
-        simulated = self._node.get_clock().ros_time_is_active
-        reported = settings.velocity_source != 'difference'
-        return input_faults(groups, robot, names, settings.timeout, simulated, reported)
-
-    def _unstamped(self, groups: Sequence[JointMessages], news: Counter[str]) -> str:
-        # Returns what comes of it if messages have no stamp and report no velocities.
-        source, clock = self._velocity_source(), self._node.get_clock()
-        if not news[NOT_STAMPED] or source == 'message':
-            return ''
-        if clock.ros_time_is_active and not clock.now().nanoseconds:
-            return 'no twist: no stamps, and no /clock; publish /clock or unset use_sim_time'
-        ours = [one for one in groups if not set(self._estimator.names).isdisjoint(one.names)]
-        jitter = '; '.join(filter(None, map(arrival_jitter, filter(is_unstamped, ours))))
-        return f'the messages have no stamp, so speeds use times of arrival: {jitter}'
-
-    def _log(self, heard: InputState) -> None:
+    def _log(self, warnings: Sequence[str], unstamped: str) -> None:
         logger = self._node.get_logger()
-        if heard.unstamped and not self._unstamped_said:
+        if unstamped and not self._unstamped_said:
             self._unstamped_said = True
-            logger.info(f'joint states: {heard.unstamped}')
-        for cause, sentence in input_warnings(self._estimator, heard):
-            if cause and self._throttle.passes(cause):
+            logger.info(f'joint states: {unstamped}')
+        for sentence in warnings:
+            # Sentences that differ in numbers or behind their colon have the same cause.
+            at_once = sentence.startswith('messages ')  # logged with the message itself
+            if not at_once and self._throttle.passes(
+                re.sub(r'[\d.]+', '', sentence.partition(':')[0])
+            ):
                 logger.warning(f'joint states: {sentence}')
 
     def say_when_due(self) -> None:
@@ -158,8 +143,7 @@ class Health:
         self._explain_silence(now, counts)
         interval, news = now - self._said, counts - self._counts_said
         self.work, self._counts_said, self._said = Work(), counts, now
-        silent = self._silent()
-        groups = [] if silent else messages_of(self._recent, arrival)
+        silent, clock = self._silent(), node.get_clock()
         names = sorted(
             f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in publishers
         )
@@ -173,15 +157,16 @@ class Health:
             work,
             self._velocity_source(),
             silent,
-            self._faults(groups),
-            self._unstamped(groups, news),
+            [] if silent else messages_of(self._recent, arrival),
+            clock.now().nanoseconds if clock.ros_time_is_active else None,
         )
-        self._log(heard)
+        warnings = input_warnings(estimator, heard)
+        self._log(warnings, unstamped_in_words(estimator, heard))
         if not self._publisher.get_subscription_count():
             return
-        text = input_status(estimator, subscription, heard)
+        text = input_status(estimator, subscription, heard, warnings)
         message = DiagnosticArray()
-        message.header.stamp = node.get_clock().now().to_msg()
+        message.header.stamp = clock.now().to_msg()
         name = full_name(node)
         message.status = [status_message(f'{name}: input', text)]
         for subject, status_text in self._others().items():
