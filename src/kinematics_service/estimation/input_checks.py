@@ -31,6 +31,8 @@ WINDOW = 5 * SECOND
 MOST_FORMS = 8
 # Fewer messages prove nothing: four intervals, two in each half.
 FEWEST_MESSAGES = 5
+# More than half are dropped, and not by chance: if each message comes twice, half of them are.
+DROPPED_SHARE = 0.6
 # Time by stamps that passes this many times faster or slower than that of arrival is wrong.
 PACE = 3.0
 # A step is a jump if it exceeds, by POSITION_TOLERANCE (rad, m), the motion at three times the
@@ -82,7 +84,7 @@ class JointMessages(NamedTuple):
 
     def taken(self, rows: slice | Flags) -> 'JointMessages':
         """Return some of the messages."""
-        return self._make([self.names, *(column[rows] for column in self[1:])])
+        return JointMessages._make([self.names, *(column[rows] for column in self[1:])])
 
     def newest(self, timeout: int) -> 'JointMessages':
         """Return those after the last stamp that stepped back by more than the timeout (ns)."""
@@ -185,7 +187,7 @@ def _stamp_fault(group: JointMessages, simulated: bool) -> str:
     if np.ptp(group.stamps) == 0:
         stamp = f'{group.seconds[0]}.{group.nanoseconds[0]:09d}'
         return f'{total}, all with the stamp {stamp}: the driver must stamp each message anew'
-    if dropped[-max(of_late, FEWEST_MESSAGES) :].mean() > 0.5:
+    if dropped[-max(of_late, FEWEST_MESSAGES) :].mean() > DROPPED_SHARE:
         why = fraction or (
             'their stamps are not newer than that of a message before; stamp each message with '
             'the time of its measurement; if several nodes publish, synchronize their clocks'
