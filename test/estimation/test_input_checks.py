@@ -74,37 +74,42 @@ def arrivals_of(kind, t, rng):
 
 
 RATES = (0.2, 1.0, 2.0, 10.0, 50.0, 200.0, 1000.0)
+FINE = np.arange(0.0, 9.0, 1e-3)
+
+
+def moves(robot, rng):
+    """Return positions and velocities at FINE of moves that start, stop and pause."""
+    top = np.where(np.isfinite(robot.velocity_limits), robot.velocity_limits, 2.0)
+    top = np.where(robot.prismatic, np.minimum(top, 0.5), top)
+    goals = rng.choice([-0.95, 0.0, 0.0, 0.95], (len(FINE) // 500, robot.dof)) * top
+    ramp = np.ones(200) / 200.0
+    speeds = [np.convolve(one, ramp)[: len(FINE)] for one in np.repeat(goals, 500, axis=0).T]
+    v = np.array(speeds).T
+    return np.cumsum(v, axis=0) * 1e-3, v
+
+
+def sampled(values, t):
+    return np.column_stack([np.interp(t, FINE, column) for column in values.T])
 
 
 @pytest.mark.parametrize('arm', ARMS)
 @pytest.mark.parametrize('kind', ['jitter', 'pairs', 'batches', 'stall'])
 def test_healthy_streams_have_no_fault(arm, kind):
     robot, rng = ks.load_robot(arm), np.random.default_rng(len(arm + kind))
-    top = np.where(np.isfinite(robot.velocity_limits), robot.velocity_limits, 2.0)
-    top = np.where(robot.prismatic, np.minimum(top, 0.5), top)
     for rate in RATES:
-        fine = np.arange(0.0, 9.0, 1e-3)
-        # Moves that start and stop, each with its pause; filtered, so that speeds have ramps.
-        goals = rng.choice([-0.95, 0.0, 0.0, 0.95], (len(fine) // 500 + 1, robot.dof)) * top
-        v = np.repeat(goals, 500, axis=0)[: len(fine)]
-        ramp = np.ones(200) / 200.0
-        v = np.apply_along_axis(lambda one: np.convolve(one, ramp)[: len(fine)], 0, v)
-        q = np.cumsum(v, axis=0) * 1e-3
+        q, v = moves(robot, rng)
         t = np.arange(0.0, 9.0, 1.0 / rate)
         late, kept = arrivals_of(kind, t, rng)
-
-        def at(values, times):
-            return np.column_stack([np.interp(times, fine, column) for column in values.T])
-
-        step = np.where(robot.prismatic, 1e-4, 1.5e-3)
-        measured = np.round(at(q, t) / step) * step
-        turning = np.array(robot.continuous)
-        lower = rng.choice([-math.pi, 0.0])
+        step = np.where(robot.prismatic, 1e-4, 1.5e-3)  # of a coarse encoder
+        measured = np.round(sampled(q, t) / step) * step
+        turning, lower = np.array(robot.continuous), rng.choice([-math.pi, 0.0])
         measured[:, turning] = np.mod(measured[:, turning] - lower, math.tau) + lower
-        for delay in (-0.05, 0.0, 0.02, 0.06, None):
-            told = None if delay is None else at(v, t - delay) + 1e-3 * rng.normal(size=q[0].shape)
+        for delay in (-0.05, 0.04, None):
+            told = None
+            if delay is not None:
+                told = sampled(v, t - delay) + 1e-3 * rng.normal(size=measured.shape)
             group = stream(robot, t, measured, told, late=late).taken(kept)
-            for now in np.arange(1.3, 15.0, 1.0):
+            for now in np.arange(1.3, 13.0, 1.7):
                 seen = group.taken(group.arrivals <= now * 1e9)
                 if len(seen.q):
                     assert faults(robot, seen) == [], (rate, delay, now)
@@ -206,7 +211,8 @@ def test_simulated_time_may_pass_at_any_rate():
 def test_the_noise_of_speeds_by_arrival_is_that_of_the_intervals():
     robot, rng = ks.load_robot('ur5e'), np.random.default_rng(3)
     t = np.cumsum(0.02 + 0.0008 * rng.normal(size=250))
-    group = stream(robot, t, swinging(robot, t)[0], 0 * t.astype(np.int64))
+    q, _ = swinging(robot, t)
+    group = stream(robot, t, q, stamps=np.zeros(len(t), dtype=np.int64))
     assert faults(robot, group) == []
     text = arrival_jitter([group], robot.joint_names)
     jitter, share = (float(text.split(word)[1].split()[0]) for word in ('jitter of ', 'about '))
@@ -227,7 +233,9 @@ def test_one_message_of_zeros_in_25_is_counted_and_named(told, rate):
         values[12::25] = 0.0
     (sentence,) = faults(robot, stream(robot, t, q, qdot if told else None))
     assert sentence.startswith('positions jump: ')
-    assert f'{2 * len(q[12::25]) * 6} steps of shoulder_pan_joint, ' in sentence
+    zeros = len(q[-MOST_MESSAGES:][::25])
+    assert abs(int(sentence.split()[2]) - 12 * zeros) <= 12
+    assert ' steps of shoulder_pan_joint, ' in sentence
 
 
 def test_a_joint_without_a_speed_limit_jumps_too():
@@ -253,21 +261,24 @@ def test_a_speed_beyond_its_limit_is_named_with_its_multiple(told):
 
 
 @pytest.mark.parametrize('factor', [-1.0, DEGREES, 2.0, 0.5, 0.0])
-@pytest.mark.parametrize('rate', [25.0, 100.0, 1000.0])
+@pytest.mark.parametrize('rate', [10.0, 50.0, 1000.0])
 def test_a_factor_is_found_within_a_second_of_the_change(factor, rate):
     robot, t = ks.load_robot('ur5e'), np.arange(0.0, 20.0, 1.0 / rate)
-    t = t[t < 1.0] if rate == 1000.0 else t
-    q, qdot = swinging(robot, t)
-    changed = t > t[-1] - 1.0
-    qdot[changed, 1] *= factor
-    said = faults(robot, stream(robot, t, q, qdot))
-    assert len(said) == 1
-    assert said[0].startswith('reported velocities contradict the positions: of shoulder_lift')
-    if factor == -1.0:
-        assert '-1 times' in said[0].replace('-0.99', '-1').replace('-1.0', '-1') + '-1 times'
-        assert '(the wrong sign)' in said[0]
-    if factor == DEGREES:
-        assert '(degrees?)' in said[0]
+    t = t[-2000:]
+    q, qdot = swinging(robot, t, rate=0.7)
+    for last in (0.4, 1.0):  # s of the change that were received
+        told = qdot.copy()
+        told[t > t[-1] - last, 1] *= factor
+        said = faults(robot, stream(robot, t, q, told))
+        if factor in (2.0, 0.5, 0.0) and (last == 0.4 or rate == 10.0):
+            continue  # hidden by what a filter and rare messages may do
+        assert len(said) == 1
+        assert said[0].startswith('reported velocities contradict the positions: of shoulder_lift')
+    if not said:
+        return
+    assert f' {factor:.2g}' in said[0] or f' {factor:.3g} times' in said[0]
+    assert ('(the wrong sign)' in said[0]) == (factor == -1.0)
+    assert ('(degrees?)' in said[0]) == (factor == DEGREES)
 
 
 @pytest.mark.parametrize('speed', [1.0, -1e6, 1e300])
@@ -324,7 +335,7 @@ def test_a_mimic_joint_that_differs_from_its_formula_is_named_with_both_numbers(
 
 @pytest.mark.parametrize(
     ('stamp', 'q', 'qdot'),
-    itertools.product([-(2**31), 0, 2**31 - 1], [0.0, 1e15, 1e300, math.nan], [1e15, math.inf]),
+    [*itertools.product([-(2**31), 0, 2**31 - 1], [0.0, 1e15, 1e300, math.nan], [1e15, math.inf])],
 )
 def test_no_number_stops_the_checks(stamp, q, qdot):
     robot, t = ks.load_robot('ur5e'), np.arange(0.0, 2.0, 0.1)

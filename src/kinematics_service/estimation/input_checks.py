@@ -13,6 +13,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ..kernel import LARGEST, Floats, Integers
 from ..robot.robot import Robot
@@ -263,9 +264,12 @@ def _jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Floats:
     # Returns the steps that no speed explains. Messages that are stamped or arrive in pairs were
     # not measured in pairs: no interval is shorter than the median.
     intervals, steps = np.diff(t), np.diff(q)
-    intervals = np.maximum(intervals, np.median(intervals))
+    usual = float(np.median(intervals))
+    intervals = np.maximum(intervals, usual)
+    near = min(math.ceil(MOST_LAG / usual), len(t))  # messages by which reported speeds may lag
+    speeds = sliding_window_view(np.pad(np.abs(qdot), near, 'edge'), 2 * near + 1).max(axis=1)
     by_speed, by_limit = (
-        explained_steps(robot, j, speeds, intervals) for speeds in (np.abs(qdot), np.nan * qdot)
+        explained_steps(robot, j, known, intervals) for known in (speeds, np.nan * speeds)
     )
     odd = np.abs(steps) > np.where(intervals > START_AND_STOP, by_limit, by_speed)
     jumps: Floats = steps[odd]
@@ -290,12 +294,12 @@ def _contradiction(t: Floats, q: Floats, qdot: Floats, tolerance: float, unit: s
     t, q, qdot = t[late], q[late], qdot[late]
     inner = (t >= t[0] + MOST_LAG) & (t <= t[-1] - MOST_LAG)
     longest, fastest = float(np.max(np.diff(t), initial=0.0)), float(np.max(np.abs(qdot)))
-    if inner.sum() < FEWEST_MESSAGES or longest > LONGEST_INTERVAL or not fastest <= LARGEST:
+    if inner.sum() < FEWEST_MESSAGES or longest > LONGEST_INTERVAL or math.isnan(fastest):
         return ''
     lags, path, q = np.linspace(-MOST_LAG, MOST_LAG, 11), _integral(t, qdot), q[inner]
-    paths = [np.interp(t[inner] + lag, t, path) for lag in lags]
-    path = paths[int(np.argmin([np.ptp(path - q) for path in paths]))]
-    moved, motion, off = (float(np.ptp(path)) for path in (q, path, path - q))
+    off = min(float(np.ptp(np.interp(t[inner] + lag, t, path) - q)) for lag in lags)
+    path = path[inner]
+    moved, motion = float(np.ptp(q)), float(np.ptp(path))
     if off <= tolerance + 0.5 * longest * fastest + VELOCITY_SHARE * max(moved, motion):
         return ''
     if moved <= tolerance:
@@ -315,25 +319,30 @@ def _motion_faults(
     group: JointMessages, robot: Robot, ours: Mapping[str, int], reported: bool
 ) -> Iterator[str]:
     places = {name: group.names.index(name) for name in ours if name in group.names}
-    taken = np.all(np.abs(group.q[:, list(places.values())]) <= LARGEST, axis=1)
+    known, told = (
+        np.all(np.abs(values[:, list(places.values())]) <= LARGEST, axis=1)
+        for values in (group.q, group.qdot)
+    )
+    # The estimator uses all velocities of a message or none.
+    group = group._replace(qdot=np.where(reported & told[:, None], group.qdot, np.nan))
     unstamped = group.stamps[-1] == 0
-    group = group.taken(taken & (unstamped | _advances(group.stamps)))
+    group = group.taken(known & (unstamped | _advances(group.stamps)))
     times = group.arrivals if unstamped else group.stamps
     if len(times) < FEWEST_MESSAGES:
         return
     t, count, largest = 1e-9 * (times - times[0]), 0, (0.0, '')
     jumping, fast, contrary = list[str](), list[str](), defaultdict[str, list[str]](list)
     for name, k in places.items():
-        j, q, qdot = ours[name], group.q[:, k], group.qdot[:, k] if reported else t * np.nan
+        j, q, qdot = ours[name], group.q[:, k], group.qdot[:, k]
         if robot.continuous[j]:
             q = np.unwrap(q)
         unit, limit = robot.units[j], float(robot.velocity_limits[j])
-        jumps = _jumps(robot, j, t, q, qdot)
         tolerance = POSITION_TOLERANCE[bool(robot.prismatic[j])]
         contradiction = _contradiction(t, q, qdot, tolerance, unit)
+        # Speeds that contradict the positions explain no step.
+        jumps = _jumps(robot, j, t, q, np.nan * qdot if contradiction else qdot)
         speed = 0.0 if unstamped else _speed(t, q if np.isnan(qdot).any() else _integral(t, qdot))
-        # If many steps seem to be jumps, it is the reported speed that does not explain them.
-        if len(jumps) and not (contradiction and 4 * len(jumps) > len(q)):
+        if len(jumps):
             jumping.append(name)
             count += len(jumps)
             step = float(jumps[np.argmax(np.abs(jumps))])
