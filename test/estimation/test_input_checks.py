@@ -180,8 +180,8 @@ SAID = {
     'all nanoseconds': 'nanosec of stamps is a second or more',
     'sec holds milliseconds': 'sec most likely holds milliseconds',
     'frozen': 'all with the stamp 1133099831.1126656057',
-    '10 times faster': 'it passes 10 times faster',
-    '4 times slower': 'it passes 4 times slower',
+    '10 times faster': 'it passes 10.0 times faster',
+    '4 times slower': 'it passes 4.0 times slower',
 }
 
 

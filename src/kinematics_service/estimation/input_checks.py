@@ -197,7 +197,7 @@ def _stamp_fault(group: JointMessages, simulated: bool) -> str:
     if fraction:
         return f'stamps hardly advance within a second: {fraction}'
     if pace != 1.0:
-        side = f'{pace:.4g} times faster' if pace > 1.0 else f'{1.0 / pace:.4g} times slower'
+        side = f'{pace:.1f} times faster' if pace > 1.0 else f'{1.0 / pace:.1f} times slower'
         likely = 'is it simulated (set use_sim_time), or a recording at another rate?'
         if abs(pace / 1000.0 - 1.0) < 0.1:
             likely = 'sec most likely holds milliseconds'
