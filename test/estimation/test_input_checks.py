@@ -9,10 +9,10 @@ import pytest
 
 import kinematics_service as ks
 from kinematics_service.estimation.input_checks import (
-    LARGEST_MESSAGE,
-    MOST_FORMS,
-    MOST_MESSAGES,
+    FORM_LIMIT,
+    MESSAGE_LIMIT,
     SECOND,
+    SIZE_LIMIT,
     WINDOW,
     JointMessages,
     arrival_jitter,
@@ -41,7 +41,7 @@ def faults(robot, *groups, timeout=SECOND, names=None, **options):
     names = {name: name for name in robot.joint_names} if names is None else names
     now = max(group.arrivals[-1] for group in groups)
     recent = [group.taken(group.arrivals >= now - WINDOW) for group in groups]
-    recent = [group.taken(slice(-MOST_MESSAGES, None)) for group in recent]
+    recent = [group.taken(slice(-MESSAGE_LIMIT, None)) for group in recent]
     return input_faults(recent, robot, names, timeout, **options)
 
 
@@ -233,7 +233,7 @@ def test_one_message_of_zeros_in_25_is_counted_and_named(told, rate):
         values[12::25] = 0.0
     (sentence,) = faults(robot, stream(robot, t, q, qdot if told else None))
     assert sentence.startswith('positions jump: ')
-    zeros = len(q[-MOST_MESSAGES:][::25])
+    zeros = len(q[-MESSAGE_LIMIT:][::25])
     assert abs(int(sentence.split()[2]) - 12 * zeros) <= 12
     assert ' steps of shoulder_pan_joint, ' in sentence
 
@@ -346,5 +346,5 @@ def test_no_number_stops_the_checks(stamp, q, qdot):
 
 
 def test_what_is_kept_is_bounded():
-    assert MOST_MESSAGES * LARGEST_MESSAGE <= 1 << 24
-    assert MOST_FORMS < 10
+    assert MESSAGE_LIMIT * SIZE_LIMIT <= 1 << 24
+    assert FORM_LIMIT < 10

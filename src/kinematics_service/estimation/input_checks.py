@@ -23,34 +23,38 @@ from .joint_state_form import form_of
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
 SECOND = 1_000_000_000  # ns
-# Messages that are checked: their number, and the size of each (bytes); at most 16 MB.
-MOST_MESSAGES = 2000
-LARGEST_MESSAGE = 8192
-# Only messages of this time are checked (ns): some, even of a driver that sends two a second.
+# Messages that are kept for the checks, and the size of each in bytes: 16 MB at most, two seconds
+# at 1 kHz.
+MESSAGE_LIMIT = 2000
+SIZE_LIMIT = 8192
+# Messages of this time are checked (ns): ten of a driver that sends two a second.
 WINDOW = 5 * SECOND
 # Lists of joint names that are checked at a time: some drivers on one topic.
-MOST_FORMS = 8
-# Fewer messages prove nothing: four intervals, two in each half.
-FEWEST_MESSAGES = 5
-# More than half are dropped, and not by chance: if each message comes twice, half of them are.
+FORM_LIMIT = 8
+# Fewer messages prove nothing: two intervals are in each half of the time.
+MESSAGE_MINIMUM = 5
+# If each message comes twice, half of them are dropped, or a few more by chance: no fault.
 DROPPED_SHARE = 0.6
-# Time by stamps that passes this many times faster or slower than that of arrival is wrong.
+# Time by stamps may pass this many times faster or slower than time of arrival.
 PACE = 3.0
-# A step is a jump if it exceeds, by POSITION_TOLERANCE (rad, m), the motion at three times the
-# larger reported speed; without reported speeds, twice the velocity limit; without that, these
-# speeds. Mimic joints and integrated velocities have the same tolerance.
+# A step is a jump if it exceeds, by POSITION_TOLERANCE (rad, m), SPEED_MARGIN times the motion at
+# the larger reported speed, else LIMIT_MARGIN times that at the velocity limit, else that at
+# FREE_SPEED (rad/s, m/s). Mimic joints and integrated velocities have the same tolerance.
 POSITION_TOLERANCE = (0.02, 0.005)
-SPEED_MARGIN, LIMIT_MARGIN = 3.0, 2.0
+SPEED_MARGIN = 3.0
+LIMIT_MARGIN = 2.0
 FREE_SPEED = (10.0, 2.0)
 # In a longer interval (s) a joint can start and stop: reported speeds at its ends explain nothing.
 START_AND_STOP = 0.05
-# A speed is compared with its limit over this time (s); jitter of a stamp may add a tenth.
-SPEED_BASELINE, SPEED_TOLERANCE = 0.2, 1.1
-# Reported velocities are compared over this time (s), if no interval is longer than the second.
-VELOCITY_WINDOW, LONGEST_INTERVAL = 1.0, 0.15
+# A speed is compared with its limit over this time (s), in which jitter of stamps adds a tenth.
+SPEED_BASELINE = 0.2
+SPEED_TOLERANCE = 1.1
+# Reported velocities are compared over this time (s), if no interval exceeds INTERVAL_LIMIT (s).
+VELOCITY_WINDOW = 1.0
+INTERVAL_LIMIT = 0.15
 # Filters of drivers delay velocities by up to this time (s); commanded velocities lead by it.
-MOST_LAG = 0.1
-# Integral and position may differ by this share of the larger one: a filter is no pure delay.
+LAG_LIMIT = 0.1
+# Integral and position may differ by this much of the larger one: filters do more than delay.
 VELOCITY_SHARE = 0.3
 
 
@@ -100,7 +104,7 @@ def messages_of(recent: Sequence[tuple[int, bytes]], now: int) -> list[JointMess
             by_size[len(data)].append((arrival, data))
     found: list[JointMessages] = []
     for group in by_size.values():
-        while group and len(found) < MOST_FORMS and (form := form_of(group[-1][1])) is not None:
+        while group and len(found) < FORM_LIMIT and (form := form_of(group[-1][1])) is not None:
             rows = np.frombuffer(b''.join(data for _, data in group), np.uint8)
             rows = rows.reshape(len(group), -1)
             alike = ((rows & form.fixed) == form.same).all(axis=1)
@@ -150,7 +154,7 @@ def input_faults(
     with np.errstate(all='ignore'):  # numbers as large as doubles can be
         for group in groups:
             group = group.newest(timeout)
-            if ours.keys().isdisjoint(group.names) or len(group.q) < FEWEST_MESSAGES:
+            if ours.keys().isdisjoint(group.names) or len(group.q) < MESSAGE_MINIMUM:
                 continue
             fault = _stamp_fault(group, simulated) if group.stamps[-1] else ''
             # Speeds by wrong stamps mean nothing.
@@ -162,12 +166,12 @@ def arrival_jitter(groups: Sequence[JointMessages], names: Sequence[str]) -> str
     """Return what times of arrival in place of stamps mean for speeds, in words."""
     text = 'no stamps: speeds are differences over times of arrival'
     for group in groups:
-        if len(group.q) >= FEWEST_MESSAGES and not set(names).isdisjoint(group.names):
+        if len(group.q) >= MESSAGE_MINIMUM and not set(names).isdisjoint(group.names):
             # Half the width of two thirds of all intervals: one standard deviation, if normal.
             low, middle, high = np.percentile(np.diff(group.arrivals) * 1e-6, (16, 50, 84))
             jitter = 0.5 * float(high - low)
             text += f'; an arrival jitter of {jitter:.2g} ms in {middle:.3g} ms '
-            text += f'makes them wrong by about {100.0 * jitter / middle:.2g} %'
+            text += f'makes them wrong by about {100.0 * jitter / middle:.1f} %'
     return text
 
 
@@ -188,7 +192,7 @@ def _stamp_fault(group: JointMessages, simulated: bool) -> str:
     if np.ptp(group.stamps) == 0:
         stamp = f'{group.seconds[0]}.{group.nanoseconds[0]:09d}'
         return f'{total}, all with the stamp {stamp}: the driver must stamp each message anew'
-    if dropped[-max(of_late, FEWEST_MESSAGES) :].mean() > DROPPED_SHARE:
+    if dropped[-max(of_late, MESSAGE_MINIMUM) :].mean() > DROPPED_SHARE:
         why = fraction or (
             'their stamps are not newer than that of a message before; stamp each message with '
             'the time of its measurement; if several nodes publish, synchronize their clocks'
@@ -230,7 +234,7 @@ def _pace(group: JointMessages) -> float:
     begin = _last(np.diff(group.stamps) < 0)
     s, t = group.stamps[begin:], group.arrivals[begin:]
     middle = int(np.searchsorted(t, (t[0] + t[-1]) // 2))
-    if len(t) < FEWEST_MESSAGES or not 0 < middle < len(t) - 1 or t[-1] - t[0] < SECOND:
+    if len(t) < MESSAGE_MINIMUM or not 0 < middle < len(t) - 1 or t[-1] - t[0] < SECOND:
         return 1.0
     at = [0, middle, -1]
     paces = np.diff(s[at]) / np.diff(t[at])
@@ -243,7 +247,7 @@ def _pace(group: JointMessages) -> float:
 
 def explained_steps(robot: Robot, j: int, speeds: Floats, intervals: Floats) -> Floats:
     """
-    Return the steps of joint j that are no jumps, shape (N,), rad or m.
+    Return the largest steps of joint j that its speed explains, shape (N,), rad or m.
 
     Parameters
     ----------
@@ -266,7 +270,7 @@ def _jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Floats:
     intervals, steps = np.diff(t), np.diff(q)
     usual = float(np.median(intervals))
     intervals = np.maximum(intervals, usual)
-    near = min(math.ceil(MOST_LAG / usual), len(t))  # messages by which reported speeds may lag
+    near = min(math.ceil(LAG_LIMIT / usual), len(t))  # messages by which reported speeds may lag
     speeds = sliding_window_view(np.pad(np.abs(qdot), near, 'edge'), 2 * near + 1).max(axis=1)
     by_speed, by_limit = (
         explained_steps(robot, j, known, intervals) for known in (speeds, np.nan * speeds)
@@ -292,11 +296,11 @@ def _contradiction(t: Floats, q: Floats, qdot: Floats, tolerance: float, unit: s
     # Returns how reported velocities contradict the positions of the last second, or ''.
     late = t >= t[-1] - VELOCITY_WINDOW
     t, q, qdot = t[late], q[late], qdot[late]
-    inner = (t >= t[0] + MOST_LAG) & (t <= t[-1] - MOST_LAG)
+    inner = (t >= t[0] + LAG_LIMIT) & (t <= t[-1] - LAG_LIMIT)
     longest, fastest = float(np.max(np.diff(t), initial=0.0)), float(np.max(np.abs(qdot)))
-    if inner.sum() < FEWEST_MESSAGES or longest > LONGEST_INTERVAL or math.isnan(fastest):
+    if inner.sum() < MESSAGE_MINIMUM or longest > INTERVAL_LIMIT or math.isnan(fastest):
         return ''
-    lags, path, q = np.linspace(-MOST_LAG, MOST_LAG, 11), _integral(t, qdot), q[inner]
+    lags, path, q = np.linspace(-LAG_LIMIT, LAG_LIMIT, 11), _integral(t, qdot), q[inner]
     off = min(float(np.ptp(np.interp(t[inner] + lag, t, path) - q)) for lag in lags)
     path = path[inner]
     moved, motion = float(np.ptp(q)), float(np.ptp(path))
@@ -328,7 +332,7 @@ def _motion_faults(
     unstamped = group.stamps[-1] == 0
     group = group.taken(known & (unstamped | _advances(group.stamps)))
     times = group.arrivals if unstamped else group.stamps
-    if len(times) < FEWEST_MESSAGES:
+    if len(times) < MESSAGE_MINIMUM:
         return
     t, count, largest = 1e-9 * (times - times[0]), 0, (0.0, '')
     jumping, fast, contrary = list[str](), list[str](), defaultdict[str, list[str]](list)

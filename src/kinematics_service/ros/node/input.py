@@ -8,7 +8,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from ...errors import WireError
-from ...estimation.input_checks import LARGEST_MESSAGE, MOST_MESSAGES
+from ...estimation.input_checks import MESSAGE_LIMIT, SIZE_LIMIT
 from ...estimation.joint_sample import JointSample
 from ...estimation.joint_state_form import JointStateForm
 from ..messages.joint_state_reader import JointStateReader
@@ -59,7 +59,7 @@ class Input:
         self._clock = node.get_clock()
         self._reader = JointStateReader()
         self._form: JointStateForm | None = None  # of the last message
-        self.recent: deque[tuple[int, bytes]] = deque(maxlen=MOST_MESSAGES)
+        self.recent: deque[tuple[int, bytes]] = deque(maxlen=MESSAGE_LIMIT)
         self.subscription = BestSubscription(
             node,
             JointState,
@@ -75,7 +75,7 @@ class Input:
         return self.subscription.topic_name
 
     def _keep(self, data: bytes, arrival: int) -> None:
-        if len(data) <= LARGEST_MESSAGE:
+        if len(data) <= SIZE_LIMIT:
             self.recent.append((arrival, data))
 
     def _on_message(self, data: bytes) -> None:

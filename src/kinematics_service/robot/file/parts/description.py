@@ -409,7 +409,7 @@ class Mimic(NamedTuple):
     Attributes
     ----------
     name, leader
-        As in JointState; the follower is no joint of the arm.
+        As in JointState; the arm's joints include the leader, not the follower.
     offset : rad or m
     slides
         Whether the follower slides.
