@@ -23,9 +23,9 @@ from .joint_state_form import form_of
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
 SECOND = 1_000_000_000  # ns
-# Messages that are kept for the checks, and the size of each in bytes: 16 MB at most, two seconds
-# at 1 kHz.
-MESSAGE_LIMIT = 2000
+# Messages that are kept for the checks, a second at 1 kHz, and the size of each in bytes: together
+# 8 MB.
+MESSAGE_LIMIT = 1000
 SIZE_LIMIT = 8192
 # Messages of this time are checked (ns): ten of a driver that sends two a second.
 WINDOW = 5 * SECOND
@@ -102,9 +102,10 @@ def messages_of(recent: Sequence[tuple[int, bytes]], now: int) -> list[JointMess
     for arrival, data in recent:
         if now - arrival <= WINDOW:
             by_size[len(data)].append((arrival, data))
-    found: list[JointMessages] = []
+    found, forms = list[JointMessages](), 0
     for group in by_size.values():
-        while group and len(found) < FORM_LIMIT and (form := form_of(group[-1][1])) is not None:
+        while group and forms < FORM_LIMIT and (form := form_of(group[-1][1])) is not None:
+            forms += 1
             rows = np.frombuffer(b''.join(data for _, data in group), np.uint8)
             rows = rows.reshape(len(group), -1)
             alike = ((rows & form.fixed) == form.same).all(axis=1)
@@ -234,7 +235,7 @@ def _pace(group: JointMessages) -> float:
     begin = _last(np.diff(group.stamps) < 0)
     s, t = group.stamps[begin:], group.arrivals[begin:]
     middle = int(np.searchsorted(t, (t[0] + t[-1]) // 2))
-    if len(t) < MESSAGE_MINIMUM or not 0 < middle < len(t) - 1 or t[-1] - t[0] < SECOND:
+    if len(t) < MESSAGE_MINIMUM or not 0 < middle < len(t) - 1 or t[-1] - t[0] < SECOND // 2:
         return 1.0
     at = [0, middle, -1]
     paces = np.diff(s[at]) / np.diff(t[at])
@@ -268,6 +269,8 @@ def _jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Floats:
     # Returns the steps that no speed explains. Messages that are stamped or arrive in pairs were
     # not measured in pairs: no interval is shorter than the median.
     intervals, steps = np.diff(t), np.diff(q)
+    if np.max(np.abs(steps)) <= POSITION_TOLERANCE[bool(robot.prismatic[j])]:
+        return steps[:0]
     usual = float(np.median(intervals))
     intervals = np.maximum(intervals, usual)
     near = min(math.ceil(LAG_LIMIT / usual), len(t))  # messages by which reported speeds may lag
