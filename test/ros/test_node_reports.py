@@ -8,8 +8,10 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from ros_harness import (
     BOTH_TRANSPORTS,
+    LATCHED,
     SECOND,
     START,
     STEP,
@@ -19,7 +21,7 @@ from ros_harness import (
     nanoseconds,
 )
 
-OK, WARN, ERROR = range(3)
+OK, WARN, ERROR, STALE = range(4)
 Q = (0.3, -0.4, 1.2)
 NAMES = ['q1', 'q2', 'q3']
 SHORT = ['-p', 'joint_state_timeout:=0.2']
@@ -100,12 +102,16 @@ def test_wrong_stamps_are_named_in_the_log_and_in_the_diagnostics(watched, capfd
 
 def test_what_arrived_is_said_of_a_stale_arm(watched):
     one = watched(ros_args=SHORT)
+    warnings = one.hear('singularity/warning', DiagnosticStatus, LATCHED)
     sent(one, 8, lambda k: (1133099831, 1126656057))
+    one.node._health.say()
     one.spin_until(lambda: one.node._estimator.missing(time.monotonic_ns()), 'stale arm')
     status = one.diagnose()
     assert level_of(status) == ERROR
     assert status.message.startswith('joint states are stale: missing q1, q2, q3; 8 messages in ')
     assert ', all with the stamp 1133099831.1126656057: ' in status.message
+    one.spin_until(lambda: level_of(warnings[-1]) == STALE, 'warning STALE')
+    assert ', all with the stamp 1133099831.1126656057: ' in warnings[-1].message
 
 
 @pytest.mark.parametrize(

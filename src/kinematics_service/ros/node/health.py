@@ -1,9 +1,10 @@
 """The node's diagnostics: once a second, its input and the outcome of each message."""
 
+import math
 import re
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
@@ -67,6 +68,8 @@ class Health:
     ----------
     work
         Processing times of messages since the last diagnostics.
+    warnings
+        What was wrong with the input then.
     """
 
     def __init__(
@@ -86,8 +89,8 @@ class Health:
         self._velocity_source, self._silent = velocity_source, silent
         self._counts_said: Counter[str] = Counter()
         self._begun = self._said = time.monotonic()
-        self._throttle = Throttle(AGAIN)
-        self._unstamped_said = False
+        self._throttle, self._once = Throttle(AGAIN), Throttle(math.inf)
+        self.warnings: list[str] = []
         # Times of diagnostics, s, and the number of messages lost by then.
         self._losses: deque[tuple[float, int]] = deque([(self._said, 0)])
         self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
@@ -114,12 +117,11 @@ class Health:
                 why_no_joint_states(self._node, topic, self._subscription.given_topic)
             )
 
-    def _log(self, warnings: Sequence[str], unstamped: str) -> None:
+    def _log(self, unstamped: str) -> None:
         logger = self._node.get_logger()
-        if unstamped and not self._unstamped_said:
-            self._unstamped_said = True
+        if unstamped and self._once.passes('unstamped'):
             logger.info(f'joint states: {unstamped}')
-        for sentence in warnings:
+        for sentence in self.warnings:
             # Sentences that differ in numbers or behind their colon have the same cause.
             at_once = sentence.startswith('messages ')  # logged with the message itself
             if not at_once and self._throttle.passes(
@@ -160,11 +162,11 @@ class Health:
             [] if silent else messages_of(self._recent, arrival),
             clock.now().nanoseconds if clock.ros_time_is_active else None,
         )
-        warnings = input_warnings(estimator, heard)
-        self._log(warnings, unstamped_in_words(estimator, heard))
+        self.warnings = input_warnings(estimator, heard)
+        self._log(unstamped_in_words(estimator, heard))
         if not self._publisher.get_subscription_count():
             return
-        text = input_status(estimator, subscription, heard, warnings)
+        text = input_status(estimator, subscription, heard, self.warnings)
         message = DiagnosticArray()
         message.header.stamp = clock.now().to_msg()
         name = full_name(node)

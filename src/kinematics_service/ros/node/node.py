@@ -313,7 +313,8 @@ class KinematicsNode(Node):
         if not missing:
             return
         if self._estimator.go_stale(now):
-            self._say(stale_status(self.settings.robot, self._missing_text(missing)))
+            sentence = '; '.join([self._missing_text(missing), *self._health.warnings])
+            self._say(stale_status(self.settings.robot, sentence))
         self._watchdog.cancel()  # stale it stays until the next state, which sets the timer again
 
     def _on_clock_jump(self, jump: TimeJump) -> None:
