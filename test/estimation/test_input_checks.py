@@ -200,6 +200,15 @@ def test_wrong_stamps_are_named_with_their_cause(kind, rate):
         assert sentence.startswith('251 messages in 5 s')
 
 
+@pytest.mark.parametrize('kind', ['milliseconds', 'microseconds'])
+def test_the_unit_is_named_before_a_second_is_over(kind):
+    robot, t = ks.load_robot('ur5e'), np.arange(0.0, 0.98, 0.02)
+    q, _ = swinging(robot, t)
+    sec, nanosec = wrong_stamps(kind, t)
+    (sentence,) = faults(robot, stream(robot, t, q)._replace(seconds=sec, nanoseconds=nanosec))
+    assert SAID[kind] in sentence
+
+
 def test_simulated_time_may_pass_at_any_rate():
     robot, t = ks.load_robot('ur5e'), np.arange(0.0, 6.0, 0.02)
     q, _ = swinging(robot, t)

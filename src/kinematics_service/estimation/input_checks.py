@@ -37,6 +37,13 @@ MESSAGE_MINIMUM = 5
 DROPPED_SHARE = 0.6
 # Time by stamps may pass this many times faster or slower than time of arrival.
 PACE = 3.0
+# The ratios of units that are mistaken for another, and how exactly the pace has to be one of them.
+UNITS = {
+    1e3: 'sec most likely holds milliseconds',
+    1e-3: 'nanosec most likely holds microseconds',
+    1e-6: 'nanosec most likely holds milliseconds',
+}
+UNIT_TOLERANCE = 0.1
 # A step is a jump if it exceeds, by POSITION_TOLERANCE (rad, m), SPEED_MARGIN times the motion at
 # the larger reported speed, else LIMIT_MARGIN times that at the velocity limit, else that at
 # FREE_SPEED (rad/s, m/s). Mimic joints and integrated velocities have the same tolerance.
@@ -204,8 +211,8 @@ def _stamp_fault(group: JointMessages, simulated: bool) -> str:
     if pace != 1.0:
         side = f'{pace:.1f} times faster' if pace > 1.0 else f'{1.0 / pace:.1f} times slower'
         likely = 'is it simulated (set use_sim_time), or a recording at another rate?'
-        if abs(pace / 1000.0 - 1.0) < 0.1:
-            likely = 'sec most likely holds milliseconds'
+        for ratio, unit in UNITS.items():
+            likely = unit if abs(pace / ratio - 1.0) < UNIT_TOLERANCE else likely
         return f'time by stamps is wrong: it passes {side} than time of arrival; {likely}'
     if largest >= SECOND:
         return f'nanosec of stamps is a second or more: {largest}; it must be below {SECOND}'
