@@ -37,7 +37,7 @@ MESSAGE_MINIMUM = 5
 DROPPED_SHARE = 0.6
 # Time by stamps may pass this many times faster or slower than time of arrival.
 PACE = 3.0
-# The ratios of units that are mistaken for another, and how exactly the pace has to be one of them.
+# Ratios of units that are mistaken for each other, and how exactly the pace has to be one of them.
 UNITS = {
     1e3: 'sec most likely holds milliseconds',
     1e-3: 'nanosec most likely holds microseconds',
