@@ -59,8 +59,8 @@ TOPICS = {
     'before a singularity, 3 slowed on the way out (by its own rule alone), 6 a limit of '
     'position, -1 refused',
     '/diagnostics': 'once a second: input rate, age, messages by what became of them, missing '
-    'joints, publishers; beside it `frames`, `velocities` and `wrench`, where there '
-    'is something to say of them',
+    'joints, publishers; beside it `frames` and `wrench`, where there is something '
+    'to say of them',
 }
 
 _XYZ = 'position'

@@ -906,3 +906,25 @@ def test_tips_make_a_cell_that_says_the_same(tmp_path, monkeypatch, capsys):
     assert main([*command[:-1], 'left_tool']) == 1
     assert 'has two tips or more' in capsys.readouterr().err
     assert main([*command, '--tip', 'left_tool']) == 2
+
+
+def test_joints_that_mimic_are_kept_with_their_formulas(tmp_path):
+    moving = ''.join(
+        f'<joint name="j{k}" type="revolute"><parent link="l{k - 1}"/><child link="l{k}"/>'
+        f'<origin xyz="0.1 0 0" rpy="0.5 0 0"/><axis xyz="0 0 1"/>{mimic}'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+        for k, mimic in (
+            (1, ''),
+            (2, '<mimic joint="j1" multiplier="2" offset="0.1"/>'),
+            (3, '<mimic joint="j2" multiplier="-1"/>'),
+        )
+    )
+    links = ''.join(f'<link name="l{k}"/>' for k in range(4))
+    file = tmp_path / 'arm.urdf'
+    file.write_text(f'<robot name="arm">{links}{moving}</robot>')
+    robot = ks.load_robot(file)
+    assert robot.joint_names == ('j1',)
+    assert robot.description.mimics == (
+        ('j2', 'j1', 2.0, 0.1, False),
+        ('j3', 'j1', -2.0, -0.1, False),
+    )

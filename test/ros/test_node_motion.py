@@ -373,61 +373,6 @@ def test_directions_that_an_arm_of_few_joints_never_feels_are_named(arm):
     assert 'torque about x' in values['not felt']
 
 
-# Reported velocities
-
-
-def velocities_status(one):
-    one.diagnose()
-    return next((s for s in one._diagnostics[-1].status if s.name.endswith(': velocities')), None)
-
-
-def swung(one, factors, count=300):
-    """Swing all joints for a while, each with its reported velocities times a factor."""
-    poses = one.poses
-    for k in range(count):
-        t, phases = k * STEP / SECOND, np.arange(3.0)
-        rates = 0.6 * np.cos(2.0 * t + phases)
-        one.send((0.3 * np.sin(2.0 * t + phases)).tolist(), (factors * rates).tolist())
-        if k % 50 == 49:
-            one.spin_until(lambda: poses and one.stamps()[-1] == one.stamp, 'answers')
-
-
-def test_reported_velocities_are_compared_with_the_positions(arm):
-    one = arm()
-    assert velocities_status(one) is None
-    swung(one, np.array([1.0, -1.0, 180 / np.pi]))
-    for _ in range(2):
-        velocities_status(one)
-    found = velocities_status(one)
-    assert level_of(found) == 1
-    values = values_of(found)
-    assert values['q1'] == 'agrees'
-    assert values['q2'] == 'are -1 times what its positions say (the wrong sign)'
-    assert values['q3'].startswith('are 57')
-    assert values['q3'].endswith(' times what its positions say (degrees?)')
-    assert 'reported velocities of q2 are -1 times' in found.message
-    assert change(one, joint_prefix='left_').successful
-
-
-def test_velocities_are_compared_only_while_somebody_hears_of_it(arm):
-    one = arm()
-    swung(one, np.ones(3), 100)
-    assert not one.node._recent._answers
-    velocities_status(one)
-    swung(one, np.ones(3), 100)
-    for _ in range(3):
-        found = velocities_status(one)
-    assert level_of(found) == 0
-    assert set(values_of(found).values()) == {'craig_3r', 'agrees'}
-
-
-def test_differences_of_positions_are_not_compared_with_themselves(arm):
-    one = arm('craig_3r', ['-p', 'velocity_source:=difference'])
-    velocities_status(one)
-    swung(one, np.ones(3), 100)
-    assert velocities_status(one) is None
-
-
 # Closed loops
 
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...estimation.input_checks import explained_steps
 from ...estimation.joint_memory import LIMIT_SLACK
 from ...formats.recordings.columns import median, spans
 from ...kernel import Floats
@@ -15,11 +16,6 @@ from .reported_velocities import Unwrapped, VelocityCheck, longest_interval, vel
 from .stream import steps_of
 from .timeline import Timeline
 
-# A step is a jump if it exceeds, by this much (rad, m), the way at three times the larger reported
-# speed; without reported speeds, twice the velocity limit; without that, these speeds.
-JUMP = (0.02, 0.005)
-SPEED_MARGIN, LIMIT_MARGIN = 3.0, 2.0
-FREE_SPEED = (10.0, 2.0)
 # A position this near to its limit touches it (rad, m).
 TOUCHES = (math.radians(0.5), 1e-3)
 # Positions beyond their limits by more than a turn may be in degrees.
@@ -147,7 +143,7 @@ def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
             steps = np.diff(np.concatenate([before[j], q]))
             before[j] = q[-1:]
             speeds = np.where(differenced, np.nan, timeline.qdot.columns[j][span])
-            allowed = _explained(robot, j, np.abs(speeds), gaps * 1e-9)
+            allowed = explained_steps(robot, j, np.abs(speeds), gaps * 1e-9)
             odd = np.flatnonzero(steady & (np.abs(steps) > allowed))
             count += len(odd)
             found += [
@@ -156,14 +152,3 @@ def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
             ]
         first = (first + sorted(found))[:MOST_JUMPS]
     return count, tuple(first)
-
-
-def _explained(robot: Robot, j: int, speeds: Floats, intervals: Floats) -> Floats:
-    # Returns the steps of a joint that are no jumps, from speeds (N + 1,) at the ends of intervals
-    # (N,).
-    sliding = bool(robot.prismatic[j])
-    reported = SPEED_MARGIN * np.fmax(speeds[1:], speeds[:-1])
-    limit = LIMIT_MARGIN * float(robot.velocity_limits[j])
-    otherwise = limit if math.isfinite(limit) else FREE_SPEED[sliding]
-    explained: Floats = np.where(np.isnan(reported), otherwise, reported) * intervals
-    return explained + JUMP[sliding]

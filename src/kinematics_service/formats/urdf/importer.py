@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from ...errors import Fault, RobotFileError, UrdfError
+from ...robot.file.parts.description import Mimic
 from ...robot.file.parts.joints import MAX_JOINTS
 from ...robot.file.parts.links import MAX_ROWS
 from ...robot.file.text.fault_report import quoted
@@ -49,12 +50,15 @@ class UrdfImport:
         How exact it is.
     doubts
         What is most likely meant otherwise: limits that are none, one of several tips.
+    mimics
+        Joints of the chain that follow others.
     """
 
     text: str
     robot: Robot
     certificate: Certificate
     doubts: tuple[Fault, ...]
+    mimics: tuple[Mimic, ...]
 
 
 TableConvention = Literal['standard', 'modified']
@@ -122,7 +126,7 @@ def urdf_as_robot_file(content: bytes, file: str, base: str, tip: str) -> RobotT
     """
     root = parse_urdf(content, file)
     found = _imported(root, f'URDF {PurePath(file).name}', base, tip)
-    return RobotText(found.text, found.doubts)
+    return RobotText(found.text, found.doubts, found.mimics)
 
 
 def _imported(
@@ -180,10 +184,9 @@ def _imported(
     _judge(certificate, chain, round_angles)
     section = points_text(robot, meant, points, way_to, ACCEPTED * _size(chain))
     written = text(str(certificate)) + section
-    doubts = (choice, *(variable.limits.doubt for variable in chain.variables))
-    return UrdfImport(
-        written, _robot(root, written), certificate, tuple(one for one in doubts if one)
-    )
+    every = (choice, *(variable.limits.doubt for variable in chain.variables))
+    doubts = tuple(one for one in every if one)
+    return UrdfImport(written, _robot(root, written), certificate, doubts, chain.mimics)
 
 
 def _check_names(tree: UrdfTree, chain: UrdfChain) -> None:

@@ -115,6 +115,7 @@ def described(translated: RobotText, file: str, content: bytes) -> RobotDescript
     return replace(
         parse_robot(translated.text, file),
         warnings=translated.doubts,
+        mimics=translated.mimics,
         sha256=hashlib.sha256(content).hexdigest(),
     )
 

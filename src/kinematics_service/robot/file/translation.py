@@ -5,6 +5,7 @@ from pathlib import PurePath
 from typing import NamedTuple
 
 from ...errors import Fault
+from .parts.description import Mimic
 
 # The largest descriptions of whole humanoids have half a megabyte.
 MAX_BYTES = 8 * 1024 * 1024
@@ -18,10 +19,13 @@ class RobotText(NamedTuple):
     ----------
     doubts
         What was most likely meant otherwise there.
+    mimics
+        Joints that follow others there.
     """
 
     text: str
     doubts: tuple[Fault, ...]
+    mimics: tuple[Mimic, ...] = ()
 
 
 # Takes the bytes of a file, its name for messages, and the links at which the arm begins and ends,

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from ...estimation import estimator
+from ...estimation.input_checks import JointMessages, arrival_jitter, input_faults
 from ...estimation.status_text import StatusText
 from ...robot.measures import Level
 from ...typography import counted
@@ -72,8 +73,10 @@ class InputState(NamedTuple):
         Source of the velocities of the last state.
     silent
         Why nothing is answered; empty if it is.
-    namesakes
-        That another node publishes the same topics; empty otherwise.
+    messages
+        The last ones, those of the same names together.
+    simulated : ns
+        The simulated time, 0 before any was received; None if time is not simulated.
     """
 
     counts: Counter[str]
@@ -85,14 +88,18 @@ class InputState(NamedTuple):
     work: Work
     velocity_source: str
     silent: str
-    namesakes: str
+    messages: Sequence[JointMessages]
+    simulated: int | None
 
 
 def input_status(
-    arm: estimator.Estimator, subscription: BestSubscription, heard: InputState
+    arm: estimator.Estimator,
+    subscription: BestSubscription,
+    heard: InputState,
+    warnings: Sequence[str],
 ) -> StatusText:
     """Return level, sentence and values of the input of an arm."""
-    level, sentence = _verdict(arm, subscription.topic_name, heard)
+    level, sentence = _verdict(arm, subscription.topic_name, heard, warnings)
     counts, work, delay = heard.counts, heard.work, arm.acceleration_delay
     rate = heard.news[estimator.ACCEPTED] / heard.interval if heard.interval > 0.0 else 0.0
     rejected = sum(counts[reason] for reason in REJECTED)
@@ -136,7 +143,9 @@ def _disputed(arm: estimator.Estimator, heard: InputState) -> Sequence[str]:
     return arm.disputed(heard.arrival) if len(heard.publishers) > 1 else ()
 
 
-def _verdict(arm: estimator.Estimator, topic: str, heard: InputState) -> tuple[Level, str]:
+def _verdict(
+    arm: estimator.Estimator, topic: str, heard: InputState, warnings: Sequence[str]
+) -> tuple[Level, str]:
     if heard.silent:
         return Level.OK, heard.silent
     if missing := ', '.join(arm.missing(heard.arrival)):
@@ -150,19 +159,39 @@ def _verdict(arm: estimator.Estimator, topic: str, heard: InputState) -> tuple[L
                 what = 'no complete joint state was received'
                 why = ', '.join(f'{reason}: {count}' for reason, count in heard.counts.items())
             return Level.ERROR, f'{what} on {topic} ({why}): missing {missing}'
-        return Level.ERROR, f'joint states are stale: missing {missing}'
-    if warnings := '; '.join(_warnings(arm, heard)):
-        return Level.WARN, warnings
+        return Level.ERROR, '; '.join([f'joint states are stale: missing {missing}', *warnings])
+    if warnings:
+        return Level.WARN, '; '.join(warnings)
+    unstamped = ''.join(f'; {text}' for text in [unstamped_in_words(arm, heard)] if text)
     if heard.velocity_source == 'difference':
-        return Level.OK, 'fine; velocities are differences of positions'
+        return Level.OK, f'fine; velocities are differences of positions{unstamped}'
     if heard.velocity_source == 'none':
-        return Level.OK, 'fine, but without velocities: no twist'
+        return Level.OK, f'fine, but without velocities: no twist{unstamped}'
     return Level.OK, 'fine'
 
 
+def unstamped_in_words(arm: estimator.Estimator, heard: InputState) -> str:
+    """Return what speeds mean if messages have neither stamps nor velocities; '' if they have."""
+    if not heard.news[estimator.NOT_STAMPED] or heard.velocity_source == 'message':
+        return ''
+    return arrival_jitter(heard.messages, arm.names)
+
+
+def input_warnings(arm: estimator.Estimator, heard: InputState) -> list[str]:
+    """Return what is wrong with the input, in sentences."""
+    settings, robot, disputed = arm.settings, arm.robot, _disputed(arm, heard)
+    names = {one.name: settings.joint_prefix + one.name for one in robot.description.mimics}
+    joints = zip(robot.joint_names, arm.names)
+    names |= {joint: name for joint, name in joints if name not in disputed}
+    reported = settings.velocity_source != 'difference'
+    simulated = heard.simulated is not None
+    return [
+        *_warnings(arm, heard),
+        *input_faults(heard.messages, robot, names, settings.timeout, simulated, reported),
+    ]
+
+
 def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
-    if heard.namesakes:
-        yield heard.namesakes
     if disputed := _disputed(arm, heard):
         yield (
             f'publishers disagree about {", ".join(disputed)}: '
@@ -175,6 +204,8 @@ def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
         yield f'messages rejected: {", ".join(rejected)}'
     if heard.lost_of_late:
         yield f'{heard.lost_of_late} messages lost within {RECENT:g} s'
+    if heard.simulated == 0 and heard.news[estimator.NOT_STAMPED]:
+        yield 'no twist without stamps: no /clock was received; publish it or unset use_sim_time'
     if arm.integration.seconds:
         off = 'how far is not known: the robot file has no velocity_noise'
         deviation = arm.integration.deviation(arm.robot)

@@ -1,5 +1,7 @@
 """The node's diagnostics: once a second, its input and the outcome of each message."""
 
+import math
+import re
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
@@ -9,11 +11,19 @@ from rclpy.node import Node
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from ...estimation.estimator import Estimator
+from ...estimation.input_checks import messages_of
 from ...estimation.status_text import StatusText
 from ..messages.messages import full_name, status_message
 from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS, POSE, WARNING
-from .best_subscription import BestSubscription
-from .diagnostics import RECENT, InputState, Work, input_status
+from .diagnostics import (
+    RECENT,
+    InputState,
+    Work,
+    input_status,
+    input_warnings,
+    unstamped_in_words,
+)
+from .input import Input
 from .steady_time import Throttle, steady_timer
 from .unmatched_names import unmatched_in_words
 
@@ -76,29 +86,29 @@ class Health:
     ----------
     work
         Processing times of messages since the last diagnostics.
-    is_heard
-        Whether somebody listened to the last diagnostics.
+    warnings
+        What was wrong with the input then.
     """
 
     def __init__(
         self,
         node: Node,
         estimator: Estimator,
-        subscription: BestSubscription,
+        joint_states: Input,
         others: Callable[[], Mapping[str, StatusText]],
         velocity_source: Callable[[], str],
         silent: Callable[[], str],
     ) -> None:
         self.work = Work()
-        self.is_heard = False
         self._node = node
         self._estimator = estimator
-        self._subscription = subscription
+        self._subscription, self._recent = joint_states.subscription, joint_states.recent
         self._others = others
         self._velocity_source, self._silent = velocity_source, silent
         self._counts_said: Counter[str] = Counter()
         self._begun = self._said = self._matched = time.monotonic()
-        self._throttle = Throttle(AGAIN)
+        self._throttle, self._once = Throttle(AGAIN), Throttle(math.inf)
+        self.warnings: list[str] = []
         # Times of diagnostics, s, and the number of messages lost by then.
         self._losses: deque[tuple[float, int]] = deque([(self._said, 0)])
         self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
@@ -129,13 +139,25 @@ class Health:
             why = unmatched or why_no_joint_states(self._node, topic, given)
             self._node.get_logger().warning(why)
 
+    def _log(self, unstamped: str) -> None:
+        logger = self._node.get_logger()
+        if unstamped and self._once.passes('unstamped'):
+            logger.info(f'joint states: {unstamped}')
+        for sentence in self.warnings:
+            # Sentences that differ in numbers or behind their colon have the same cause.
+            at_once = sentence.startswith('messages ')  # logged with the message itself
+            if not at_once and self._throttle.passes(
+                re.sub(r'[\d.]+', '', sentence.partition(':')[0])
+            ):
+                logger.warning(f'joint states: {sentence}')
+
     def say_when_due(self) -> None:
         """Say it, but not where the timer makes up for a call soon after another."""
         if time.monotonic() - self._said >= SHORTEST:
             self.say()
 
     def say(self) -> None:
-        """Publish the state of the input since the last diagnostics, if anybody listens."""
+        """Check the input since the last diagnostics; publish its state if anybody listens."""
         node, estimator, subscription = self._node, self._estimator, self._subscription
         now, arrival = time.monotonic(), time.monotonic_ns()
         publishers = node.get_publishers_info_by_topic(subscription.given_topic)
@@ -148,9 +170,7 @@ class Health:
             node.get_logger().warning(namesakes)
         interval, news = now - self._said, counts - self._counts_said
         self.work, self._counts_said, self._said = Work(), counts, now
-        self.is_heard = self._publisher.get_subscription_count() > 0
-        if not self.is_heard:
-            return
+        silent, clock = self._silent(), node.get_clock()
         names = sorted(map(_name_of, publishers))
         heard = InputState(
             counts,
@@ -161,12 +181,18 @@ class Health:
             lost_of_late,
             work,
             self._velocity_source(),
-            self._silent(),
-            namesakes,
+            silent,
+            [] if silent else messages_of(self._recent, arrival),
+            clock.now().nanoseconds if clock.ros_time_is_active else None,
         )
-        text = input_status(estimator, subscription, heard)
+        self.warnings = input_warnings(estimator, heard)
+        self._log(unstamped_in_words(estimator, heard))
+        if not self._publisher.get_subscription_count():
+            return
+        warnings = [namesakes, *self.warnings] if namesakes else self.warnings
+        text = input_status(estimator, subscription, heard, warnings)
         message = DiagnosticArray()
-        message.header.stamp = node.get_clock().now().to_msg()
+        message.header.stamp = clock.now().to_msg()
         name = full_name(node)
         message.status = [status_message(f'{name}: input', text)]
         for subject, status_text in self._others().items():

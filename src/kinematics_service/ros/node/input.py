@@ -1,12 +1,14 @@
 """The input of joint states: as bytes, or as messages of rclpy."""
 
 import time
+from collections import deque
 from collections.abc import Callable
 
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from ...errors import WireError
+from ...estimation.input_checks import MESSAGE_LIMIT, SIZE_LIMIT
 from ...estimation.joint_sample import JointSample
 from ...estimation.joint_state_form import JointStateForm
 from ..messages.joint_state_reader import JointStateReader
@@ -40,6 +42,8 @@ class Input:
     ----------
     subscription
         The subscription, which knows how reliable it is, and how many messages are lost.
+    recent
+        Times of arrival (steady clock, ns) and bytes of the last messages, for their checks.
     """
 
     def __init__(
@@ -55,6 +59,7 @@ class Input:
         self._clock = node.get_clock()
         self._reader = JointStateReader()
         self._form: JointStateForm | None = None  # of the last message
+        self.recent: deque[tuple[int, bytes]] = deque(maxlen=MESSAGE_LIMIT)
         self.subscription = BestSubscription(
             node,
             JointState,
@@ -69,7 +74,12 @@ class Input:
         """Return the full name of the topic."""
         return self.subscription.topic_name
 
+    def _keep(self, data: bytes, arrival: int) -> None:
+        if len(data) <= SIZE_LIMIT:
+            self.recent.append((arrival, data))
+
     def _on_message(self, data: bytes) -> None:
+        self._keep(data, time.monotonic_ns())
         self.subscription.fit(len(data))
         try:
             message = read_message(data, JointState)
@@ -80,6 +90,7 @@ class Input:
 
     def _on_bytes(self, data: bytes) -> None:
         arrival = time.monotonic_ns()
+        self._keep(data, arrival)
         form = self._form
         if form is not None and self._take_bytes(form, data, arrival):
             return

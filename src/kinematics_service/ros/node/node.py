@@ -27,7 +27,6 @@ from .health import Health
 from .input import Input
 from .introduction import introduce, tool_in_words
 from .outputs import ActiveTopics, Outputs
-from .recent_motion import RecentMotion
 from .reference import Reference
 from .reload import Reload
 from .robot_description import DescriptionPublisher
@@ -101,7 +100,6 @@ class KinematicsNode(Node):
         settings = self._settings = self._own.settings
         self._estimator = Estimator(settings.robot, settings.estimator)
         self._latest: EstimatorOutput | None = None
-        self._recent = RecentMotion()
         self._resets = 0  # the estimator's resets that are handled here
         self._grid = StampGrid()
         self._throttle = Throttle(5.0)
@@ -113,7 +111,7 @@ class KinematicsNode(Node):
         self._health = Health(
             self,
             self._estimator,
-            self._input.subscription,
+            self._input,
             self._statuses,
             lambda: self._latest.velocity_source if self._latest else 'none',
             lambda: self.silent,
@@ -248,8 +246,6 @@ class KinematicsNode(Node):
         self._latest = outcome
         if self._reference.is_there:
             self._reference.note(outcome)
-        if self._health.is_heard:
-            self._recent.note(outcome)
         # Publishing wakes subscribers, who take this core: other work is cheaper before it. A
         # warning comes after the pose it is about.
         warned = None
@@ -272,7 +268,6 @@ class KinematicsNode(Node):
         self._resets = self._estimator.counts.get(RESETS, 0)
         self._grid.forget()
         self._reference.forget()
-        self._recent.forget()
         if self._throttle.passes(RESETS):
             self.get_logger().info(
                 'stamps stepped back by more than joint_state_timeout: the state starts again'
@@ -311,7 +306,8 @@ class KinematicsNode(Node):
         if not missing:
             return
         if self._estimator.go_stale(now):
-            self._say(stale_status(self.settings.robot, self._missing_text(missing)))
+            sentence = '; '.join([self._missing_text(missing), *self._health.warnings])
+            self._say(stale_status(self.settings.robot, sentence))
         self._watchdog.cancel()  # stale it stays until the next state, which sets the timer again
 
     def _on_clock_jump(self, jump: TimeJump) -> None:
@@ -322,7 +318,6 @@ class KinematicsNode(Node):
             self._resets = self._estimator.counts.get(RESETS, 0)
             self._grid.forget()
             self._reference.forget()
-            self._recent.forget()
             self.get_logger().info('the ROS clock jumped back: the state starts again')
 
     # Diagnostics
@@ -332,9 +327,6 @@ class KinematicsNode(Node):
         found, frames = dict[str, StatusText](), self._reference.status_text()
         if frames is not None:
             found['frames'] = frames
-        velocities = self._recent.status(self._settings)
-        if velocities is not None:
-            found['velocities'] = velocities
         if self._outputs.active().of_effort and self._latest is not None:
             found['wrench'] = self._wrench.status(StateReport(self._latest, self._settings))
         return found
@@ -354,7 +346,6 @@ class KinematicsNode(Node):
         self._scaling.configure(settings)
         if not moves_alike:
             self._reference.forget()
-            self._recent.forget()
             self._latest = self._latest and self._estimator.anew(self._latest)
             self._watchdog.reset()  # what is stale may be other joints now
             if settings.robot.description.tool.motion != before.description.tool.motion:

@@ -402,6 +402,26 @@ class SpeedLimit:
     reduced: float
 
 
+class Mimic(NamedTuple):
+    """
+    A joint that follows another: its position is multiplier times that of the leader plus offset.
+
+    Attributes
+    ----------
+    name, leader
+        As in JointState; the arm's joints include the leader, not the follower.
+    offset : rad or m
+    slides
+        Whether the follower slides.
+    """
+
+    name: str
+    leader: str
+    multiplier: float
+    offset: float
+    slides: bool
+
+
 @dataclass(frozen=True)
 class RobotDescription:
     """
@@ -433,6 +453,8 @@ class RobotDescription:
         Other files that it was read from: those of the arms of a cell.
     speed_limits
         In the order of the file.
+    mimics
+        Joints of a URDF that follow joints of the arm.
     """
 
     name: str
@@ -457,6 +479,7 @@ class RobotDescription:
     loops: tuple[LoopDescription, ...] = ()
     parts: tuple[str, ...] = field(default=(), compare=False)
     speed_limits: tuple[SpeedLimit, ...] = ()
+    mimics: tuple[Mimic, ...] = ()
 
     @property
     def radians(self) -> float:
