@@ -13,6 +13,7 @@ from ..estimation.status_text import (
     joints_in_words,
     lost_hold,
     structure_in_words,
+    unsearched_in_words,
 )
 from ..kernel import Floats
 from ..kinematics.singularity import Singularity, flat_loop
@@ -212,6 +213,8 @@ def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> st
 
 
 def _distance_words(robot: Robot, singularity: Singularity) -> str:
+    if unsearched := unsearched_in_words(robot):
+        return f'unknown: {unsearched}'
     shown = f'{singularity.distance:.4g} rad'
     if singularity.rank < singularity.generic_rank:
         return f'{shown}: this pose is singular'

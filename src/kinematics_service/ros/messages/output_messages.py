@@ -307,7 +307,10 @@ def measure_numbers(measure: Measure) -> Callable[[NodeSettings], Numbers | None
     """Return the column of a measure; None for an arm that does not have it."""
 
     def numbers(settings: NodeSettings) -> Numbers | None:
-        if measure.of_square and not settings.robot.task.square:
+        robot = settings.robot
+        if measure.of_square and not robot.task.square:
+            return None
+        if measure.name == 'distance' and robot.dof > kernel.MAX_SEARCHED_JOINTS:
             return None
         return Copied(np.array([measure.column]), of_measures=True)
 
