@@ -1,5 +1,11 @@
-"""Targets for the tool: poses in, joint positions out; twists in, joint velocities out."""
+"""
+Targets for the tool: poses in, joint positions out; twists in, joint velocities out.
 
+An answer to a pose takes up to some 50 ms, so poses have a thread of their own: no joint state
+waits for one. An answer to a twist takes some 0.1 ms, in the thread of the executor.
+"""
+
+import threading
 import time
 from collections.abc import Callable
 from typing import Any
@@ -24,6 +30,7 @@ from ...robot.measures import Level
 from ..messages.message_check import read_message
 from ..messages.messages import full_name, stamp_of, status_message
 from ..messages.target_messages import (
+    Choice,
     best_choice,
     choice_of,
     joint_message,
@@ -46,6 +53,7 @@ from ..messages.topics import (
     overridable,
 )
 from ..parameters.settings import NodeSettings
+from .newest_first import NewestFirst
 from .steady_time import Throttle, steady_timer
 from .target_status import pose_status, twist_status
 
@@ -53,6 +61,8 @@ from .target_status import pose_status, twist_status
 WATCH_SHARE = 0.25
 # Longest time that the end of the node waits for the last message to go out, s.
 LAST_WORD = Duration(seconds=0.2)
+# Longest time that it waits for the answer to a pose, s.
+LAST_ANSWER = 0.5
 
 
 class Targets:
@@ -70,6 +80,12 @@ class Targets:
         The settings in force.
     latest
         Returns the arm's present state, or a sentence why it is unknown.
+
+    Attributes
+    ----------
+    in_force
+        Held while an answer to a pose goes out, and to be held while settings change: so an answer
+        and the settings and the state that it is of go together.
     """
 
     def __init__(
@@ -78,7 +94,8 @@ class Targets:
         settings: NodeSettings,
         latest: Callable[[], EstimatorOutput | str],
     ) -> None:
-        self._node = node
+        self._node, self.in_force = node, threading.Lock()
+        self._poses = NewestFirst(self._take_pose)
         # What was said to have no arcs of postures: an arm, and what counts of its targets.
         self._without_arcs: tuple[str, tuple[str, ...], str] | None = None
         self._settings = self._planned(settings)
@@ -94,7 +111,7 @@ class Targets:
         self._joint_velocity = publisher(JointState, IK_JOINT_VELOCITY)
         self._status = publisher(DiagnosticStatus, IK_STATUS)
         for kind, name, take, qos in (
-            (PoseStamped, TARGET_POSE, self._on_pose, TARGET_POSE_QOS),
+            (PoseStamped, TARGET_POSE, self._poses.put, TARGET_POSE_QOS),
             (TwistStamped, TARGET_TWIST, self._on_twist, TARGET_TWIST_QOS),
         ):
             # Raw: refused here with a reason.
@@ -116,11 +133,17 @@ class Targets:
         self._settings = self._planned(settings)
         self._timer.timer_period_ns = round(self._watch_period() * 1e9)
 
-    def close(self) -> None:
-        """End a motion in force, before the node ends."""
+    def stop(self) -> None:
+        """End a motion in force; no answer goes out after it unless the state is known again."""
+        with self.in_force:
+            pass  # an answer that is going out
         if self._moving_since is not None:
             self._stop()
             self._joint_velocity.wait_for_all_acked(LAST_WORD)
+
+    def close(self) -> None:
+        """End the thread of the poses, before the node goes."""
+        self._poses.close(LAST_ANSWER)
 
     def _watch_period(self) -> float:
         return self._settings.target_timeout * 1e-9 * WATCH_SHARE
@@ -133,34 +156,41 @@ class Targets:
 
     # Poses
 
-    def _on_pose(self, data: bytes) -> None:
+    def _take_pose(self, data: bytes, replaced: int) -> None:
         try:
             status_text = self._answer_pose(read_message(data, PoseStamped))
-        except Exception as error:  # no message may stop the node
+        except Exception as error:  # no message may stop the thread
             status_text = self._refused(error)
-        self._say('target_pose', status_text)
+        values = (*status_text.values, ('replaced', str(replaced)))
+        self._say('target_pose', StatusText(status_text.level, status_text.sentence, values))
 
     def _answer_pose(self, message: PoseStamped) -> StatusText:
-        settings = self._settings
         given = pose_of(message)
-        present = self._present().state
-        T = pose_in_base(given, message.header.frame_id, present.pose, settings)
-        result = inverse_kinematics(
-            settings.robot,
-            T,
-            near=present.q,
-            rows=settings.target_rows,
-            axis=settings.target_axis,
-            tolerance=settings.target_tolerance,
-            curves=False,
-        )
-        choice = best_choice(choice_of(result, settings.robot, present.q), T, settings)
+        while True:
+            with self.in_force:
+                settings, present = self._settings, self._present().state
+            T = pose_in_base(given, message.header.frame_id, present.pose, settings)
+            result = inverse_kinematics(
+                settings.robot,
+                T,
+                near=present.q,
+                rows=settings.target_rows,
+                axis=settings.target_axis,
+                tolerance=settings.target_tolerance,
+                curves=False,
+            )
+            choice = best_choice(choice_of(result, settings.robot, present.q), T, settings)
+            with self.in_force:
+                self._present()  # refuses where the node has fallen silent
+                if settings is self._settings:
+                    self._publish_choice(choice, stamp_of(message), settings)
+                    return pose_status(result, choice, present.q, settings.redundancy)
+
+    def _publish_choice(self, choice: Choice, stamp: int, settings: NodeSettings) -> None:
         if self._solutions.get_subscription_count() > 0:
             self._solutions.publish(solutions_message(choice, settings))
         if choice.q is not None:
-            answer = joint_message(stamp_of(message), settings, position=choice.q)
-            self._joint_states.publish(answer)
-        return pose_status(result, choice, present.q, settings.redundancy)
+            self._joint_states.publish(joint_message(stamp, settings, position=choice.q))
 
     # Twists
 
