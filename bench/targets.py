@@ -178,6 +178,7 @@ def main():
     for robot in options.robots.split(','):
         for redundancy in options.redundancy.split(','):
             parameter = ('--ros-args', '-p', f'ik.redundancy:={redundancy}')
+            listener.told = {}
             with running(node('--robot', robot, *parameter)):
                 for rate in options.rates.split(','):
                     said = one_run(listener, robot, rate, options)
