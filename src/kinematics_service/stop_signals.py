@@ -67,7 +67,7 @@ class StopSignal:
         if not os.read(signals, 1):
             return
         first = time.monotonic()
-        # From here on Python ends the process; C only if the clean-up keeps the interpreter's lock.
+        # Python ends the process now, or C if the clean-up keeps the interpreter's lock.
         signal.alarm(0 if self.time_out is None else math.ceil(self.time_out + GRACE))
         self.came = True
         self.then()

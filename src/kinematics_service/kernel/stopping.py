@@ -5,8 +5,8 @@ from .layout import stop_timer
 
 def end_in_time(number: int, seconds: int) -> None:
     """
-    End the process in `seconds` after the first signal `number`, unless `signal.alarm(0)` is called.
+    End the process some seconds after the first signal `number`, with the code 128 + `number`.
 
-    Its exit code is then 128 + `number`. Python's handler must be set before.
+    `signal.alarm(0)` cancels the timer. Set Python's handler before.
     """
     stop_timer.start_at(number, seconds)

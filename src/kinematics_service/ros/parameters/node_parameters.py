@@ -132,8 +132,8 @@ class NodeParameters:
             robot = self._load()
             fitting = _fitting(values, former, robot)
             settings = settings_from(fitting, robot, self._points)
-            # What the searches for singular poses and for joint positions need of an arm is found
-            # here, and remembered: the node answers with the arm before meanwhile.
+            # Prepare the searches for singular poses and for joint positions here: the node answers
+            # with the former arm meanwhile.
             settings.robot.arm.atlas()
             plan_for(settings.robot, settings.target_rows, settings.target_axis or '')
             if settings.redundancy != 'near':

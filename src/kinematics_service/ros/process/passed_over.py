@@ -59,7 +59,7 @@ class _Passed:
 
 
 def _size(arguments: tuple[Any, ...]) -> int:
-    # Of a serialized message, with its information or not; others count as small.
+    # Returns the size of a serialized message, with its information or not; 1 of others.
     data = arguments[0][0] if isinstance(arguments[0], tuple) else arguments[0]
     return len(data) if isinstance(data, bytes) else 1
 
