@@ -471,18 +471,12 @@ def hold_answers(one, monkeypatch):
 def test_joint_states_do_not_wait_for_a_target_and_the_newest_target_is_next(targets, monkeypatch):
     one = targets('panda', PANDA)
     begun, go_on = hold_answers(one, monkeypatch)
-    poses = one.arm.node._targets._poses
+    waiting = one.arm.node._targets._poses
     for k in range(6):
         T = np.eye(4)
         T[0, 3] = 0.001 * k
         one._publishers[PoseStamped].publish(pose_target(T, one.arm.robot.tool_frame, stamp=k + 1))
-        replaced = max(0, k - 1)
-        one.arm.spin_until(
-            lambda n=replaced, waits=k > 0: (
-                begun and poses._replaced == n and (poses._waiting is not None) == waits
-            ),
-            'target',
-        )
+        one.arm.spin_until(lambda n=k: begun and waiting.qsize() == n, 'target')
         one.arm.answer(PANDA)
     assert len(begun) == 1
     assert not one.statuses

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import kernel
 from ..kernel import Floats
 from ..kinematics.singularity import Singularity, flat_loop, nearest_factor, watched_value
 from ..robot.file.parts.loop_groups import closed_together, group_in_words, group_key
@@ -168,8 +167,6 @@ def lost_hold(loop: str) -> str:
 
 def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> str:
     # What is near: the arm's singular pose, or a loop's flat position.
-    if robot.dof > kernel.MAX_SEARCHED_JOINTS:
-        return f'{MEASURES[robot.thresholds.measure].words} beyond its threshold'
     if singularity.distance_unknown:
         return 'it is not decided whether a singularity is near (none was found; there may be one)'
     what = 'a singularity'
@@ -248,14 +245,6 @@ def structure_in_words(robot: Robot) -> str:
         else f'the rows {" ".join(task.rows)} are never independent'
     )
     return f'{who}: rank {task.generic_rank} of {full} at best'
-
-
-def unsearched_in_words(robot: Robot) -> str:
-    """Return why the distance to a singular pose is unknown at every pose; empty if it is not."""
-    most = kernel.MAX_SEARCHED_JOINTS
-    if robot.dof <= most:
-        return ''
-    return f'the distance to a singular pose is found for up to {most} joints, not {robot.dof}'
 
 
 def stale_status(robot: Robot, sentence: str) -> StatusText:

@@ -87,10 +87,9 @@ def thresholds_for(
             f'singularity measure {measure!r} is unknown (choose from {", ".join(MEASURES)})'
         )
     row = MEASURES[measure]
-    if measure == 'distance' and joints > kernel.MAX_SEARCHED_JOINTS:
+    if measure == 'distance' and (unsearched := why_unsearched(joints)):
         raise KinematicsError(
-            f'the distance is found for up to {kernel.MAX_SEARCHED_JOINTS} joints, and the arm '
-            f'has {joints}; choose condition_number, manipulability or smallest_singular_value'
+            f'{unsearched}; choose condition_number, manipulability or smallest_singular_value'
         )
     if row.of_square and not task.square:
         raise KinematicsError(
@@ -114,3 +113,10 @@ def thresholds_for(
         side = 'below' if row.small_is_bad else 'above'
         raise KinematicsError(f'stop ({stop:g}) of {measure} must be {side} warn ({warn:g})')
     return Thresholds(measure, float(warn), float(stop))
+
+
+def why_unsearched(joints: int) -> str:
+    """Return why an arm's distance to a singular pose is unknown at every pose; empty if not."""
+    most = kernel.MAX_SEARCHED_JOINTS
+    text = f'the distance to a singular pose is found for up to {most} joints, not {joints}'
+    return text if joints > most else ''

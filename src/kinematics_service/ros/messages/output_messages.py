@@ -28,7 +28,7 @@ from ...kinematics.singularity import measured
 from ...kinematics.statics import WrenchEstimate, wrench_of
 from ...kinematics.uncertainty.arm_errors import errors_of_file
 from ...kinematics.uncertainty.pose_covariance import covariances
-from ...robot.measures import Measure
+from ...robot.measures import Measure, why_unsearched
 from ...robot.points import TOOL
 from ..parameters.settings import ROW_LABELS, NodeSettings
 from .messages import StateReport
@@ -308,9 +308,8 @@ def measure_numbers(measure: Measure) -> Callable[[NodeSettings], Numbers | None
 
     def numbers(settings: NodeSettings) -> Numbers | None:
         robot = settings.robot
-        if measure.of_square and not robot.task.square:
-            return None
-        if measure.name == 'distance' and robot.dof > kernel.MAX_SEARCHED_JOINTS:
+        unsearched = measure.name == 'distance' and why_unsearched(robot.dof)
+        if unsearched or measure.of_square and not robot.task.square:
             return None
         return Copied(np.array([measure.column]), of_measures=True)
 

@@ -5,15 +5,18 @@ An answer to a pose takes up to some 50 ms, so poses have a thread of their own:
 waits for one. An answer to a twist takes some 0.1 ms, in the thread of the executor.
 """
 
+import contextlib
 import threading
 import time
 from collections.abc import Callable
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.duration import Duration
+from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -30,7 +33,6 @@ from ...robot.measures import Level
 from ..messages.message_check import read_message
 from ..messages.messages import full_name, stamp_of, status_message
 from ..messages.target_messages import (
-    Choice,
     best_choice,
     choice_of,
     joint_message,
@@ -53,7 +55,6 @@ from ..messages.topics import (
     overridable,
 )
 from ..parameters.settings import NodeSettings
-from .newest_first import NewestFirst
 from .steady_time import Throttle, steady_timer
 from .target_status import pose_status, twist_status
 
@@ -95,7 +96,8 @@ class Targets:
         latest: Callable[[], EstimatorOutput | str],
     ) -> None:
         self._node, self.in_force = node, threading.Lock()
-        self._poses = NewestFirst(self._take_pose)
+        self._poses: SimpleQueue[bytes | None] = SimpleQueue()  # None ends the thread
+        self._thread: threading.Thread | None = None  # that of the poses, from the first one on
         # What was said to have no arcs of postures: an arm, and what counts of its targets.
         self._without_arcs: tuple[str, tuple[str, ...], str] | None = None
         self._settings = self._planned(settings)
@@ -111,7 +113,7 @@ class Targets:
         self._joint_velocity = publisher(JointState, IK_JOINT_VELOCITY)
         self._status = publisher(DiagnosticStatus, IK_STATUS)
         for kind, name, take, qos in (
-            (PoseStamped, TARGET_POSE, self._poses.put, TARGET_POSE_QOS),
+            (PoseStamped, TARGET_POSE, self._on_pose, TARGET_POSE_QOS),
             (TwistStamped, TARGET_TWIST, self._on_twist, TARGET_TWIST_QOS),
         ):
             # Raw: refused here with a reason.
@@ -143,7 +145,9 @@ class Targets:
 
     def close(self) -> None:
         """End the thread of the poses, before the node goes."""
-        self._poses.close(LAST_ANSWER)
+        self._poses.put(None)
+        if self._thread is not None:
+            self._thread.join(LAST_ANSWER)
 
     def _watch_period(self) -> float:
         return self._settings.target_timeout * 1e-9 * WATCH_SHARE
@@ -155,6 +159,22 @@ class Targets:
         return latest
 
     # Poses
+
+    def _on_pose(self, data: bytes) -> None:
+        self._poses.put(data)
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._take_poses, daemon=True)
+            self._thread.start()
+
+    def _take_poses(self) -> None:
+        # Answers the newest pose; it replaces those that came while the last one was answered.
+        waiting, replaced = self._poses.get(), 0
+        while waiting is not None:
+            if self._poses.empty():
+                with contextlib.suppress(InvalidHandle):  # the node ends
+                    self._take_pose(waiting, replaced)
+                replaced = -1
+            waiting, replaced = self._poses.get(), replaced + 1
 
     def _take_pose(self, data: bytes, replaced: int) -> None:
         try:
@@ -182,15 +202,14 @@ class Targets:
             choice = best_choice(choice_of(result, settings.robot, present.q), T, settings)
             with self.in_force:
                 self._present()  # refuses where the node has fallen silent
-                if settings is self._settings:
-                    self._publish_choice(choice, stamp_of(message), settings)
-                    return pose_status(result, choice, present.q, settings.redundancy)
-
-    def _publish_choice(self, choice: Choice, stamp: int, settings: NodeSettings) -> None:
-        if self._solutions.get_subscription_count() > 0:
-            self._solutions.publish(solutions_message(choice, settings))
-        if choice.q is not None:
-            self._joint_states.publish(joint_message(stamp, settings, position=choice.q))
+                if settings is not self._settings:
+                    continue
+                if self._solutions.get_subscription_count() > 0:
+                    self._solutions.publish(solutions_message(choice, settings))
+                if choice.q is not None:
+                    answer = joint_message(stamp_of(message), settings, position=choice.q)
+                    self._joint_states.publish(answer)
+                return pose_status(result, choice, present.q, settings.redundancy)
 
     # Twists
 

@@ -12,7 +12,6 @@ from rclpy.parameter import Parameter as RosParameter
 
 from ...errors import KinematicsError, RobotConflictError, SettingsError
 from ...kinematics.inverse.problem.plan import plan_for
-from ...kinematics.inverse.self_motion.best_posture import has_arcs
 from ...kinematics.uncertainty.arm_errors import errors_of_file
 from ...robot.bundled import TOPIC
 from ...robot.robot import Robot, load_robot
@@ -132,12 +131,10 @@ class NodeParameters:
             robot = self._load()
             fitting = _fitting(values, former, robot)
             settings = settings_from(fitting, robot, self._points)
-            # Prepare the searches for singular poses and for joint positions here: the node answers
+            # Prepare the searches for singular poses and joint positions here: the node answers
             # with the former arm meanwhile.
             settings.robot.arm.atlas()
             plan_for(settings.robot, settings.target_rows, settings.target_axis or '')
-            if settings.redundancy != 'near':
-                has_arcs(settings.robot, settings.target_rows, settings.target_axis or '')
             if settings.robot.description.uncertainty is not None:
                 # So is what may be off in it.
                 errors_of_file(settings.robot)

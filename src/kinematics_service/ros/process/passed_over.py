@@ -15,10 +15,8 @@ from ..node.waiting_messages import take_waiting
 
 # Number of the newest messages that are answered of the subscription that is behind.
 KEPT = 10
-# Number of the newest messages that are answered of each other one, a second at 1 kHz; KEPT where
-# they are larger than MAX_BYTES together, so that neither memory nor time is without a bound.
-MAX_MESSAGES = 1000
-MAX_BYTES = 1_000_000
+# Number of the newest messages that are answered of each other one: 2.5 s at 200 Hz.
+KEPT_OF_OTHERS = 500
 
 
 class _Passed:
@@ -28,8 +26,8 @@ class _Passed:
         self, node: Node, subscription: Subscription, at_first: Callable[[], None]
     ) -> None:
         self.node, self.subscription, self._at_first = node, subscription, at_first
-        self.received = self._bytes = 0
-        self._newest: deque[tuple[Any, ...]] = deque()
+        self.received = 0
+        self._newest: deque[tuple[Any, ...]] = deque(maxlen=KEPT_OF_OTHERS)
         self._callback = subscription.callback
         # Not by its property, which is about the form of the arguments, too: that stays.
         subscription._callback = self.keep
@@ -37,31 +35,22 @@ class _Passed:
     def keep(self, *arguments: Any) -> None:
         self.received += 1
         self._newest.append(arguments)
-        self._bytes += _size(arguments)
-        while len(self._newest) > (MAX_MESSAGES if self._bytes <= MAX_BYTES else KEPT):
-            self._bytes -= _size(self._newest.popleft())
         if self.received == 1:
             self._at_first()
 
     def take_waiting(self) -> None:
         with_info = self.subscription._callback_type is Subscription.CallbackType.WithMessageInfo
-        newest, count = take_waiting(self.subscription, MAX_MESSAGES)
-        self.received += count - len(newest)
+        newest, count = take_waiting(self.subscription, KEPT_OF_OTHERS)
         for one in newest:
             # As the executor hands them over: with their information as one tuple.
-            self.keep(one if with_info else one[0])
+            self._newest.append((one if with_info else one[0],))
+        self.received += count
 
     def answer(self, most: int) -> int:
         self.subscription._callback = self._callback
         for arguments in list(self._newest)[-most:]:
             self._callback(*arguments)
         return self.received - min(most, len(self._newest))
-
-
-def _size(arguments: tuple[Any, ...]) -> int:
-    # Returns the size of a serialized message, with its information or not; 1 of others.
-    data = arguments[0][0] if isinstance(arguments[0], tuple) else arguments[0]
-    return len(data) if isinstance(data, bytes) else 1
 
 
 class PassedOver:
@@ -116,9 +105,5 @@ class PassedOver:
 
     def _end(self) -> None:
         behind = max((one.received for one in self._passed), default=0)
-        self._then(
-            sum(
-                one.answer(KEPT if one.received == behind else MAX_MESSAGES)
-                for one in self._passed
-            )
-        )
+        kept = [KEPT if one.received == behind else KEPT_OF_OTHERS for one in self._passed]
+        self._then(sum(one.answer(most) for one, most in zip(self._passed, kept)))
