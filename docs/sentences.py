@@ -47,7 +47,8 @@ TOPICS = {
     'nearest first; `dim[0]` labels their postures, `dim[1]` the joint names',
     '~/ik/joint_velocity': 'for a target twist: joint velocities by damped least squares, inside '
     'every limit',
-    '~/ik/status': 'one for each target: OK, WARN (a twist is followed in part), ERROR (refused, '
+    '~/ik/status': 'one for each target that is not replaced by a newer one (`replaced` is their '
+    'number): OK, WARN (a twist is followed in part), ERROR (refused, '
     'unreachable) and the reason; where `ik.redundancy` is not `near`, the arc of postures and '
     'its ends',
     '~/scale': 'for a command: the share of it that may be kept now, 0 to 1; it falls at once and '
@@ -189,7 +190,8 @@ ROBOT_FILE = {
         {
             'task': 'rows of J that count, of `x y z rx ry rz`; without it those the arm can move',
             'length': 'the characteristic length; without it the RMS reach',
-            'measure': 'measure the warning watches; without it `distance`',
+            'measure': 'measure the warning watches; without it `distance`, above 16 joints '
+            '`condition_number`',
             'warn': "WARN beyond it; without it the measure's default; at most 1 rad of "
             '`distance`',
             'stop': 'ERROR beyond it; likewise',

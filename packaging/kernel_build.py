@@ -21,7 +21,7 @@ from setuptools.errors import ExecError
 PACKAGE = 'kinematics_service'
 FOLDER = Path('src', PACKAGE, 'kernel')
 # These say where things stand and how arrays are handed over: included where they are used.
-INCLUDED = ('places', 'arrays', 'pairs')
+INCLUDED = ('places', 'arrays', 'pairs', 'stop_timer')
 # These are Python's alone.
 PLAIN = ('__init__', 'compiled', 'reinstallation')
 # Every operation is rounded by itself, so that the compiled kernel gives the numbers of its source

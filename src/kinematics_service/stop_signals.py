@@ -1,6 +1,7 @@
 """SIGINT and SIGTERM: the first one asks for the end, a second one, or time, makes it."""
 
 import contextlib
+import math
 import os
 import select
 import signal
@@ -19,6 +20,8 @@ MEANWHILE = 0.25
 # the cursor.
 UNWINDING = 0.8
 INTERRUPTED = 130  # as shells have it
+# Time after which C ends the process if Python has not run since a signal (s).
+DEAF = 3
 SHOW_CURSOR = b'\x1b[?25h'
 
 
@@ -64,6 +67,8 @@ class StopSignal:
         if not os.read(signals, 1):
             return
         first = time.monotonic()
+        # Python ends the process now, or C if the clean-up keeps the interpreter's lock.
+        signal.alarm(0 if self.time_out is None else math.ceil(self.time_out + GRACE))
         self.came = True
         self.then()
         if select.select([signals], [], [], self.time_out)[0]:
@@ -89,8 +94,11 @@ def stop_signals() -> Iterator[StopSignal]:
     signals, told = os.pipe()
     os.set_blocking(told, False)
     signal.set_wakeup_fd(told, warn_on_full_buffer=False)
+    from .kernel import end_in_time
+
     for number in NUMBERS:
         signal.signal(number, lambda number, frame: None)  # the descriptor reports it
+        end_in_time(number, DEAF)
     threading.Thread(target=stop.follow, args=(signals,), daemon=True).start()
     try:
         yield stop
@@ -98,6 +106,7 @@ def stop_signals() -> Iterator[StopSignal]:
         for number in NUMBERS:
             signal.signal(number, signal.SIG_IGN)
         signal.set_wakeup_fd(-1)
+        signal.alarm(0)
         os.close(told)  # which ends the thread
 
 
@@ -113,10 +122,13 @@ def interruptible() -> Iterator[None]:
         # A shell starts its background processes with it ignored.
         yield
         return
+    from .kernel import end_in_time
+
     signals, told = os.pipe()
     os.set_blocking(told, False)
     signal.set_wakeup_fd(told, warn_on_full_buffer=False)
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    end_in_time(signal.SIGINT, DEAF)
     threading.Thread(target=_end_in_time, args=(signals,), daemon=True).start()
     try:
         yield

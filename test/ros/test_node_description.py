@@ -2,6 +2,7 @@
 
 import math
 import signal
+import time
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from node_process import processor_seconds
 from ros_harness import LATCHED, RELIABLE, START, STEP, Arm, Peer, joint_state
-from std_msgs.msg import Float64MultiArray, String
+from std_msgs.msg import Float64, Float64MultiArray, String
 from std_srvs.srv import Trigger
 from tolerances import ROUND_OFF
 
@@ -22,6 +23,8 @@ Q = (0.3, 0.7)
 LIMIT = '<limit lower="-2" upper="2" effort="1" velocity="1"/>'
 # What a node may take of the processor from a description to the first Jacobian (s).
 AT_ONCE = 2.0
+# What the executor may take of the processor for one event (s): the atlas of 14 joints takes 0.9.
+GAP = 0.3
 
 
 def urdf(L1=0.5, L2=0.4, limit=LIMIT, more=''):
@@ -39,6 +42,24 @@ def urdf(L1=0.5, L2=0.4, limit=LIMIT, more=''):
             joint.format('flange', 'fixed', 'lower', 'tool', f'<origin xyz="{L2} 0 0"/>'),
             joint.format('mount', 'fixed', 'upper', 'camera', '<origin xyz="0 0 0.1"/>'),
             more,
+            '</robot>',
+        ]
+    )
+
+
+def serial_urdf(joints):
+    """Return an arm of so many revolute joints, their axes in turn."""
+    axes, links = ('1 0 0', '0 1 0', '0 0 1'), [f'l{k}' for k in range(joints + 1)]
+    return ''.join(
+        [
+            '<robot name="serial">',
+            *(f'<link name="{name}"/>' for name in links),
+            *(
+                f'<joint name="j{k}" type="revolute"><parent link="l{k}"/>'
+                f'<child link="l{k + 1}"/><origin xyz="0.0{1 + k % 7} 0.0{1 + k % 4} 0.1" '
+                f'rpy="0.{k % 9} 0.{k % 5} 0"/><axis xyz="{axes[k % 3]}"/>{LIMIT}</joint>'
+                for k in range(joints)
+            ),
             '</robot>',
         ]
     )
@@ -271,3 +292,36 @@ def test_a_name_that_no_topic_can_have_is_refused(process):
     running = process('--robot-description', '/a b', ready=False)
     assert running.wait() == 1
     assert "parameter robot: '/a b' is no topic" in running.stderr
+
+
+def test_the_executor_builds_nothing_of_a_newer_description(described, capfd):
+    one, publisher = described(urdf())
+    one.answer(Q)
+    publisher.publish(String(data=serial_urdf(14)))
+    longest = 0.0
+    while one.node.settings.robot.dof != 14:
+        begin = time.thread_time()
+        one.executor.spin_once(timeout_sec=0.1)
+        longest = max(longest, time.thread_time() - begin)
+    assert longest < GAP
+
+
+def test_an_arm_of_sixty_joints_answers_and_ends_at_a_signal(peer, process, tmp_path):
+    file = tmp_path / 's60.urdf'
+    file.write_text(serial_urdf(60))
+    running = process('--robot', str(file))
+    said = 'up to 16 joints, not 60: the warning watches condition_number'
+    peer.spin_until(lambda: said in running.stderr, 'sentence')
+    names = [f'j{k}' for k in range(60)]
+    jacobians = peer.listen('/kinematics/jacobian', Float64MultiArray)
+    distances = peer.listen('/kinematics/singularity/distance', Float64)
+    states = peer.speaker('/joint_states')
+    stamp = START
+    while not jacobians:
+        stamp += STEP
+        states.publish(joint_state(names, [0.3] * 60, stamp=stamp))
+        peer.executor.spin_once(timeout_sec=0.05)
+    assert len(jacobians[0].data) == 6 * 60
+    assert not distances
+    running.popen.send_signal(signal.SIGTERM)
+    assert running.wait() == 0

@@ -1,6 +1,7 @@
 """Targets for the tool: what the node answers, and what it refuses."""
 
 import math
+import threading
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from target_harness import BASE, Targets, pose_target, twist_target
 
 import kinematics_service as ks
 from kinematics_service.kinematics.inverse.problem.plan import plan_for
+from kinematics_service.ros.node import targets as node_targets
 
 OK, WARN, ERROR, STALE = range(4)
 # A solution is exact to round-off of the arm's lengths.
@@ -451,3 +453,67 @@ def test_poses_are_answered_through_a_wrist_singularity_without_a_jump(targets):
     np.testing.assert_allclose(
         ks.forward_kinematics(robot, q), ks.forward_kinematics(robot, ahead), atol=1e-6
     )
+
+
+def hold_answers(one, monkeypatch):
+    """Let answers to poses wait; return the targets that are being answered, and what ends it."""
+    begun, go_on = [], threading.Event()
+
+    def solve(robot, T, **options):
+        begun.append(T)
+        assert go_on.wait(30.0)
+        return ks.inverse_kinematics(robot, T, **options)
+
+    monkeypatch.setattr(node_targets, 'inverse_kinematics', solve)
+    return begun, go_on
+
+
+def test_joint_states_do_not_wait_for_a_target_and_the_newest_target_is_next(targets, monkeypatch):
+    one = targets('panda', PANDA)
+    begun, go_on = hold_answers(one, monkeypatch)
+    waiting = one.arm.node._targets._poses
+    for k in range(6):
+        T = np.eye(4)
+        T[0, 3] = 0.001 * k
+        one._publishers[PoseStamped].publish(pose_target(T, one.arm.robot.tool_frame, stamp=k + 1))
+        one.arm.spin_until(lambda n=k: begun and waiting.qsize() == n, 'target')
+        one.arm.answer(PANDA)
+    assert len(begun) == 1
+    assert not one.statuses
+    go_on.set()
+    one.arm.spin_until(lambda: len(one.statuses) == 2, 'statuses')
+    assert [values_of(status)['replaced'] for status in one.statuses] == ['0', '4']
+    one.arm.spin_until(lambda: len(one.joint_states) == 2, 'answers')
+    assert [nanoseconds(answer.header.stamp) for answer in one.joint_states] == [1, 6]
+
+
+def test_an_answer_is_of_the_settings_in_force_when_it_goes_out(targets, monkeypatch):
+    one = targets()
+    begun, go_on = hold_answers(one, monkeypatch)
+    heard = len(one.statuses)
+    target = pose_target(ks.forward_kinematics(one.arm.robot, UR5E), one.arm.robot.base_frame)
+    publisher = one._publishers[PoseStamped]
+    publisher.publish(target)
+    one.arm.spin_until(lambda: begun, 'target')
+    assert change(one.arm, tool__xyz=[0.0, 0.0, 0.1]).successful
+    go_on.set()
+    one.arm.spin_until(lambda: len(one.statuses) > heard, 'status')
+    one.arm.spin_until(lambda: one.joint_states, 'answer')
+    assert len(begun) == 2
+    q = one.joint_states[-1].position
+    reached = ks.forward_kinematics(one.arm.node.settings.robot, q)
+    np.testing.assert_allclose(reached, ks.forward_kinematics('ur5e', UR5E), atol=EXACT)
+
+
+def test_no_answer_goes_out_after_the_node_has_fallen_silent(targets, monkeypatch):
+    one = targets()
+    begun, go_on = hold_answers(one, monkeypatch)
+    publisher = one._publishers[PoseStamped]
+    publisher.publish(pose_target(np.eye(4), one.arm.robot.tool_frame))
+    one.arm.spin_until(lambda: begun, 'target')
+    one.arm.node.fall_silent('the node is not active')
+    go_on.set()
+    one.arm.spin_until(lambda: one.statuses, 'status')
+    assert 'the node is not active' in one.statuses[-1].message
+    one.settle()
+    assert not one.joint_states

@@ -81,6 +81,32 @@ def test_messages_are_left_out_of_a_queue_and_nothing_else(ros_domain):
         busy.destroy_node()
 
 
+def test_messages_are_left_out_of_the_subscription_that_is_behind_alone(ros_domain):
+    with contextlib.closing(Peer()) as one:
+        busy, heard = Node('busy', context=one.context), {'flood': [], 'quiet': []}
+        for name, numbers in heard.items():
+            busy.create_subscription(
+                Int32, name, lambda message, to=numbers: to.append(message.data), 1000
+            )
+        left_out = []
+        spinner = Spinner(one.context, [busy], left_out.append)
+        publishers = {name: one.peer.create_publisher(Int32, name, 1000) for name in heard}
+        for publisher in publishers.values():
+            one.spin_until(publisher.get_subscription_count, 'listener')
+        for number in range(400):
+            publishers['flood'].publish(Int32(data=number))
+            if number % 4 == 0:
+                publishers['quiet'].publish(Int32(data=number))
+        for publisher in publishers.values():
+            assert publisher.wait_for_all_acked(Duration(seconds=10))
+        spinner.catch_up(10.0)
+        assert heard['quiet'] == list(range(0, 400, 4))
+        assert heard['flood'] == list(range(400 - KEPT, 400))
+        assert left_out == [400 - KEPT]
+        spinner.close()
+        busy.destroy_node()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(('kind', 'publishers', 'seconds'), FLOODS)
 def test_after_a_flood_all_is_as_before(node, client, kind, publishers, seconds):

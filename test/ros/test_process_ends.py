@@ -22,6 +22,7 @@ from joint_state_mcap import write_motion
 from node_process import NodeProcess
 
 import kinematics_service as ks
+from kinematics_service import kernel
 from kinematics_service.ros.process.session import TIME_OUT
 from kinematics_service.stop_signals import SHOW_CURSOR
 
@@ -279,7 +280,28 @@ session.run_session([], work)
 
 def test_time_ends_a_node_that_hangs_with_the_lock_of_the_interpreter(ros_domain):
     code, seconds, output = program_ends(HANGING_NODE, signal.SIGINT)
-    assert (code, output) == (1, '')
+    assert (code, output) == (128 + signal.SIGINT, '')
+    assert TIME_OUT <= seconds < HARD_END
+
+
+# One call of C that takes minutes, and keeps the interpreter's lock.
+DEAF = """
+from itertools import repeat
+from kinematics_service.stop_signals import {block}
+with {block}():
+    print('ready', flush=True)
+    sum(repeat(0, 10**11))
+"""
+
+
+@pytest.mark.skipif(not kernel.is_compiled(), reason='the timer is in C')
+@pytest.mark.parametrize(
+    ('block', 'number'),
+    [('stop_signals', signal.SIGTERM), ('interruptible', signal.SIGINT)],
+)
+def test_time_ends_a_process_whose_python_does_not_run(block, number):
+    code, seconds, output = program_ends(DEAF.format(block=block), number)
+    assert (code, output) == (128 + number, '')
     assert TIME_OUT <= seconds < HARD_END
 
 

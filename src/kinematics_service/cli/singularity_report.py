@@ -19,7 +19,7 @@ from ..kinematics.singularity import Singularity, flat_loop
 from ..kinematics.tool_state import ToolState
 from ..printing import Output, attributes, facts, heading, number, numbers, plain, table
 from ..robot.file.parts.loop_groups import group_in_words
-from ..robot.measures import MEASURES, Level, Measure, Thresholds
+from ..robot.measures import MEASURES, Level, Measure, Thresholds, why_unsearched
 from ..robot.robot import Robot
 
 LEVEL_STYLES = {Level.OK: 'bold green', Level.WARN: 'bold yellow', Level.ERROR: 'bold red'}
@@ -212,6 +212,8 @@ def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> st
 
 
 def _distance_words(robot: Robot, singularity: Singularity) -> str:
+    if unsearched := why_unsearched(robot.dof):
+        return f'unknown: {unsearched}'
     shown = f'{singularity.distance:.4g} rad'
     if singularity.rank < singularity.generic_rank:
         return f'{shown}: this pose is singular'

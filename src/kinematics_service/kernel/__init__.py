@@ -95,6 +95,7 @@ from .self_motion.curves import write_beside_fold as write_beside_fold
 from .six_joints.six_joints import SixJoints as SixJoints
 from .six_joints.six_joints import complex_solutions as complex_solutions
 from .six_joints.six_joints import followed_solutions as followed_solutions
+from .stopping import end_in_time as end_in_time
 
 compiled.name_as_exported(globals())
 if not is_compiled():

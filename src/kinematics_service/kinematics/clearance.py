@@ -16,7 +16,8 @@ def clearances(robot: Robot, q: Floats) -> Floats:
     Return the radius around each pose in which no pose is singular, shape (N,), rad, at most 1.
 
     A joint motion is measured by the square root of the sum of squares; prismatic joints are
-    divided by the characteristic length. Of an arm with closed loops nothing is proved: it is 0.
+    divided by the characteristic length. It is 0, which proves nothing, for arms with closed loops
+    and above 16 joints.
 
     Parameters
     ----------
@@ -25,8 +26,9 @@ def clearances(robot: Robot, q: Floats) -> Floats:
     q : shape (N, n), rad or m
         Joint positions, in C order.
     """
-    if robot.chain.loops:
-        return np.zeros(len(q))  # the bounds do not know how loops bend
+    # The bounds do not know how loops bend; they take 2 s for 128 joints.
+    if robot.chain.loops or robot.dof > kernel.MAX_SEARCHED_JOINTS:
+        return np.zeros(len(q))
     sizes = _sizes(robot, q)
     radii = np.empty(len(q))
     # Not by np.unique: it imports numpy.ma, 10 ms of the first pose.

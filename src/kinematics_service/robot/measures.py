@@ -4,9 +4,11 @@ import enum
 import math
 from dataclasses import dataclass
 
+from .. import kernel
 from ..errors import KinematicsError
 from .file.parts.measure_table import MEASURES as MEASURES
 from .file.parts.measure_table import Measure as Measure
+from .file.parts.measure_table import default_measure
 from .task import Task
 
 
@@ -66,26 +68,33 @@ class Thresholds:
 
 
 def thresholds_for(
-    task: Task, measure: str, warn: float | None = None, stop: float | None = None
+    task: Task, measure: str = '', warn: float | None = None, stop: float | None = None
 ) -> Thresholds:
     """
-    Return thresholds for an arm, with the measure's defaults for what is None.
+    Return thresholds for an arm, with the default measure if it is empty, and the measure's
+    defaults for what is None.
 
     Raises
     ------
     KinematicsError
-        Unknown measure; a determinant that is not there or always zero; missing thresholds, or in
-        the wrong order.
+        Unknown measure; a determinant that is not there or always zero; the distance of an arm
+        with too many joints; missing thresholds, or in the wrong order.
     """
+    joints = len(task.column_scales)
+    measure = measure or default_measure(joints).name
     if measure not in MEASURES:
         raise KinematicsError(
             f'singularity measure {measure!r} is unknown (choose from {", ".join(MEASURES)})'
         )
     row = MEASURES[measure]
+    if measure == 'distance' and (unsearched := why_unsearched(joints)):
+        raise KinematicsError(
+            f'{unsearched}; choose condition_number, manipulability or smallest_singular_value'
+        )
     if row.of_square and not task.square:
         raise KinematicsError(
             f'the {row.words} needs a square Jacobian: the task has {len(task.rows)} rows '
-            f'({" ".join(task.rows)}) for {len(task.column_scales)} joints; '
+            f'({" ".join(task.rows)}) for {joints} joints; '
             'choose distance or manipulability'
         )
     if row.of_square and task.structurally_deficient:
@@ -104,3 +113,10 @@ def thresholds_for(
         side = 'below' if row.small_is_bad else 'above'
         raise KinematicsError(f'stop ({stop:g}) of {measure} must be {side} warn ({warn:g})')
     return Thresholds(measure, float(warn), float(stop))
+
+
+def why_unsearched(joints: int) -> str:
+    """Return why an arm's distance to a singular pose is unknown at every pose; empty if not."""
+    most = kernel.MAX_SEARCHED_JOINTS
+    text = f'the distance to a singular pose is found for up to {most} joints, not {joints}'
+    return text if joints > most else ''

@@ -32,6 +32,7 @@ def free_motions(
     counted, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)
     values, turns = arrays.results(sigma, count * n), arrays.results(motions, count * n * n)
     W = arrays.scratch(n * width)
+    lock = arrays.let_go()
     for k in range(count):
         residual.evaluate(arrays.after(positions, k * n), places.JACOBIAN)
         residual.write_columns(counted)
@@ -46,6 +47,7 @@ def free_motions(
         for i in range(n):
             motion = arrays.after(turns, (k * n + i) * n)
             arrays.copy(motion, n, arrays.after(W, i * width + 6))
+    arrays.take_back(lock)
     arrays.give_back(W)
 
 

@@ -20,6 +20,9 @@ MOST_LOOP_ENTRIES = 32
 MOST_LOOP_ROWS = 18
 MOST_PASSIVE = 24
 MOST_JOINTS = 128
+# Largest number of joints for which nearest singular poses are searched: the atlas of an arm takes
+# n^4, 1 s of a core for 16 joints, 4 s for 20 and hours for 128.
+MAX_SEARCHED_JOINTS = 16
 
 # Where things stand in a row of results.
 POSE_AT = 0

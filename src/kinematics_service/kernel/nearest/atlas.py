@@ -97,8 +97,8 @@ class Atlas:
             counts[f] = reaches > 0.0
             turns = int(np.prod(np.maximum(reaches / places.TAU, 1.0)))
             seeds = SEEDS[min(int(np.sum(counts[f])), len(SEEDS) - 1)] * min(turns, MOST_TURNS)
-            if chain.loops > 0:
-                seeds = 0  # on the way they might not close
+            if chain.loops > 0 or n > places.MAX_SEARCHED_JOINTS:
+                seeds = 0  # on the way loops might not close; above, nothing is searched
             table = np.zeros((seeds, self.width))
             given = np.column_stack([spans[:, 0], reaches])
             if of_factors:
@@ -453,8 +453,10 @@ def _fill(equations: SingularEquations, spans: Floats, table: Floats) -> int:
     width = n * (1 + equations.count)
     work = arrays.scratch(3 * n)
     found = 0
+    lock = arrays.let_go()
     for i in range(seeds):
         found += _go(equations, i, given, arrays.after(charts, found * width), work)
+    arrays.take_back(lock)
     arrays.give_back(work)
     return found
 
@@ -488,6 +490,7 @@ def _fill_of_factor(tape: Tape, f: int, task: TaskRows, spans: Floats, table: Fl
     work = arrays.scratch(5 * n + tape.steps * (n + 1))
     origin, d, normal = work, arrays.after(work, n), arrays.after(work, 2 * n)
     found = 0
+    lock = arrays.let_go()
     for i in range(seeds):
         _write_seed(n, i, given, origin)
         for j in range(n):
@@ -499,5 +502,6 @@ def _fill_of_factor(tape: Tape, f: int, task: TaskRows, spans: Floats, table: Fl
                 chart[j] = origin[j] / task.column_scale[j] + d[j]
                 chart[n + j] = normal[j]
             found += 1
+    arrays.take_back(lock)
     arrays.give_back(work)
     return found

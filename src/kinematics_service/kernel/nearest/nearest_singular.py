@@ -206,6 +206,10 @@ class NearestSearch:
             if not abs(q[j]) < COARSE * self.arm.task.column_scale[j]:
                 self.complete = False
         self.lasting = -1.0
+        if n > places.MAX_SEARCHED_JOINTS:
+            self._stand_at(q)
+            self.complete = False
+            return
         if measures[places.RANK] < k:
             self._stand_at(q)
             self.distance, self.complete = 0.0, True

@@ -28,7 +28,7 @@ from ...kinematics.singularity import measured
 from ...kinematics.statics import WrenchEstimate, wrench_of
 from ...kinematics.uncertainty.arm_errors import errors_of_file
 from ...kinematics.uncertainty.pose_covariance import covariances
-from ...robot.measures import Measure
+from ...robot.measures import Measure, why_unsearched
 from ...robot.points import TOOL
 from ..parameters.settings import ROW_LABELS, NodeSettings
 from .messages import StateReport
@@ -310,7 +310,9 @@ def measure_numbers(measure: Measure) -> Callable[[NodeSettings], Numbers | None
     """Return the column of a measure; None for an arm that does not have it."""
 
     def numbers(settings: NodeSettings) -> Numbers | None:
-        if measure.of_square and not settings.robot.task.square:
+        robot = settings.robot
+        unsearched = measure.name == 'distance' and why_unsearched(robot.dof)
+        if unsearched or measure.of_square and not robot.task.square:
             return None
         return Copied(np.array([measure.column]), of_measures=True)
 

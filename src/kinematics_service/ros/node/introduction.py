@@ -7,6 +7,7 @@ from rclpy.node import Node
 from ... import kernel
 from ...estimation.status_text import structure_in_words
 from ...rigid_motion import exact_rpy
+from ...robot.measures import why_unsearched
 from ...robot.robot import Robot
 from ...typography import counted
 from ..parameters.node_parameters import NodeParameters
@@ -41,6 +42,8 @@ def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
     unknown = parameters.unknown()
     if unknown:
         logger.warning(unknown_in_words(unknown))
+    if unsearched := why_unsearched(robot.dof):
+        logger.warning(f'{unsearched}: the warning watches {robot.thresholds.measure}')
     if robot.task.structurally_deficient:
         logger.warning(
             f'{structure_in_words(robot)}; measures are taken over '

@@ -153,7 +153,13 @@ class KinematicsNode(Node):
 
     def end_motion(self) -> None:
         """Stop the motion of the last target twist; called before the node ends."""
-        self._targets.close()
+        self._targets.stop()
+
+    def destroy_node(self) -> None:
+        """Release what the node has; its targets get no more answers."""
+        if self.is_started:
+            self._targets.close()
+        super().destroy_node()
 
     def fall_silent(self, reason: str) -> None:
         """Answer nothing from now on, and say why."""
@@ -277,9 +283,9 @@ class KinematicsNode(Node):
         # Returns the arm's present state, or a sentence why it is unknown.
         if self.silent:
             return self.silent
-        missing = self._estimator.missing(time.monotonic_ns())
-        if not missing and self._latest is not None:
-            return self._latest
+        missing, latest = self._estimator.missing(time.monotonic_ns()), self._latest
+        if not missing and latest is not None:
+            return latest
         return self._missing_text(missing or self._settings.joint_names)
 
     def _warn(self, singularity: Singularity, level: Level) -> None:
@@ -334,6 +340,10 @@ class KinematicsNode(Node):
     # Parameters
 
     def _take_settings(self, settings: NodeSettings) -> None:
+        with self._targets.in_force:
+            self._put_into_force(settings)
+
+    def _put_into_force(self, settings: NodeSettings) -> None:
         before = self._settings.robot
         moves_alike = settings.robot.chain is before.chain
         self._settings = settings

@@ -5,7 +5,6 @@ Reading and checking a file takes some tens of milliseconds, so it has a thread 
 right comes into force between two messages; what is wrong changes nothing.
 """
 
-import sys
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -22,9 +21,6 @@ from .steady_time import steady_timer
 
 # Period of the look for the end of the reading, s.
 LOOK = 0.005
-# How long a thread keeps the interpreter while another one waits for it, s: while a file is read,
-# and otherwise. With Python's 5 ms one wait in ten took more than 5.2 ms, with this 0.35 ms.
-SHORT, USUAL = 1e-4, sys.getswitchinterval()
 
 
 class Reload:
@@ -87,10 +83,7 @@ class Reload:
                 self._outcome = read()
             except Exception as error:  # whatever it is: the request gets its answer
                 self._outcome = self._refusal(error)
-            finally:
-                sys.setswitchinterval(USUAL)
 
-        sys.setswitchinterval(SHORT)
         threading.Thread(target=work, daemon=True).start()
         self._timer.reset()
 

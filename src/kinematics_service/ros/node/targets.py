@@ -1,13 +1,22 @@
-"""Targets for the tool: poses in, joint positions out; twists in, joint velocities out."""
+"""
+Targets for the tool: poses in, joint positions out; twists in, joint velocities out.
 
+An answer to a pose takes up to some 50 ms, so poses have a thread of their own: no joint state
+waits for one. An answer to a twist takes some 0.1 ms, in the thread of the executor.
+"""
+
+import contextlib
+import threading
 import time
 from collections.abc import Callable
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.duration import Duration
+from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -53,6 +62,8 @@ from .target_status import pose_status, twist_status
 WATCH_SHARE = 0.25
 # Longest time that the end of the node waits for the last message to go out, s.
 LAST_WORD = Duration(seconds=0.2)
+# Longest time that it waits for the answer to a pose, s.
+LAST_ANSWER = 0.5
 
 
 class Targets:
@@ -70,6 +81,12 @@ class Targets:
         The settings in force.
     latest
         Returns the arm's present state, or a sentence why it is unknown.
+
+    Attributes
+    ----------
+    in_force
+        Held while an answer to a pose goes out, and to be held while settings change: so an answer
+        and the settings and the state that it is of go together.
     """
 
     def __init__(
@@ -78,7 +95,9 @@ class Targets:
         settings: NodeSettings,
         latest: Callable[[], EstimatorOutput | str],
     ) -> None:
-        self._node = node
+        self._node, self.in_force = node, threading.Lock()
+        self._poses: SimpleQueue[bytes | None] = SimpleQueue()  # None ends the thread
+        self._thread: threading.Thread | None = None  # that of the poses, from the first one on
         # What was said to have no arcs of postures: an arm, and what counts of its targets.
         self._without_arcs: tuple[str, tuple[str, ...], str] | None = None
         self._settings = self._planned(settings)
@@ -116,11 +135,19 @@ class Targets:
         self._settings = self._planned(settings)
         self._timer.timer_period_ns = round(self._watch_period() * 1e9)
 
-    def close(self) -> None:
-        """End a motion in force, before the node ends."""
+    def stop(self) -> None:
+        """End a motion in force; no answer goes out after it unless the state is known again."""
+        with self.in_force:
+            pass  # an answer that is going out
         if self._moving_since is not None:
             self._stop()
             self._joint_velocity.wait_for_all_acked(LAST_WORD)
+
+    def close(self) -> None:
+        """End the thread of the poses, before the node goes."""
+        self._poses.put(None)
+        if self._thread is not None:
+            self._thread.join(LAST_ANSWER)
 
     def _watch_period(self) -> float:
         return self._settings.target_timeout * 1e-9 * WATCH_SHARE
@@ -134,33 +161,55 @@ class Targets:
     # Poses
 
     def _on_pose(self, data: bytes) -> None:
+        self._poses.put(data)
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._take_poses, daemon=True)
+            self._thread.start()
+
+    def _take_poses(self) -> None:
+        # Answers the newest pose; it replaces those that came while the last one was answered.
+        waiting, replaced = self._poses.get(), 0
+        while waiting is not None:
+            if self._poses.empty():
+                with contextlib.suppress(InvalidHandle):  # the node ends
+                    self._take_pose(waiting, replaced)
+                replaced = -1
+            waiting, replaced = self._poses.get(), replaced + 1
+
+    def _take_pose(self, data: bytes, replaced: int) -> None:
         try:
             status_text = self._answer_pose(read_message(data, PoseStamped))
-        except Exception as error:  # no message may stop the node
+        except Exception as error:  # no message may stop the thread
             status_text = self._refused(error)
-        self._say('target_pose', status_text)
+        values = (*status_text.values, ('replaced', str(replaced)))
+        self._say('target_pose', StatusText(status_text.level, status_text.sentence, values))
 
     def _answer_pose(self, message: PoseStamped) -> StatusText:
-        settings = self._settings
         given = pose_of(message)
-        present = self._present().state
-        T = pose_in_base(given, message.header.frame_id, present.pose, settings)
-        result = inverse_kinematics(
-            settings.robot,
-            T,
-            near=present.q,
-            rows=settings.target_rows,
-            axis=settings.target_axis,
-            tolerance=settings.target_tolerance,
-            curves=False,
-        )
-        choice = best_choice(choice_of(result, settings.robot, present.q), T, settings)
-        if self._solutions.get_subscription_count() > 0:
-            self._solutions.publish(solutions_message(choice, settings))
-        if choice.q is not None:
-            answer = joint_message(stamp_of(message), settings, position=choice.q)
-            self._joint_states.publish(answer)
-        return pose_status(result, choice, present.q, settings.redundancy)
+        while True:
+            with self.in_force:
+                settings, present = self._settings, self._present().state
+            T = pose_in_base(given, message.header.frame_id, present.pose, settings)
+            result = inverse_kinematics(
+                settings.robot,
+                T,
+                near=present.q,
+                rows=settings.target_rows,
+                axis=settings.target_axis,
+                tolerance=settings.target_tolerance,
+                curves=False,
+            )
+            choice = best_choice(choice_of(result, settings.robot, present.q), T, settings)
+            with self.in_force:
+                self._present()  # refuses where the node has fallen silent
+                if settings is not self._settings:
+                    continue
+                if self._solutions.get_subscription_count() > 0:
+                    self._solutions.publish(solutions_message(choice, settings))
+                if choice.q is not None:
+                    answer = joint_message(stamp_of(message), settings, position=choice.q)
+                    self._joint_states.publish(answer)
+                return pose_status(result, choice, present.q, settings.redundancy)
 
     # Twists
 

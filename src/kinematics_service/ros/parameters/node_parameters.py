@@ -131,7 +131,9 @@ class NodeParameters:
             robot = self._load()
             fitting = _fitting(values, former, robot)
             settings = settings_from(fitting, robot, self._points)
-            # What the inverse needs of an arm is found once, and remembered.
+            # Prepare the searches for singular poses and joint positions here: the node answers
+            # with the former arm meanwhile.
+            settings.robot.arm.atlas()
             plan_for(settings.robot, settings.target_rows, settings.target_axis or '')
             if settings.robot.description.uncertainty is not None:
                 # So is what may be off in it.

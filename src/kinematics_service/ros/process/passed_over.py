@@ -1,4 +1,8 @@
-"""Messages that are passed over because they come faster than they can be answered."""
+"""
+Messages that are passed over because they come faster than they can be answered.
+
+Only the subscription that is behind loses some: the one with the most messages in the queue.
+"""
 
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -9,8 +13,10 @@ from rclpy.subscription import Subscription
 
 from ..node.waiting_messages import take_waiting
 
-# Of each subscription this number of the newest messages is answered all the same.
+# Number of the newest messages that are answered of the subscription that is behind.
 KEPT = 10
+# Number of the newest messages that are answered of each other one: 2.5 s at 200 Hz.
+KEPT_OF_OTHERS = 500
 
 
 class _Passed:
@@ -21,7 +27,7 @@ class _Passed:
     ) -> None:
         self.node, self.subscription, self._at_first = node, subscription, at_first
         self.received = 0
-        self._newest: deque[tuple[Any, ...]] = deque(maxlen=KEPT)
+        self._newest: deque[tuple[Any, ...]] = deque(maxlen=KEPT_OF_OTHERS)
         self._callback = subscription.callback
         # Not by its property, which is about the form of the arguments, too: that stays.
         subscription._callback = self.keep
@@ -34,17 +40,17 @@ class _Passed:
 
     def take_waiting(self) -> None:
         with_info = self.subscription._callback_type is Subscription.CallbackType.WithMessageInfo
-        newest, count = take_waiting(self.subscription, KEPT)
+        newest, count = take_waiting(self.subscription, KEPT_OF_OTHERS)
         for one in newest:
             # As the executor hands them over: with their information as one tuple.
             self._newest.append((one if with_info else one[0],))
         self.received += count
 
-    def answer(self) -> int:
+    def answer(self, most: int) -> int:
         self.subscription._callback = self._callback
-        for arguments in self._newest:
+        for arguments in list(self._newest)[-most:]:
             self._callback(*arguments)
-        return self.received - len(self._newest)
+        return self.received - min(most, len(self._newest))
 
 
 class PassedOver:
@@ -98,4 +104,6 @@ class PassedOver:
         self._executor.create_task(lambda: self._executor.create_task(self._end))
 
     def _end(self) -> None:
-        self._then(sum(one.answer() for one in self._passed))
+        behind = max((one.received for one in self._passed), default=0)
+        kept = [KEPT if one.received == behind else KEPT_OF_OTHERS for one in self._passed]
+        self._then(sum(one.answer(most) for one, most in zip(self._passed, kept)))

@@ -124,14 +124,14 @@ def leave(code: int, stop: StopSignal) -> int:
 
 def destroy(*nodes: Node) -> None:
     """
-    Destroy nodes; end the process, with code 1, where the middleware does not come back.
+    Destroy nodes; end the process, with code 1, if the middleware does not come back.
 
-    Fast DDS may wait for ever where a participant of another process goes at the same moment. It
-    keeps the interpreter's lock then, so that nothing of Python follows a signal: what ends the
-    process is a thread of C.
+    Fast DDS may wait for ever if a participant of another process goes at the same moment. It
+    keeps the interpreter's lock then: the timer of the signal ends the process, or, if there was
+    no signal, a thread in C does.
     """
     with open(os.devnull, 'w') as nowhere:
-        faulthandler.dump_traceback_later(TIME_OUT + GRACE, exit=True, file=nowhere)
+        faulthandler.dump_traceback_later(TIME_OUT + 2.0 * GRACE, exit=True, file=nowhere)
         try:
             for node in nodes:
                 node.destroy_node()

@@ -297,7 +297,7 @@ class SingularityDescription:
     length : m
         The characteristic length; None: chosen from the arm.
     measure
-        Which number is compared with the thresholds.
+        Which number is compared with the thresholds; empty: the default of the arm.
     warn, stop
         Thresholds: rad for `distance`, else plain numbers in SI units.
     factors
@@ -306,7 +306,7 @@ class SingularityDescription:
 
     task: tuple[str, ...] | None = None
     length: float | None = None
-    measure: str = 'distance'
+    measure: str = ''
     warn: float | None = None
     stop: float | None = None
     factors: tuple[Factor, ...] = ()

@@ -140,3 +140,9 @@ MEASURES = {
         ),
     )
 }
+
+
+def default_measure(joints: int) -> Measure:
+    """Return the measure that is watched if a robot file names none."""
+    searched = joints <= kernel.MAX_SEARCHED_JOINTS
+    return MEASURES['distance' if searched else 'condition_number']

@@ -7,20 +7,17 @@ from ..text.entries import checked, checked_list, did_you_mean, meant_by
 from ..text.expression_syntax import names_in
 from ..text.fault_report import Place, number, quoted
 from .description import Factor, SingularityDescription
-from .measure_table import MEASURES, Measure
+from .measure_table import MEASURES, Measure, default_measure
 from .quantities import Kind, Quantities
 from .schema import FactorEntry, SingularityEntry
 
 ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
-# The measure of a file that names none.
-USUAL = 'distance'
 
 
 def read_singularity(data: Any, quantities: Quantities) -> SingularityDescription | None:
     """Return the section with its defaults, or None with its faults reported."""
     if data is None:
-        usual = MEASURES[USUAL]
-        return SingularityDescription(None, None, USUAL, usual.warn, usual.stop, ())
+        return SingularityDescription()
     at = quantities.top['singularity']
     entry = checked(SingularityEntry, data, at)
     intact = at.intact
@@ -31,7 +28,8 @@ def read_singularity(data: Any, quantities: Quantities) -> SingularityDescriptio
     factors = () if entry.factors is None else _factors(entry.factors, at['factors'], quantities)
     if not intact:
         return None  # what has been refused would be taken for the default
-    measure = MEASURES[entry.measure or USUAL]
+    usual = default_measure(len(quantities.joint_types))
+    measure = MEASURES[entry.measure or usual.name]
     thresholds = _thresholds(entry, measure, at, quantities)
     if thresholds is None or not at.intact:
         return None
