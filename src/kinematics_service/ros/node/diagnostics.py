@@ -20,7 +20,10 @@ REJECTED = (
     estimator.NOT_FINITE,
     estimator.TOO_LARGE,
     estimator.NOT_CLOSED,
+    estimator.TOO_FAST,
 )
+# Shown only if counted: reasons of few arms or settings.
+RARE = (estimator.NOT_CLOSED, estimator.TOO_FAST)
 INTERNAL_ERROR = 'internal error'
 # Time for which a loss is warned of, s.
 RECENT = 10.0
@@ -117,7 +120,7 @@ def input_status(
         *(
             (f'rejected: {reason}', f'{counts[reason]}')
             for reason in REJECTED
-            if reason != estimator.NOT_CLOSED or counts[reason]  # of few arms
+            if reason not in RARE or counts[reason]
         ),
         ('left out: came faster than answered', f'{counts[LEFT_OUT]}'),
         ('internal errors', f'{counts[INTERNAL_ERROR]}'),

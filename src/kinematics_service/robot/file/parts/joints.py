@@ -9,7 +9,17 @@ from ..text.expression_syntax import IDENTIFIER, why_no_name
 from ..text.fault_report import Place, number, quoted
 from ..text.yaml_document import ScalarNode
 from .description import JointDescription, JointType
-from .quantities import DEGREES, INFINITE, KIND_OF, METRES, MILLIMETRES, RADIANS, Quantities, Units
+from .quantities import (
+    DEGREES,
+    FASTEST_JOINT,
+    INFINITE,
+    KIND_OF,
+    METRES,
+    MILLIMETRES,
+    RADIANS,
+    Quantities,
+    Units,
+)
 from .schema import JointEntry
 
 MAX_JOINTS = 128
@@ -69,7 +79,7 @@ def read_joint(
         quantities.above_zero(getattr(entry, key), KIND_OF[joint_type], at[key]) or math.inf
         for key in ('velocity', 'acceleration')
     )
-    if 100.0 < velocity < math.inf:
+    if FASTEST_JOINT < velocity < math.inf:
         at['velocity'].warn(f'{number(velocity)} per second is very fast: which unit?')
     if entry.name is None or variable is None or not at.intact:
         return None
