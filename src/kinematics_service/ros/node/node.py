@@ -9,6 +9,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.clock import JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.time_source import CLOCK_TOPIC
 from std_srvs.srv import Trigger
 
 from ...estimation.estimator import RESETS, UNREADABLE, Estimator, EstimatorOutput, RefusedMessage
@@ -84,6 +85,7 @@ class KinematicsNode(Node):
         topic: str = JOINT_STATES,
         **options: Any,
     ) -> None:
+        self._throttle = Throttle(5.0)  # rclpy subscribes to /clock at once
         super().__init__(node_name, **options)
         self.is_started = False
         self.silent = ''
@@ -104,7 +106,6 @@ class KinematicsNode(Node):
         self._recent = RecentMotion()
         self._resets = 0  # the estimator's resets that are handled here
         self._grid = StampGrid()
-        self._throttle = Throttle(5.0)
         self._open_topics(topic)
         self._watchdog = steady_timer(self, self._watchdog_period(), self._watch)
         self._reference = Reference(
@@ -140,6 +141,22 @@ class KinematicsNode(Node):
         self._scaling = Scaling(self, self.settings, self._present)
         self._input = Input(self, topic, transport, self._on_sample, self._on_bytes, self._refuse)
         self.create_service(Trigger, DESCRIBE, self._describe, qos_profile=SERVICE_QOS)
+
+    def create_subscription(
+        self, msg_type: Any, topic: str, callback: Callable[..., None], *args: Any, **options: Any
+    ) -> Any:
+        """As of rclpy; of /clock a negative time is ignored, which rclpy raises an error for."""
+
+        def set_clock(message: Any) -> None:
+            if message.clock.sec >= 0:
+                callback(message)
+            elif self._throttle.passes(CLOCK_TOPIC):
+                self.get_logger().warning(
+                    f'the time {message.clock.sec} s on {CLOCK_TOPIC} is negative: it is ignored'
+                )
+
+        heard = set_clock if topic == CLOCK_TOPIC else callback
+        return super().create_subscription(msg_type, topic, heard, *args, **options)
 
     def trust_the_order_of_events(self) -> None:
         """Note that the executor handles events in the order of their arrival."""
