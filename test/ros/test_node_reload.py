@@ -30,6 +30,7 @@ from target_harness import Targets, pose_target
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
+from kinematics_service.ros.parameters import settled_file
 
 Q, QDOT = (0.3, 0.7), (0.5, -0.2)
 TOOL = (0.2, -0.1, 0.05)
@@ -392,6 +393,53 @@ def test_each_answer_is_of_one_arm_and_none_is_missing_while_it_changes(arm, fil
         if not used or used[-1] != fitting[0]:
             used.append(fitting[0])
     assert len(used) >= 8
+
+
+class Writer(threading.Thread):
+    """Writes a file in pieces: a robot without its tool, comments, and the tool at the end."""
+
+    def __init__(self, file, comments):
+        super().__init__(daemon=True)
+        self._file, self._comments = file, comments
+        self.began, self.stop = threading.Event(), threading.Event()
+
+    def run(self):
+        with self._file.open('w', buffering=1) as stream:
+            stream.write(text(0.7))
+            self.began.set()
+            for _ in range(self._comments):
+                if self.stop.wait(0.03):
+                    break
+                stream.write('# a comment\n')
+            stream.write('tool: {xyz: [0.3, 0, 0]}\n')
+
+
+def test_a_file_that_is_still_being_written_comes_into_force_when_it_is_complete(arm, file):
+    one = arm(str(file))
+    tools = []
+    configure = one.node._outputs.configure
+    one.node._outputs.configure = lambda settings: (tools.append(settings), configure(settings))
+    writer = Writer(file, 10)
+    writer.start()
+    assert writer.began.wait(10.0)
+    response = reload(one)
+    assert response.success, response.message
+    assert is_at(one.answer(Q), Q, L1=0.7, tool=(0.3, 0.0, 0.0))
+    assert len(tools) == 1
+
+
+def test_a_file_that_is_written_for_too_long_is_refused(arm, file, monkeypatch):
+    one = arm(str(file))
+    monkeypatch.setattr(settled_file, 'PATIENCE', 0.3)
+    writer = Writer(file, 10_000)
+    writer.start()
+    assert writer.began.wait(10.0)
+    response = reload(one)
+    writer.stop.set()
+    writer.join()
+    assert not response.success
+    assert 'another program still writes it after 0.3 s' in response.message
+    assert is_at(one.answer(Q), Q)
 
 
 def test_the_node_answers_while_a_file_is_read(arm, file, monkeypatch):
