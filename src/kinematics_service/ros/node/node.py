@@ -356,6 +356,8 @@ class KinematicsNode(Node):
         found, frames = dict[str, StatusText](), self._reference.status_text()
         if frames is not None:
             found['frames'] = frames
+        if doubts := self._settings.doubts:
+            found['parameters'] = StatusText(Level.WARN, '; '.join(doubts), ())
         velocities = self._recent.status(self._settings)
         if velocities is not None:
             found['velocities'] = velocities
@@ -368,6 +370,9 @@ class KinematicsNode(Node):
     def _take_settings(self, settings: NodeSettings) -> None:
         before = self._settings.robot
         moves_alike = settings.robot.chain is before.chain
+        for doubt in settings.doubts:
+            if doubt not in self._settings.doubts:
+                self.get_logger().warning(doubt)
         self._settings = settings
         self._estimator.configure(settings.robot, settings.estimator)
         self._grid.forget()

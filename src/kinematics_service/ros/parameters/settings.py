@@ -2,7 +2,7 @@
 
 import math
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from importlib.util import find_spec
 from typing import Any, NamedTuple
@@ -12,7 +12,7 @@ from ...estimation.estimator import EstimatorSettings
 from ...kinematics.inverse.problem.target import TOOL_AXES
 from ...kinematics.inverse.servo import ServoSettings
 from ...kinematics.servo_rule import ServoRule
-from ...robot.file.parts.quantities import LARGEST
+from ...robot.file.parts.quantities import LARGEST, LONG, Kind, unit_doubt
 from ...robot.measures import Thresholds, thresholds_for
 from ...robot.points import TOOL
 from ...robot.robot import Robot, with_singularity, with_tool
@@ -86,6 +86,8 @@ class NodeSettings:
         MoveIt Servo's rule; None for the distance.
     points
         For each point with topics of its own the settings whose tool frame it is.
+    doubts
+        Sentences on parameters whose numbers may be in mm or degrees.
     of
         The point they are of; `tool` for the tool.
     """
@@ -114,6 +116,7 @@ class NodeSettings:
     scale_reduced: bool
     scale_rule: ServoRule | None
     points: Mapping[str, 'NodeSettings']
+    doubts: tuple[str, ...]
     of: str = TOOL
 
     @property
@@ -221,8 +224,30 @@ def settings_from(
         scale_reduced=_reduced(values, judged),
         scale_rule=_scale_rule(values, judged),
         points={},
+        doubts=tuple(_doubts(values, robot)),
     )
     return replace(settings, points=_points(points, robot, settings))
+
+
+def _doubts(values: Mapping[str, Any], robot: Robot) -> Iterator[str]:
+    # A length of 20 m is doubted, and of an arm that is shorter than 1 m 20 times its reach.
+    longest = LONG * min(robot.task.length, 1.0)
+    for parameter in PARAMETERS:
+        value = values[parameter.name]
+        numbers = value or () if parameter.numbers else [value]
+        if parameter.kind != 'number' and (doubt := _doubt(numbers, parameter.kind, longest)):
+            yield f'parameter {parameter.name}: {doubt}'
+
+
+def _doubt(numbers: Sequence[float], kind: Kind, longest: float = LONG) -> str:
+    value = max(numbers, key=abs, default=0.0)
+    return unit_doubt(
+        value,
+        kind,
+        longest,
+        f'are these degrees? write {math.radians(value):.6g}',
+        f'are these millimetres? write {value / 1000.0:.6g}',
+    )
 
 
 def _points(names: Any, robot: Robot, settings: NodeSettings) -> dict[str, NodeSettings]:
@@ -270,6 +295,7 @@ def _checked_numbers(name: str, value: Any, count: int) -> tuple[float, ...] | N
     # None for an empty list, whose type ROS does not tell: it may arrive as nothing at all.
     listed = [] if value is None else value
     largest = FULL_TURN if name == 'tool.rpy' else LARGEST
+    doubt = ''
     fits = not isinstance(listed, (str, bytes)) and isinstance(listed, (Sequence, array))
     if fits and not len(listed):
         return None
@@ -277,9 +303,12 @@ def _checked_numbers(name: str, value: Any, count: int) -> tuple[float, ...] | N
         kinds = {type(number) for number in listed}
         if kinds <= {float, int} and all(abs(number) <= largest for number in listed):
             return tuple(float(number) for number in listed)
+        kind: Kind = 'angle' if name == 'tool.rpy' else 'length'
+        doubt = _doubt(listed, kind) if kinds <= {float, int} else ''
     accepted = (
         f'empty, or {count} numbers of one kind, none beyond {largest:g}, such as [0.0, 0.0, 0.1]'
     )
+    accepted += f'; {doubt}' if doubt else ''
     shown = value if isinstance(value, str) else list(listed) if fits else value
     raise _refuse(name, shown, accepted)
 

@@ -38,9 +38,9 @@ def read_settled(read: Callable[[], Content], files: Sequence[str | os.PathLike[
         except KinematicsError:
             if _states(files) == before:
                 raise
-            continue
-        if _states(files) == before:
-            return content
+        else:
+            if _states(files) == before:
+                return content
     raise SettingsError(
         f'{", ".join(map(str, files))}: another program still writes it after {PATIENCE:g} s; '
         'reload it when it is saved'
@@ -48,11 +48,4 @@ def read_settled(read: Callable[[], Content], files: Sequence[str | os.PathLike[
 
 
 def _states(files: Sequence[str | os.PathLike[str]]) -> list[tuple[int, int, int]]:
-    # Zeros for a file that is missing.
-    found = []
-    for file in files:
-        try:
-            found.append(file_state(file))
-        except OSError:
-            found.append((0, 0, 0))
-    return found
+    return [file_state(file) for file in files if os.path.exists(file)]
