@@ -21,6 +21,7 @@ class EchoedTopic(str, Enum):
     acceleration = 'acceleration'
     wrench = 'wrench'
     warning = 'warning'
+    diagnostics = 'diagnostics'
     scale = 'scale'
     scale_reason = 'scale_reason'
 
@@ -45,6 +46,7 @@ def echo(
       kinematics_service echo
       kinematics_service echo pose --once
       kinematics_service echo warning --json
+      kinematics_service echo diagnostics --once
       kinematics_service echo twist --node /left_arm/kinematics
       kinematics_service echo pose --once --timeout 30
     """
