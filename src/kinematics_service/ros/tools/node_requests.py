@@ -68,7 +68,7 @@ def run_set(source: str, name: str, text: str, ros_args: Sequence[str]) -> int:
         change = Parameter(name=name, value=value_from(text, kind))
         done = ask('set_parameters', SetParameters, SetParameters.Request(parameters=[change]))
         if not done.results[0].successful:
-            raise SettingsError(f'{node} refuses it: {done.results[0].reason}')
+            raise SettingsError(f'{node} refuses {name}: {done.results[0].reason}')
         described = json.loads(ask('describe', Trigger, Trigger.Request()).message)
         for doubt in described['doubts']:
             if name in doubt:
@@ -103,7 +103,10 @@ def value_from(text: str, kind: int) -> ParameterValue:
             return ParameterValue(type=kind, double_array_value=numbers)
     except ValueError:
         pass  # the node refuses it, or it is a list of names
-    return get_parameter_value(text)
+    try:
+        return get_parameter_value(text)
+    except Exception:  # of PyYAML, and of fields of messages
+        raise SettingsError(f'{text!r} is no value in YAML') from None
 
 
 def _run(source: str, ros_args: Sequence[str], request: Callable[[str, Ask], str]) -> int:
