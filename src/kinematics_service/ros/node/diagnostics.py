@@ -90,7 +90,7 @@ def input_status(
     arm: estimator.Estimator, subscription: BestSubscription, heard: InputState
 ) -> StatusText:
     """Return level, sentence and values of the input of an arm."""
-    level, sentence = _verdict(arm, subscription.topic_name, heard)
+    level, sentence = _verdict(arm, subscription, heard)
     counts, work, delay = heard.counts, heard.work, arm.acceleration_delay
     rate = heard.news[estimator.ACCEPTED] / heard.interval if heard.interval > 0.0 else 0.0
     rejected = sum(counts[reason] for reason in REJECTED)
@@ -103,7 +103,7 @@ def input_status(
         ('publishers', f'{len(heard.publishers)}'),
         ('publisher names', ', '.join(heard.publishers)),
         ('reliability', 'reliable' if subscription.is_reliable else 'best effort'),
-        ('lost', 'not known' if lost is None else f'{lost}'),
+        ('lost', 'not known' if lost is None else f'{_at_least(subscription)}{lost}'),
         ('missing joints', ', '.join(arm.missing(heard.arrival))),
         ('joints beyond their limits', ', '.join(arm.beyond_limits())),
         ('joints that publishers disagree about', ', '.join(_disputed(arm, heard))),
@@ -134,9 +134,12 @@ def _disputed(arm: estimator.Estimator, heard: InputState) -> Sequence[str]:
     return arm.disputed(heard.arrival) if len(heard.publishers) > 1 else ()
 
 
-def _verdict(arm: estimator.Estimator, topic: str, heard: InputState) -> tuple[Level, str]:
+def _verdict(
+    arm: estimator.Estimator, subscription: BestSubscription, heard: InputState
+) -> tuple[Level, str]:
     if heard.silent:
         return Level.OK, heard.silent
+    topic = subscription.topic_name
     if missing := ', '.join(arm.missing(heard.arrival)):
         if math.isinf(arm.age(heard.arrival)) and not heard.counts[estimator.ACCEPTED]:
             who = f'{len(heard.publishers)} publishers' if heard.publishers else 'no publisher'
@@ -145,7 +148,7 @@ def _verdict(arm: estimator.Estimator, topic: str, heard: InputState) -> tuple[L
                 f'no joint state was received on {topic} ({who}): missing {missing}',
             )
         return Level.ERROR, f'joint states are stale: missing {missing}'
-    if warnings := '; '.join(_warnings(arm, heard)):
+    if warnings := '; '.join(_warnings(arm, _at_least(subscription), heard)):
         return Level.WARN, warnings
     if heard.velocity_source == 'difference':
         return Level.OK, 'fine; velocities are differences of positions'
@@ -154,7 +157,11 @@ def _verdict(arm: estimator.Estimator, topic: str, heard: InputState) -> tuple[L
     return Level.OK, 'fine'
 
 
-def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
+def _at_least(subscription: BestSubscription) -> str:
+    return 'at least ' if subscription.lost and subscription.lost_is_lower_bound else ''
+
+
+def _warnings(arm: estimator.Estimator, at_least: str, heard: InputState) -> Iterator[str]:
     if disputed := _disputed(arm, heard):
         yield (
             f'publishers disagree about {", ".join(disputed)}: '
@@ -166,7 +173,7 @@ def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
     if rejected:
         yield f'messages rejected: {", ".join(rejected)}'
     if heard.lost_of_late:
-        yield f'{heard.lost_of_late} messages lost within {RECENT:g} s'
+        yield f'{at_least}{heard.lost_of_late} messages lost within {RECENT:g} s'
     if arm.integration.seconds:
         off = 'how far is not known: the robot file has no velocity_noise'
         deviation = arm.integration.deviation(arm.robot)
