@@ -16,11 +16,6 @@ TOPICS = ('jacobian', 'pose', 'twist', 'acceleration', 'wrench', 'warning', 'dia
 TOPICS += ('scale', 'scale_reason')
 
 
-def topics_like(incomplete: str) -> list[str]:
-    """Return the topics that a word begins, for completion by a shell."""
-    return [topic for topic in TOPICS if topic.startswith(incomplete)]
-
-
 def echo(
     context: typer.Context,
     what: Annotated[
@@ -28,7 +23,7 @@ def echo(
         typer.Argument(
             metavar='TOPIC',
             help=f'Topic to print: {", ".join(TOPICS)}.',
-            autocompletion=topics_like,
+            autocompletion=lambda word: [topic for topic in TOPICS if topic.startswith(word)],
         ),
     ] = TOPICS[0],
     once: bool = flag('--once', 'Stop after the first message.'),

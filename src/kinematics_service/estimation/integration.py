@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..kernel import Floats, Integers, OurJoints
-from ..robot.file.parts.quantities import FASTEST_JOINT
+from ..robot.file.parts.joints import FASTEST_JOINT
 from ..robot.robot import Robot
 from .joint_memory import NamedJoints
 from .joint_sample import JointSample

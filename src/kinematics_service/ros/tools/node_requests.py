@@ -17,19 +17,9 @@ from ...errors import KinematicsError, SettingsError
 from ...stop_signals import StopSignal
 from ..messages.topics import RELOAD
 from ..parameters.settled_file import PATIENCE
+from ..process import session
 from ..process.no_messages import kinematics_nodes
 from ..process.node_facts import TRY, call_service
-from ..process.session import (
-    FAULT,
-    FINE,
-    NODE_NAMES,
-    WRONG_USAGE,
-    destroy,
-    helper_node,
-    is_name,
-    run_session,
-    tell,
-)
 from ..process.spin import Spinner
 
 # Longest wait for the discovery of a node, and of a service, s.
@@ -72,7 +62,7 @@ def run_set(source: str, name: str, text: str, ros_args: Sequence[str]) -> int:
         described = json.loads(ask('describe', Trigger, Trigger.Request()).message)
         for doubt in described['doubts']:
             if name in doubt:
-                tell(doubt)
+                session.tell(doubt)
         return f'{node}: {name} is now {text}'
 
     return _run(source, ros_args, request)
@@ -110,11 +100,11 @@ def value_from(text: str, kind: int) -> ParameterValue:
 
 
 def _run(source: str, ros_args: Sequence[str], request: Callable[[str, Ask], str]) -> int:
-    if source and not is_name('NODE', source, NODE_NAMES):
-        return WRONG_USAGE
+    if source and not session.is_name('NODE', source, session.NODE_NAMES):
+        return session.WRONG_USAGE
 
     def work(context: Context, stop: StopSignal) -> int:
-        client = helper_node(f'kinematics_request_{os.getpid()}', context)
+        client = session.helper_node(f'kinematics_request_{os.getpid()}', context)
         spinner = Spinner(context, [client])
         spinner.obey(stop)
         try:
@@ -128,15 +118,15 @@ def _run(source: str, ros_args: Sequence[str], request: Callable[[str, Ask], str
                 return answer
 
             print(request(node, ask), flush=True)
-            return FINE
+            return session.FINE
         except KinematicsError as error:
-            tell(str(error))
-            return FAULT
+            session.tell(str(error))
+            return session.FAULT
         finally:
             spinner.close()
-            destroy(client)
+            session.destroy(client)
 
-    return run_session(ros_args, work)
+    return session.run_session(ros_args, work)
 
 
 def _found(client: Any, spinner: Spinner, source: str) -> str:

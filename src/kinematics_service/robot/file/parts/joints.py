@@ -9,20 +9,12 @@ from ..text.expression_syntax import IDENTIFIER, why_no_name
 from ..text.fault_report import Place, number, quoted
 from ..text.yaml_document import ScalarNode
 from .description import JointDescription, JointType
-from .quantities import (
-    DEGREES,
-    FASTEST_JOINT,
-    INFINITE,
-    KIND_OF,
-    METRES,
-    MILLIMETRES,
-    RADIANS,
-    Quantities,
-    Units,
-)
+from .quantities import DEGREES, INFINITE, KIND_OF, METRES, MILLIMETRES, RADIANS, Quantities, Units
 from .schema import JointEntry
 
 MAX_JOINTS = 128
+# No joint is as fast, rad/s or m/s.
+FASTEST_JOINT = 100.0
 NOUN = 'a list of joints, {name, type, limits}'
 
 

@@ -23,8 +23,6 @@ RADIANS = 'are these radians? (then: units: {angle: rad})'
 MILLIMETRES = 'are these millimetres? (then: units: {length: mm})'
 METRES = 'are these metres? (then: units: {length: m})'
 LONG = 20.0  # m: no link is as long
-# No joint is as fast, rad/s or m/s.
-FASTEST_JOINT = 100.0
 TURN = 2.0 * math.pi + 0.02  # rad, with two printed digits
 QUARTERS = [k * math.pi / 2.0 for k in range(1, 5)]
 ROUNDED = 0.005  # 1.57, 3.14, 4.71, 6.28 are so near to them
