@@ -9,11 +9,11 @@ from .options import WrongUsage, flag, option
 
 # Range of the time-out of `echo`, in s.
 ONCE_TIMEOUT, SHORTEST_TIMEOUT, LONGEST_TIMEOUT = 10.0, 0.1, 86_400.0
-
-
 # The topics that `echo` can print.
-TOPICS = ('jacobian', 'pose', 'twist', 'acceleration', 'wrench', 'warning', 'diagnostics')
-TOPICS += ('scale', 'scale_reason')
+TOPICS = (
+    *('jacobian', 'pose', 'twist', 'acceleration', 'wrench', 'warning', 'diagnostics'),
+    *('scale', 'scale_reason'),
+)
 
 
 def echo(
@@ -23,7 +23,9 @@ def echo(
         typer.Argument(
             metavar='TOPIC',
             help=f'Topic to print: {", ".join(TOPICS)}.',
-            autocompletion=lambda word: [topic for topic in TOPICS if topic.startswith(word)],
+            autocompletion=lambda incomplete: [
+                one for one in TOPICS if one.startswith(incomplete)
+            ],
         ),
     ] = TOPICS[0],
     once: bool = flag('--once', 'Stop after the first message.'),
