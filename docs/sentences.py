@@ -34,8 +34,8 @@ TOPICS = {
     '~/singularity/clearance': 'radius in which no pose is singular, proved, rad; costs nothing '
     'unheard',
     '~/link_frames': 'every frame of the table in the base frame',
-    '~/markers': 'links, joint axes, velocity ellipsoid, twist, lost direction for RViz and '
-    'Foxglove; at most thirty a second',
+    '~/markers': 'links, joint axes, velocity ellipsoid, twist, lost direction, level and '
+    'distance for RViz and Foxglove; at most thirty a second',
     'robot_description': 'with `publish_robot_description`: a URDF made from the table',
     '/tf': 'with `publish_tf`, where tf2_msgs is installed: the tool in the base frame',
     '~/singularity/warning': 'OK, WARN, ERROR or STALE, a sentence, key-values (where '
@@ -60,7 +60,7 @@ TOPICS = {
     'before a singularity, 3 slowed on the way out (by its own rule alone), 6 a limit of '
     'position, -1 refused',
     '/diagnostics': 'once a second: input rate, age, messages by what became of them, missing '
-    'joints, publishers; beside it `frames` and `wrench`, where there is something '
+    'joints, publishers; beside it `frames`, `parameters` and `wrench`, where there is something '
     'to say of them',
 }
 

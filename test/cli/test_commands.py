@@ -30,10 +30,10 @@ from kinematics_service.kinematics.tool_state import evaluate
 from kinematics_service.printing import Output
 from kinematics_service.robot.bundled import GROUPS
 
-COMMANDS = ('check', 'fk', 'jacobian', 'robots', 'demo', 'echo')
+COMMANDS = ('check', 'fk', 'jacobian', 'robots', 'demo', 'echo', 'set', 'reload')
 EVERY_COMMAND = (
     'check, new, fk, ik, jacobian, compare, derive, audit, calibrate, export, import, '
-    'plot, robots, demo, echo, view'
+    'plot, robots, demo, echo, set, reload, view'
 )
 ROBOTS = tuple(ks.bundled_robots())
 NARROW = 80

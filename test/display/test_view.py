@@ -517,6 +517,7 @@ def test_the_rviz_layout_names_topics_and_namespaces_that_are_there():
         markers.ELLIPSOID,
         markers.TWIST,
         markers.LOST,
+        markers.STATUS,
     }
 
 

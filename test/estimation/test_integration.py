@@ -8,6 +8,7 @@ import pytest
 import kinematics_service as ks
 from kinematics_service.estimation.estimator import (
     NO_POSITION,
+    TOO_FAST,
     Estimator,
     EstimatorOutput,
     EstimatorSettings,
@@ -92,7 +93,6 @@ def test_as_before_where_nobody_asks_for_it():
         ((1.0, 2.0), STEP),
         ((), STEP),
         ((math.nan, 0.0, 0.0), STEP),
-        ((math.inf, 0.0, 0.0), STEP),
         ((0.1, 0.1, 0.1), 2 * SECOND),  # longer than the timeout: where it went is not known
         ((0.1, 0.1, 0.1), 0),
         ((0.1, 0.1, 0.1), -STEP),
@@ -105,6 +105,36 @@ def test_what_cannot_be_counted_on_is_no_position(velocities, later):
     assert isinstance(refused, RefusedMessage)
     assert refused.reason == NO_POSITION
     assert one.integration.seconds == 0.0
+
+
+@pytest.mark.parametrize('speed', [2.3, -1e12, 1e308, -math.inf])
+@pytest.mark.filterwarnings('error')
+def test_a_velocity_beyond_the_limit_of_its_joint_is_refused_with_its_name(tmp_path, speed):
+    file = tmp_path / 'limited.yaml'
+    file.write_text(WITH_NOISE.replace('q1, type: revolute', 'q1, type: revolute, velocity: 2'))
+    one = estimator(file)
+    one.take(sample((0.1, 0.2), (0.0, 0.0), START, ('q1', 'q2')))
+    refused = one.take(sample((), (speed, 0.0), START + STEP, ('q1', 'q2')))
+    assert refused.reason == TOO_FAST
+    assert f"'q1' is {speed:g}: at most 2.2" in refused.sentence
+    assert one.counts[TOO_FAST] == 1
+    # The next good message is integrated from the last good one; noise at the limit is no fault.
+    found = one.take(sample((), (2.05, 0.0), START + 2 * STEP, ('q1', 'q2')))
+    np.testing.assert_allclose(found.state.q, [0.1 + 0.5 * 2.05 * 0.02, 0.2], atol=1e-12)
+
+
+def test_a_joint_without_a_limit_has_the_bound_of_robot_files():
+    one = estimator()
+    one.take(sample(Q, (0.0,) * 3, START))
+    assert one.take(sample((), (101.0, 0.0, 0.0), START + STEP)).reason == TOO_FAST
+    assert isinstance(one.take(sample((), (0.0, 99.0, 0.0), START + STEP)), EstimatorOutput)
+
+
+def test_a_velocity_beyond_the_limit_beside_positions_is_not_integrated_later():
+    one = estimator()
+    one.take(sample(Q, (1e12, 0.0, 0.0), START))
+    found = one.take(sample((), (1.0, 0.0, 0.0), START + STEP))
+    np.testing.assert_allclose(found.state.q, Q + [0.01, 0.0, 0.0], atol=1e-12)
 
 
 def test_without_a_known_start_there_is_no_position():

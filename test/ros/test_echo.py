@@ -294,6 +294,27 @@ def lines_of_echo(errors):
     return [line for line in errors.splitlines() if line.startswith('kinematics_service: ')]
 
 
+def test_the_diagnostics_are_those_of_the_node_alone(arm, told):
+    other = arm('planar_2r', namespace='/left')
+    with turned(other, moving=False):
+        code, output, errors = told('diagnostics', '--once', '--timeout', '6')
+    assert (code, output) == (1, '')
+    assert '/kinematics/singularity/warning: nobody publishes it' in errors
+    assert 'kinematics nodes here: /left/kinematics' in errors
+    with turned(arm('craig_3r'), moving=True), turned(other, moving=False):
+        code, output, _ = told('diagnostics', '--once', '--json')
+        (status,) = json.loads(output)['statuses']
+        assert (code, status['name'], status['values']['robot']) == (
+            0,
+            'kinematics: input',
+            'craig_3r',
+        )
+        code, output, _ = told('diagnostics', '--once', '--node', '/left/kinematics')
+    first, second, *_ = output.splitlines()
+    assert first.startswith('ERROR  left/kinematics: input: no joint state was received')
+    assert second.split() == ['robot', 'planar_2r']
+
+
 def test_nobody_there_is_explained_and_given_up(arm, told):
     begin = time.monotonic()
     with turned(arm('craig_3r', namespace='/left'), moving=False):

@@ -122,3 +122,42 @@ def test_publishers_of_other_rates_that_join_later_are_counted_within_two_percen
     # Where publishers join, a gap of each may be taken for the first message of the one that does.
     hidden = count * 2 / (1 - share)
     assert one.count == pytest.approx(lost, rel=0.02, abs=hidden)
+
+
+@pytest.mark.parametrize('apart', [0, 3_000, 100_000])
+@pytest.mark.parametrize('period', [0.2, 1.0])
+@pytest.mark.parametrize('seed', range(2))
+def test_nine_tenths_of_eight_publishers_are_counted_within_five_percent_or_as_a_lower_bound(
+    seed, period, apart
+):
+    # The node hears a tenth of each period, as one that is busy; publishers stall and hurry.
+    draw = np.random.default_rng(seed)
+    sent, lost = [], 0
+    for rate in 2_000 * draw.uniform(0.5, 1.5, 8):
+        times = np.cumsum(draw.exponential(1 / rate, int(20.0 * rate)))
+        kept = np.flatnonzero(times % period < 0.1 * period)
+        first = draw.integers(apart + 1)
+        sent += [(int(1e9 * times[k]), int(first + k)) for k in kept]
+        lost += int(kept[-1] - kept[0] + 1 - len(kept))
+    one = losses(8)
+    for stamp, number in sorted(sent):
+        one.heard(number, stamp)
+    assert one.count <= 1.05 * lost
+    assert one.count >= 0.95 * lost or one.is_lower_bound
+
+
+def test_a_gap_that_no_publisher_explains_makes_a_lower_bound():
+    one = losses(2)
+    heard(one, [k for number in range(100) for k in (number, 5_000 + number)])
+    assert not one.is_lower_bound
+    one.heard(3_000, 201 * MS)  # 2,900 messages in 3 ms
+    assert one.is_lower_bound
+
+
+@pytest.mark.parametrize('count', [1, 2, 8])
+def test_publishers_that_lose_nothing_make_no_lower_bound(count):
+    one = losses(count)
+    for number in range(500):
+        for k in range(count):
+            one.heard(1_000_000 * k + number, (10 * number + k) * MS)
+    assert (one.count, one.is_lower_bound) == (0, False)

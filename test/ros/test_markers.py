@@ -189,6 +189,11 @@ def test_markers_keep_their_ids_and_what_vanishes_is_deleted():
         there = bool(reader.of('lost_direction'))
         assert there == (q is singular)
         assert bool(reader.of('twist')) == (qdot is not None)
+        (status,) = (marker.text for marker in reader.of('status'))
+        level, distance = status.split('\n')
+        assert level == ks.singularity(robot, q).level.name
+        expected = ks.singularity(robot, q).distance
+        assert distance.startswith(f'distance {expected:.3f} rad')
         if there:
             (words,) = [m.text for m in reader.of('lost_direction') if m.text]
             assert words.startswith('wrist')

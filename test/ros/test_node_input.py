@@ -704,6 +704,28 @@ def test_a_simulated_clock_that_jumps_back_resets_once(arm, capfd, first, back):
     assert capfd.readouterr().err.count('the state starts again') == 1
 
 
+def test_a_negative_simulated_time_is_ignored_and_said_once(arm, capfd):
+    one = arm(ros_args=SIMULATED)
+    clock, log = one.speaker('/clock', kind=Clock), []
+
+    def is_said():
+        log.append(capfd.readouterr().err)
+        return 'the time -5 s on /clock is negative' in ''.join(log)
+
+    message = Clock()
+    message.clock.sec = -5
+    clock.publish(message)  # alone: the node keeps the last one
+    one.spin_until(is_said, 'line of the log')
+    clock.publish(message)
+    message.clock.sec = 51
+    clock.publish(message)
+    one.spin_until(lambda: one.node.get_clock().now().nanoseconds == 51 * SECOND, 'clock')
+    one.answer(Q, stamp=51 * SECOND)
+    assert is_said()
+    assert ''.join(log).count('negative') == 1
+    assert 'callback' not in ''.join(log)
+
+
 def test_a_simulated_clock_that_runs_on_resets_nothing(arm):
     one = arm(ros_args=SIMULATED)
     tick = ticking(one)

@@ -30,10 +30,13 @@ from target_harness import Targets, pose_target
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
+from kinematics_service.robot.bundled import bundled_robots
+from kinematics_service.ros.parameters import settled_file
+from kinematics_service.ros.parameters.settings import defaults, settings_from
 
 Q, QDOT = (0.3, 0.7), (0.5, -0.2)
 TOOL = (0.2, -0.1, 0.05)
-STALE = 3
+WARN, STALE = 1, 3
 # Joint positions that are found for a pose, and velocities that are differences.
 CLOSE = 1e-9
 
@@ -234,6 +237,40 @@ def test_a_target_right_after_a_change_is_that_of_the_new_tool(arm, file):
     np.testing.assert_allclose(targets.joint_states[-1].position, Q, rtol=0, atol=CLOSE)
 
 
+def test_a_tool_in_millimetres_is_doubted_in_the_log_and_in_the_diagnostics(arm, capfd):
+    one = arm('ur5e', ['-p', 'tool.xyz:=[0, 0, 150]'])
+
+    def doubt():
+        one.diagnose()
+        statuses = one._diagnostics[-1].status
+        return next((one for one in statuses if one.name == 'kinematics: parameters'), None)
+
+    first = doubt()
+    assert level_of(first) == WARN
+    asked = 'parameter tool.xyz: a length of 150 m: are these millimetres? write 0.15'
+    assert first.message == asked
+    assert capfd.readouterr().err.count(asked) == 1
+    assert change(one, tool__xyz=[0.0, 0.0, -0.15]).successful
+    assert doubt() is None
+    # Twenty times the reach of a small arm is enough.
+    assert change(one, tool__xyz=[0.0, 0.0, -15.0], reference__angle_stop=7.0).successful
+    assert 'a length of -15 m: are these millimetres? write -0.015' in doubt().message
+    assert 'reference.angle_stop: 7 rad is more than a turn: are these degrees?' in doubt().message
+    assert described(one)['doubts'] == doubt().message.split('; ')
+    log = capfd.readouterr().err
+    assert (log.count('-15 m'), log.count('7 rad')) == (1, 1)
+    refused = change(one, tool__rpy=[0.0, 0.0, 90.0])
+    assert not refused.successful
+    assert '90 rad is more than a turn: are these degrees? write 1.5708' in refused.reason
+
+
+def test_usual_tools_of_all_bundled_robots_are_not_doubted():
+    for name in bundled_robots():
+        robot = ks.load_robot(name)
+        values = {**defaults(robot), 'tool.xyz': [0.3, 0.0, -0.5], 'tool.rpy': [3.2, -1.6, 6.28]}
+        assert settings_from(values, robot).doubts == ()
+
+
 @BOTH_TRANSPORTS
 def test_an_edited_file_comes_into_force_with_all_that_follows_from_it(arm, file):
     one = arm(str(file), ['-p', 'publish_robot_description:=true', '-p', 'points:=[elbow]'])
@@ -392,6 +429,53 @@ def test_each_answer_is_of_one_arm_and_none_is_missing_while_it_changes(arm, fil
         if not used or used[-1] != fitting[0]:
             used.append(fitting[0])
     assert len(used) >= 8
+
+
+class Writer(threading.Thread):
+    """Writes a file in pieces: a robot without its tool, comments, and the tool at the end."""
+
+    def __init__(self, file, comments):
+        super().__init__(daemon=True)
+        self._file, self._comments = file, comments
+        self.began, self.stop = threading.Event(), threading.Event()
+
+    def run(self):
+        with self._file.open('w', buffering=1) as stream:
+            stream.write(text(0.7))
+            self.began.set()
+            for _ in range(self._comments):
+                if self.stop.wait(0.03):
+                    break
+                stream.write('# a comment\n')
+            stream.write('tool: {xyz: [0.3, 0, 0]}\n')
+
+
+def test_a_file_that_is_still_being_written_comes_into_force_when_it_is_complete(arm, file):
+    one = arm(str(file))
+    tools = []
+    configure = one.node._outputs.configure
+    one.node._outputs.configure = lambda settings: (tools.append(settings), configure(settings))
+    writer = Writer(file, 10)
+    writer.start()
+    assert writer.began.wait(10.0)
+    response = reload(one)
+    assert response.success, response.message
+    assert is_at(one.answer(Q), Q, L1=0.7, tool=(0.3, 0.0, 0.0))
+    assert len(tools) == 1
+
+
+def test_a_file_that_is_written_for_too_long_is_refused(arm, file, monkeypatch):
+    one = arm(str(file))
+    monkeypatch.setattr(settled_file, 'PATIENCE', 0.3)
+    writer = Writer(file, 10_000)
+    writer.start()
+    assert writer.began.wait(10.0)
+    response = reload(one)
+    writer.stop.set()
+    writer.join()
+    assert not response.success
+    assert 'another program still writes it after 0.3 s' in response.message
+    assert is_at(one.answer(Q), Q)
 
 
 def test_the_node_answers_while_a_file_is_read(arm, file, monkeypatch):

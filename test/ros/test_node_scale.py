@@ -11,7 +11,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.experimental import EventsExecutor
-from ros_harness import LATCHED, joint_state, values_of
+from ros_harness import LATCHED, SECOND, joint_state, values_of
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Int8
 from std_srvs.srv import Trigger
@@ -53,9 +53,9 @@ class Controller:
         self.reasons = one.hear('scale_reason', DiagnosticStatus, LATCHED)
         self.commands = one.speaker(one.topic('command'), kind=JointState)
 
-    def command(self, qdot, names=NAMES):
+    def command(self, qdot, names=NAMES, stamp=0):
         count = len(self.scales)
-        self.commands.publish(joint_state(names, (), qdot))
+        self.commands.publish(joint_state(names, (), qdot, stamp))
         self.one.spin_until(lambda: len(self.scales) > count, 'scale')
         return self.scales[-1].data
 
@@ -98,6 +98,7 @@ def test_a_command_is_answered_as_the_library_answers_it(arm, file):
         (NAMES, (0.0, math.inf), 'the commanded velocity of b is inf'),
         (NAMES, (0.0,), 'the command has 2 names and 1 velocities'),
         (('x',), (0.0,), 'the command names no joint of a, b'),
+        (('a', 'b', 'a'), (0.0, 0.0, 0.1), "the command names joint 'a' twice"),
     ],
 )
 def test_a_command_that_is_none_is_stopped_and_told(arm, file, names, velocities, told):
@@ -108,6 +109,21 @@ def test_a_command_that_is_none_is_stopped_and_told(arm, file, names, velocities
     one.spin_until(lambda: controller.reasons and controller.codes, 'reason')
     assert controller.reasons[-1].level == DiagnosticStatus.STALE
     assert controller.reasons[-1].message == f'no scale: {told}'
+    assert controller.codes[-1].data == -1
+
+
+def test_a_command_with_an_old_stamp_is_stopped_and_told(arm, file):
+    one = arm(str(file), ['-p', 'joint_state_timeout:=20.0'])
+    controller = Controller(one)
+    one.answer((0.3, 1.2))
+    # Other joints may be named twice, and a clock may be 19 s behind.
+    names, still = ('a', 'gripper', 'gripper'), (0.0, 0.0, 0.0)
+    assert controller.command(still, names, one.stamp - 19 * SECOND) > 0.0
+    assert controller.command((0.0, 0.0), stamp=one.stamp + 1000 * SECOND) > 0.0
+    assert controller.command((0.0, 0.0), stamp=one.stamp - 25 * SECOND) == 0.0
+    one.spin_until(lambda: 'older' in controller.reasons[-1].message, 'reason')
+    assert 'is 25 s older' in controller.reasons[-1].message
+    assert 'joint_state_timeout is 20 s' in controller.reasons[-1].message
     assert controller.codes[-1].data == -1
 
 

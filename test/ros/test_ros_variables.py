@@ -18,6 +18,8 @@ COMMANDS = {
     'node': (),
     'demo': ('demo', '--duration', '1'),
     'echo': ('echo', '--once', '--timeout', '1'),
+    'reload': ('reload',),
+    'set': ('set', 'scale.rise', '1'),
     'view': ('view', '--port', '0'),
 }
 

@@ -35,12 +35,14 @@ COMMANDS = {
     'robots': 'List the bundled robots.',
     'demo': 'Show the node at work without a robot.',
     'echo': 'Print what a running node says.',
+    'set': 'Set a parameter of a running node.',
+    'reload': 'Let a running node read its robot file again.',
     'view': 'Show the arm live on a web page.',
 }
-# Python has no module and no function of that name.
-RENAMED = {'import': 'import_urdf'}
+# Python has no module of the first name, and another function of the second.
+RENAMED = {'import': 'import_urdf', 'set': 'set_parameter'}
 # Those that hand on the arguments of ROS.
-WITH_ROS = ('calibrate', 'demo', 'echo', 'view')
+WITH_ROS = ('calibrate', 'demo', 'echo', 'reload', 'set', 'view')
 # Those whose first argument is a robot, which they take by --robot as well.
 ROBOT_FIRST = ('check', 'compare', 'derive', 'export', 'plot')
 # What a first argument that stands alone is of those that take all theirs by options.

@@ -1,6 +1,5 @@
 """The command `echo`: what a running node publishes."""
 
-from enum import Enum
 from typing import Annotated, Optional
 
 import typer
@@ -10,24 +9,25 @@ from .options import WrongUsage, flag, option
 
 # Range of the time-out of `echo`, in s.
 ONCE_TIMEOUT, SHORTEST_TIMEOUT, LONGEST_TIMEOUT = 10.0, 0.1, 86_400.0
-
-
-class EchoedTopic(str, Enum):
-    """The topics that `echo` can print."""
-
-    jacobian = 'jacobian'
-    pose = 'pose'
-    twist = 'twist'
-    acceleration = 'acceleration'
-    wrench = 'wrench'
-    warning = 'warning'
-    scale = 'scale'
-    scale_reason = 'scale_reason'
+# The topics that `echo` can print.
+TOPICS = (
+    *('jacobian', 'pose', 'twist', 'acceleration', 'wrench', 'warning', 'diagnostics'),
+    *('scale', 'scale_reason'),
+)
 
 
 def echo(
     context: typer.Context,
-    what: Annotated[EchoedTopic, typer.Argument(help='Topic to print.')] = EchoedTopic.jacobian,
+    what: Annotated[
+        str,
+        typer.Argument(
+            metavar='TOPIC',
+            help=f'Topic to print: {", ".join(TOPICS)}.',
+            autocompletion=lambda incomplete: [
+                one for one in TOPICS if one.startswith(incomplete)
+            ],
+        ),
+    ] = TOPICS[0],
     once: bool = flag('--once', 'Stop after the first message.'),
     json: bool = flag('--json', 'Print one JSON object per line.'),
     node: str = option('The full name of the node.', 'NAME', default='/kinematics'),
@@ -45,9 +45,12 @@ def echo(
       kinematics_service echo
       kinematics_service echo pose --once
       kinematics_service echo warning --json
+      kinematics_service echo diagnostics --once
       kinematics_service echo twist --node /left_arm/kinematics
       kinematics_service echo pose --once --timeout 30
     """
+    if what not in TOPICS:
+        raise WrongUsage(f'TOPIC: {what!r} is not one of {", ".join(map(repr, TOPICS))}')
     if timeout is not None and not timeout >= SHORTEST_TIMEOUT:
         raise WrongUsage(f'--timeout: {timeout:g} is not at least {SHORTEST_TIMEOUT:g} s')
     if timeout is not None and timeout > LONGEST_TIMEOUT:
@@ -55,4 +58,4 @@ def echo(
     if timeout is None and once:
         timeout = ONCE_TIMEOUT
     run_echo = ros_module('tools.echo').run_echo
-    raise typer.Exit(run_echo(what.value, node, once, json, timeout, context.obj))
+    raise typer.Exit(run_echo(what, node, once, json, timeout, context.obj))

@@ -136,6 +136,7 @@ MALFORMED = 'position and name of different length'
 DUPLICATE = 'joint named twice'
 NOT_FINITE = 'position not finite'
 TOO_LARGE = 'position too large'
+TOO_FAST = 'velocity too large'
 NOT_CLOSED = 'loop does not close'
 DROPPED = 'stamp not newer'
 WAITING = 'waiting for other joints'
@@ -241,7 +242,7 @@ class Estimator:
         # Forms as the kernel takes them; None for a form whose messages make no state of this arm.
         self._forms: dict[JointStateForm, IncomingForm | None] = {}
         self.efforts = JointEfforts(self.robot.dof)
-        self.integration = Integration(self.robot.dof)
+        self.integration = Integration(self.robot)
         self._accelerations = JointAccelerations(
             self.robot.dof, settings.acceleration_window, settings.timeout
         )
@@ -485,10 +486,10 @@ class Estimator:
 
     def _observe(self, sample: JointSample, row: Floats) -> int | RefusedMessage:
         # One of the first three outcomes of `kernel.observe`, or a refusal; counted.
-        named = self._joints.joints_in(sample.names)
+        named, refusal = self._joints.joints_in(sample.names), None
         if self.settings.integrate_velocities and named.ours.count:
-            sample = self._counted_on(sample, named.ours)
-        refusal = self._shape_refusal(sample, named)
+            sample, refusal = self._counted_on(sample, named.ours)
+        refusal = refusal or self._shape_refusal(sample, named)
         if refusal is None:
             positions, velocities = _doubles(sample.positions), _doubles(sample.velocities)
             outcome: int = kernel.observe(
@@ -517,13 +518,17 @@ class Estimator:
         self.counts[refusal.reason] += 1
         return refusal
 
-    def _counted_on(self, sample: JointSample, ours: OurJoints) -> JointSample:
+    def _counted_on(
+        self, sample: JointSample, ours: OurJoints
+    ) -> tuple[JointSample, RefusedMessage | None]:
         if len(sample.positions):
             self.integration.forget(ours.table[0])
-            return sample
+            return sample, None
         velocities = _doubles(sample.velocities)
+        if fast := self.integration.too_fast(velocities, self.names, ours):
+            return sample, RefusedMessage(TOO_FAST, fast)
         found = self.integration.positions(sample, velocities, self._joints, ours)
-        return sample if found is None else sample._replace(positions=found)
+        return (sample if found is None else sample._replace(positions=found)), None
 
     def _refused(self, outcome: int) -> RefusedMessage:
         if outcome == kernel.NOT_COMPUTABLE:

@@ -1,13 +1,18 @@
-"""Positions of joints whose messages have velocities alone, counted on from the last ones."""
+"""Positions of joints whose messages have velocities alone, by the trapezoidal rule."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from ..kernel import Floats, Integers, OurJoints
+from ..robot.file.parts.joints import FASTEST_JOINT
 from ..robot.robot import Robot
 from .joint_memory import NamedJoints
 from .joint_sample import JointSample
+
+# A reported velocity may exceed the joint's limit by this factor: encoders are noisy.
+LIMIT_MARGIN = 1.1
 
 
 class Integration:
@@ -16,13 +21,15 @@ class Integration:
 
     Parameters
     ----------
-    joints
-        Their number.
+    robot
+        The arm.
     """
 
-    def __init__(self, joints: int) -> None:
-        self._seconds = np.zeros(joints)
-        self._squares = np.zeros(joints)  # of the steps of time, summed
+    def __init__(self, robot: Robot) -> None:
+        self._seconds = np.zeros(robot.dof)
+        self._squares = np.zeros(robot.dof)  # of the steps of time, summed
+        limits = robot.velocity_limits
+        self._fastest = np.where(np.isfinite(limits), LIMIT_MARGIN * limits, FASTEST_JOINT)
 
     @property
     def seconds(self) -> float:
@@ -43,6 +50,21 @@ class Integration:
     def forget(self, joints: slice | Integers = slice(None)) -> None:
         """Begin at positions that a message has reported."""
         self._seconds[joints] = self._squares[joints] = 0.0
+
+    def too_fast(self, velocities: Floats, names: Sequence[str], ours: OurJoints) -> str:
+        """
+        Return which joint moves faster than its limit; empty if none does, and for NaN.
+
+        A joint without a limit in the robot file may move with `FASTEST_JOINT`. `names` are those
+        of the arm's joints.
+        """
+        for j, place in zip(*ours.table):
+            if place < len(velocities) and abs(velocities[place]) > self._fastest[j]:
+                return (
+                    f'velocity of joint {names[j]!r} is {velocities[place]:.6g}: '
+                    f'at most {self._fastest[j]:.6g} is integrated'
+                )
+        return ''
 
     def positions(
         self, sample: JointSample, velocities: Floats, memory: NamedJoints, ours: OurJoints
@@ -71,7 +93,7 @@ class Integration:
             return None
         now, before = velocities[places], columns.velocity[joints]
         found = np.zeros(len(sample.names))
-        mean = 0.5 * (now + np.where(np.isfinite(before), before, now))
+        mean = 0.5 * (now + np.where(np.abs(before) <= self._fastest[joints], before, now))
         found[places] = columns.position[joints] + mean * steps
         if not all(map(math.isfinite, found[places])):
             return None

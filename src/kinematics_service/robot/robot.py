@@ -368,7 +368,7 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
     """
     source = find_robot(name)
     if os.fspath(name) in bundled_robots():
-        return _robot_of(source, *_state_of(source.file))
+        return _robot_of(source, *file_state(source.file))
     return build_robot(read_robot(source))
 
 
@@ -399,14 +399,15 @@ def as_robot(robot: AnyRobot) -> Robot:
     source = find_robot(robot)
     there = source._replace(file=source.file.absolute())
     try:
-        state = _state_of(there.file)
+        state = file_state(there.file)
         parts = _robot_of(there, *state).description.parts
-        return _robot_of(there, *state, *(k for part in parts for k in _state_of(part)))
+        return _robot_of(there, *state, *(k for part in parts for k in file_state(part)))
     except OSError:
         return load_robot(robot)  # which says what is wrong
 
 
-def _state_of(file: str | os.PathLike[str]) -> tuple[int, int, int]:
+def file_state(file: str | os.PathLike[str]) -> tuple[int, int, int]:
+    """Return the time of a file's last change (ns), its size and its inode."""
     state = os.stat(file)
     return state.st_mtime_ns, state.st_size, state.st_ino
 

@@ -97,7 +97,7 @@ def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
     watched = Gauge(
         'measure',
         measure.long or measure.words,
-        _distance_text(seen) if _is_distance(seen) else f'{value:.4g}',
+        distance_text(seen) if _is_distance(seen) else f'{value:.4g}',
         fraction(value),
         tuple((fraction(limit), f'{limit:g}') for limit in (thresholds.stop, thresholds.warn)),
         seen.level,
@@ -109,7 +109,7 @@ def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
             Gauge(
                 'distance',
                 MEASURES['distance'].long,
-                _distance_text(seen),
+                distance_text(seen),
                 min(1.0, distance / 0.5),
                 (),
                 seen.level,
@@ -132,7 +132,8 @@ def _is_distance(seen: Observation) -> bool:
     return seen.robot.thresholds.measure == 'distance'
 
 
-def _distance_text(seen: Observation) -> str:
+def distance_text(seen: Observation) -> str:
+    """Return the distance to a singular pose with its unit, or that none was found."""
     distance = seen.singularity.distance
     if seen.singularity.distance_unknown:
         return 'none found'

@@ -17,6 +17,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from ... import kernel
 from ...display.view import scene as look
+from ...display.view.gauges import distance_text
 from ...display.view.observation import observation_of
 from ...display.view.scene import Scene, scene_of
 from ...kernel import Floats
@@ -31,21 +32,26 @@ LOST_WIDTH, TEXT_HEIGHT = 0.02, 0.05
 
 # Namespaces, as they stand in a viewer's list.
 LINKS, JOINTS, AXES, NAMES = 'links', 'joints', 'axes', 'joint_names'
-ELLIPSOID, TWIST, LOST = 'ellipsoid', 'twist', 'lost_direction'
+ELLIPSOID, TWIST, LOST, STATUS = 'ellipsoid', 'twist', 'lost_direction', 'status'
 
 
 def markers_message(report: StateReport) -> MarkerArray:
     """
-    Return links, joints, axes, velocity ellipsoid, twist and lost direction, in the base frame.
+    Return links, joints, axes, velocity ellipsoid, twist, lost direction, level and distance.
     """
     # The level is that of the pose alone, without hysteresis: nothing is remembered here.
-    scene = scene_of(observation_of(report.answer.state, report.singularity))
+    seen = observation_of(report.answer.state, report.singularity)
+    scene = scene_of(seen)
     maker = _Maker(time_message(report.answer.stamp), report.settings.base_frame)
     _links(maker, scene)
     _axes(maker, scene)
     _ellipsoid(maker, scene)
     _twist(maker, scene)
     _lost(maker, scene)
+    # Below the tool: the name of the lost direction is above it.
+    at = scene.tool[:3, 3] - [0.0, 0.0, 0.12 * scene.size]
+    words = f'{seen.level.name}\ndistance {distance_text(seen)}'
+    maker.text(STATUS, at, words, TEXT_HEIGHT * scene.size, look.LEVEL_COLOURS[seen.level])
     return MarkerArray(markers=maker.markers)
 
 

@@ -93,6 +93,18 @@ class WarningReading(NamedTuple):
         return f'{cause} of {of}' if of else cause
 
 
+class StatusesReading(NamedTuple):
+    """The statuses of one node in a DiagnosticArray."""
+
+    statuses: tuple[WarningReading, ...]
+
+
+def statuses_of(node: str, message: Any) -> StatusesReading:
+    """Return the statuses of a node, given by its name without a leading slash."""
+    ours = (status for status in message.status if status.name.startswith(f'{node}: '))
+    return StatusesReading(tuple(map(warned_of, ours)))
+
+
 def jacobian_of(message: Any) -> JacobianReading:
     """
     Return the Jacobian that a Float64MultiArray holds, whatever the order of its rows.

@@ -87,7 +87,9 @@ class BestSubscription:
         self._node, self._kind, self.given_topic, self._take = node, kind, topic, take
         self._size = size
         self._adapts = False
-        self._lost: int | None = 0  # by subscriptions that are closed
+        # By subscriptions that are closed, and whether that is a lower bound.
+        self._lost: int | None = 0
+        self._lost_more = False
         # The messages taken recently, while some of them may come once more.
         self._recent: Recent | None = None
         self._former: _Numbered | None = None
@@ -140,6 +142,11 @@ class BestSubscription:
         """Return the number of messages lost, None if the middleware does not number them."""
         now = self._current.losses.count
         return None if now is None or self._lost is None else now + self._lost
+
+    @property
+    def lost_is_lower_bound(self) -> bool:
+        """Return whether more messages than `lost` may be lost."""
+        return self._lost_more or self._current.losses.is_lower_bound
 
     def settle(self, publishers: Sequence[TopicEndpointInfo]) -> None:
         """Adapt to the publishers of the topic; the node calls it periodically."""
@@ -198,6 +205,7 @@ class BestSubscription:
             return  # it has ended, or is being passed over by the executor
         self._former = None
         count = former.losses.count
+        self._lost_more |= former.losses.is_lower_bound
         self._lost = None if count is None or self._lost is None else self._lost + count
         self._is_ending = True
         former.end(self._has_ended)

@@ -23,7 +23,10 @@ REJECTED = (
     estimator.NOT_FINITE,
     estimator.TOO_LARGE,
     estimator.NOT_CLOSED,
+    estimator.TOO_FAST,
 )
+# Shown only if counted: reasons of few arms or settings.
+RARE = (estimator.NOT_CLOSED, estimator.TOO_FAST)
 INTERNAL_ERROR = 'internal error'
 # Time for which a loss is warned of, s.
 RECENT = 10.0
@@ -67,6 +70,8 @@ class InputState(NamedTuple):
         Full names of the nodes that publish joint states.
     lost_of_late
         Messages lost within `RECENT`.
+    at_least
+        `at least `, to be put before the numbers of lost messages; empty if they are exact.
     work
         Processing times.
     velocity_source
@@ -85,6 +90,7 @@ class InputState(NamedTuple):
     arrival: int
     publishers: Sequence[str]
     lost_of_late: int
+    at_least: str
     work: Work
     velocity_source: str
     silent: str
@@ -112,7 +118,7 @@ def input_status(
         ('publishers', f'{len(heard.publishers)}'),
         ('publisher names', ', '.join(heard.publishers)),
         ('reliability', 'reliable' if subscription.is_reliable else 'best effort'),
-        ('lost', 'not known' if lost is None else f'{lost}'),
+        ('lost', 'not known' if lost is None else f'{heard.at_least}{lost}'),
         ('missing joints', ', '.join(arm.missing(heard.arrival))),
         ('joints beyond their limits', ', '.join(arm.beyond_limits())),
         ('joints that publishers disagree about', ', '.join(_disputed(arm, heard))),
@@ -129,7 +135,7 @@ def input_status(
         *(
             (f'rejected: {reason}', f'{counts[reason]}')
             for reason in REJECTED
-            if reason != estimator.NOT_CLOSED or counts[reason]  # of few arms
+            if reason not in RARE or counts[reason]
         ),
         ('left out: came faster than answered', f'{counts[LEFT_OUT]}'),
         ('internal errors', f'{counts[INTERNAL_ERROR]}'),
@@ -203,7 +209,7 @@ def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
     if rejected:
         yield f'messages rejected: {", ".join(rejected)}'
     if heard.lost_of_late:
-        yield f'{heard.lost_of_late} messages lost within {RECENT:g} s'
+        yield f'{heard.at_least}{heard.lost_of_late} messages lost within {RECENT:g} s'
     if heard.simulated == 0 and heard.news[estimator.NOT_STAMPED]:
         yield 'no twist without stamps: no /clock was received; publish it or unset use_sim_time'
     if arm.integration.seconds:

@@ -162,7 +162,8 @@ class Health:
         now, arrival = time.monotonic(), time.monotonic_ns()
         publishers = node.get_publishers_info_by_topic(subscription.given_topic)
         subscription.settle(publishers)
-        lost_of_late = self._lost_of_late(now, subscription.lost or 0)
+        lost = subscription.lost or 0
+        lost_of_late = self._lost_of_late(now, lost)
         counts, work = Counter(estimator.counts), self.work
         self._explain_silence(now, counts)
         namesakes = namesakes_in_words(node)
@@ -179,6 +180,7 @@ class Health:
             arrival,
             names,
             lost_of_late,
+            'at least ' if lost and subscription.lost_is_lower_bound else '',
             work,
             self._velocity_source(),
             silent,

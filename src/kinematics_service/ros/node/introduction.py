@@ -37,7 +37,7 @@ def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
         f'robot {robot.name}{by_default}: {counted(robot.dof, "joint")}, {robot.convention}, '
         f'{settings.base_frame} to {settings.tool_frame}; listening to {topic}'
     )
-    for doubt in robot.description.warnings:
+    for doubt in (*robot.description.warnings, *settings.doubts):
         logger.warning(str(doubt))
     unknown = parameters.unknown()
     if unknown:

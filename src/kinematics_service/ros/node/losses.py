@@ -69,10 +69,13 @@ class Losses:
     ----------
     count
         Messages lost since the start, None if the middleware does not number them.
+    is_lower_bound
+        Whether more may be lost: a gap of one of several publishers could not be attributed.
     """
 
     def __init__(self, publishers: Callable[[], int]) -> None:
         self.count: int | None = 0
+        self.is_lower_bound = False
         self._count_publishers = publishers
         self._have_changed = False
         self._heard: list[_Publisher] = []  # the one heard last is the last
@@ -104,7 +107,9 @@ class Losses:
             one.look_back()
         before = self._before(number, stamp, publishers)
         if before is None:
-            # The first message of a publisher. It replaces one that is gone.
+            # The first message of a publisher. It replaces one that is gone, or one whose gap is
+            # too long for its rate and is not counted.
+            self.is_lower_bound |= len(heard) >= publishers > 1 and not self._have_changed
             del heard[: max(len(heard) + 1 - publishers, 0)]
             before = _Publisher(number, stamp)
         else:
@@ -117,14 +122,16 @@ class Losses:
     def _before(self, number: int, stamp: int, publishers: int) -> _Publisher | None:
         # The publisher whose messages before this one are missing, None for a first message.
         below = [one for one in self._heard if one.number < number]
+        rate = HURRY * max((one.rate() for one in self._heard), default=0.0) or FASTEST
+        fitting = [
+            one
+            for one in below
+            if number - one.number <= FEW + rate * (UNEVEN + one.silent(stamp))
+        ]
         if len(self._heard) < publishers:
             # It is another's, unless it comes when it has to.
             below = [one for one in below if one.is_due(number, stamp)]
+            self.is_lower_bound |= len(fitting) > 0 and not below
         elif publishers > 1 or self._have_changed:
-            rate = HURRY * max(one.rate() for one in self._heard) or FASTEST
-            below = [
-                one
-                for one in below
-                if number - one.number <= FEW + rate * (UNEVEN + one.silent(stamp))
-            ]
+            below = fitting
         return max(below, key=lambda one: one.number, default=None)

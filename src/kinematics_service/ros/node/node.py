@@ -9,6 +9,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.clock import JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.time_source import CLOCK_TOPIC
 from std_srvs.srv import Trigger
 
 from ...estimation.estimator import RESETS, UNREADABLE, Estimator, EstimatorOutput, RefusedMessage
@@ -83,6 +84,7 @@ class KinematicsNode(Node):
         topic: str = JOINT_STATES,
         **options: Any,
     ) -> None:
+        self._throttle = Throttle(5.0)  # rclpy subscribes to /clock at once
         super().__init__(node_name, **options)
         self.is_started = False
         self.silent = ''
@@ -102,7 +104,6 @@ class KinematicsNode(Node):
         self._latest: EstimatorOutput | None = None
         self._resets = 0  # the estimator's resets that are handled here
         self._grid = StampGrid()
-        self._throttle = Throttle(5.0)
         self._open_topics(topic)
         self._watchdog = steady_timer(self, self._watchdog_period(), self._watch)
         self._reference = Reference(
@@ -138,6 +139,22 @@ class KinematicsNode(Node):
         self._scaling = Scaling(self, self.settings, self._present)
         self._input = Input(self, topic, transport, self._on_sample, self._on_bytes, self._refuse)
         self.create_service(Trigger, DESCRIBE, self._describe, qos_profile=SERVICE_QOS)
+
+    def create_subscription(
+        self, msg_type: Any, topic: str, callback: Callable[..., None], *args: Any, **options: Any
+    ) -> Any:
+        """As of rclpy; of /clock a negative time is ignored, which rclpy raises an error for."""
+
+        def set_clock(message: Any) -> None:
+            if message.clock.sec >= 0:
+                callback(message)
+            elif self._throttle.passes(CLOCK_TOPIC):
+                self.get_logger().warning(
+                    f'the time {message.clock.sec} s on {CLOCK_TOPIC} is negative: it is ignored'
+                )
+
+        heard = set_clock if topic == CLOCK_TOPIC else callback
+        return super().create_subscription(msg_type, topic, heard, *args, **options)
 
     def trust_the_order_of_events(self) -> None:
         """Note that the executor handles events in the order of their arrival."""
@@ -333,6 +350,8 @@ class KinematicsNode(Node):
         found, frames = dict[str, StatusText](), self._reference.status_text()
         if frames is not None:
             found['frames'] = frames
+        if doubts := self._settings.doubts:
+            found['parameters'] = StatusText(Level.WARN, '; '.join(doubts), ())
         if self._outputs.active().of_effort and self._latest is not None:
             found['wrench'] = self._wrench.status(StateReport(self._latest, self._settings))
         return found
@@ -346,6 +365,9 @@ class KinematicsNode(Node):
     def _put_into_force(self, settings: NodeSettings) -> None:
         before = self._settings.robot
         moves_alike = settings.robot.chain is before.chain
+        for doubt in settings.doubts:
+            if doubt not in self._settings.doubts:
+                self.get_logger().warning(doubt)
         self._settings = settings
         self._estimator.configure(settings.robot, settings.estimator)
         self._grid.forget()

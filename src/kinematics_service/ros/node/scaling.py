@@ -17,7 +17,7 @@ from ...kernel import LARGEST, Floats
 from ...kinematics.scale import LEAVING, POSITION, SINGULARITY, MotionScale, scale
 from ...robot.measures import Level
 from ..messages.message_check import read_message
-from ..messages.messages import full_name, status_message
+from ..messages.messages import full_name, stamp_of, status_message
 from ..messages.topics import (
     COMMAND,
     COMMAND_QOS,
@@ -104,6 +104,13 @@ class Scaling:
         if isinstance(present, str):
             raise RefusedTargetError(f'the joint positions are not known: {present}')
         qdot = _velocities(message, settings.joint_names)
+        # Both clocks are the robot's: the ROS clock of this process may be another one.
+        stamp, timeout = stamp_of(message), settings.estimator.timeout
+        if stamp and present.stamp - stamp > timeout:
+            raise RefusedTargetError(
+                f'the stamp of the command is {1e-9 * (present.stamp - stamp):.4g} s older than '
+                f'that of the joint states, and joint_state_timeout is {1e-9 * timeout:g} s'
+            )
         # As one pose of a batch, which is searched for less long than a pose asked alone.
         return scale(
             settings.robot,
@@ -166,6 +173,9 @@ def _velocities(message: JointState, names: tuple[str, ...]) -> Floats:
         raise RefusedTargetError(
             f'the command has {len(message.name)} names and {len(message.velocity)} velocities'
         )
+    for name in names:
+        if message.name.count(name) > 1:
+            raise RefusedTargetError(f'the command names joint {name!r} twice')
     told = dict(zip(message.name, message.velocity))
     if not told.keys() & set(names):
         raise RefusedTargetError(f'the command names no joint of {", ".join(names)}')

@@ -2,6 +2,7 @@
 The node's parameters as ROS has them: declared once, checked together, applied when they change.
 """
 
+import os
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -13,10 +14,11 @@ from rclpy.parameter import Parameter as RosParameter
 from ...errors import KinematicsError, RobotConflictError, SettingsError
 from ...kinematics.inverse.problem.plan import plan_for
 from ...kinematics.uncertainty.arm_errors import errors_of_file
-from ...robot.bundled import TOPIC
+from ...robot.bundled import TOPIC, find_robot
 from ...robot.robot import Robot, load_robot
 from .description_topic import DescriptionTopic
 from .settings import NodeSettings, check_value, defaults, settings_from
+from .settled_file import read_settled
 from .table import PARAMETERS, POINTS, ROBOT, TRANSPORT
 
 MEASURE = 'singularity.measure'
@@ -126,9 +128,13 @@ class NodeParameters:
         It returns what may come into force, and raises `KinematicsError` if nothing may.
         """
         values, former = self._values(), self._force.robot
+        name = self._node.get_parameter(ROBOT.name).value
 
         def read() -> CheckedArm:
-            robot = self._load()
+            files: list[str | os.PathLike[str]] = []
+            if self.description is None:
+                files = [find_robot(name).file, *former.description.parts]
+            robot = read_settled(self._load, files)
             fitting = _fitting(values, former, robot)
             settings = settings_from(fitting, robot, self._points)
             # Prepare the searches for singular poses and joint positions here: the node answers

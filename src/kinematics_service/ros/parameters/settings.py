@@ -2,7 +2,7 @@
 
 import math
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from importlib.util import find_spec
 from typing import Any, NamedTuple
@@ -12,7 +12,7 @@ from ...estimation.estimator import EstimatorSettings
 from ...kinematics.inverse.problem.target import TOOL_AXES
 from ...kinematics.inverse.servo import ServoSettings
 from ...kinematics.servo_rule import ServoRule
-from ...robot.file.parts.quantities import LARGEST
+from ...robot.file.parts.quantities import LARGEST, LONG, Kind, unit_doubt
 from ...robot.measures import Thresholds, thresholds_for
 from ...robot.points import TOOL
 from ...robot.robot import Robot, with_singularity, with_tool
@@ -87,6 +87,8 @@ class NodeSettings:
         MoveIt Servo's rule; None for the distance.
     points
         For each point with topics of its own the settings whose tool frame it is.
+    doubts
+        Sentences on parameters whose numbers may be in mm or degrees.
     of
         The point they are of; `tool` for the tool.
     """
@@ -115,6 +117,7 @@ class NodeSettings:
     scale_reduced: bool
     scale_rule: ServoRule | None
     points: Mapping[str, 'NodeSettings']
+    doubts: tuple[str, ...]
     of: str = TOOL
 
     @property
@@ -249,8 +252,30 @@ def settings_from(
         scale_reduced=_reduced(values, judged),
         scale_rule=_scale_rule(values, judged),
         points={},
+        doubts=tuple(_doubts(values, robot)),
     )
     return replace(settings, points=_points(points, robot, settings))
+
+
+def _doubts(values: Mapping[str, Any], robot: Robot) -> Iterator[str]:
+    # A length of 20 m is doubted, and of an arm that is shorter than 1 m 20 times its reach.
+    longest = LONG * min(robot.task.length, 1.0)
+    for parameter in PARAMETERS:
+        value = values[parameter.name]
+        numbers = value or () if parameter.numbers else [value]
+        if parameter.kind != 'number' and (doubt := _doubt(numbers, parameter.kind, longest)):
+            yield f'parameter {parameter.name}: {doubt}'
+
+
+def _doubt(numbers: Sequence[float], kind: Kind, longest: float = LONG) -> str:
+    value = max(numbers, key=abs, default=0.0)
+    return unit_doubt(
+        value,
+        kind,
+        longest,
+        f'are these degrees? write {math.radians(value):.6g}',
+        f'are these millimetres? write {value / 1000.0:.6g}',
+    )
 
 
 def _points(names: Any, robot: Robot, settings: NodeSettings) -> dict[str, NodeSettings]:
@@ -298,15 +323,19 @@ def _checked_numbers(name: str, value: Any, count: int) -> tuple[float, ...] | N
     # None for an empty list.
     listed = _listed(value)
     largest = FULL_TURN if name == 'tool.rpy' else LARGEST
+    doubt = ''
     if listed == []:
         return None
     if listed is not None and len(listed) == count:
         kinds = {type(number) for number in listed}
         if kinds <= {float, int} and all(abs(number) <= largest for number in listed):
             return tuple(float(number) for number in listed)
+        kind: Kind = 'angle' if name == 'tool.rpy' else 'length'
+        doubt = _doubt(listed, kind) if kinds <= {float, int} else ''
     accepted = (
         f'empty, or {count} numbers of one kind, none beyond {largest:g}, such as [0.0, 0.0, 0.1]'
     )
+    accepted += f'; {doubt}' if doubt else ''
     raise _refuse(name, value if listed is None else listed, accepted)
 
 

@@ -9,6 +9,7 @@ from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from ...estimation.estimator import VELOCITY_SOURCES
 from ...kinematics.inverse.self_motion.best_posture import CRITERIA
 from ...kinematics.servo_rule import ServoRule
+from ...robot.file.parts.quantities import Kind
 from ...robot.measures import MEASURES
 
 # How messages are read and written: as patched bytes, or as rclpy's objects.
@@ -41,6 +42,7 @@ class Parameter:
     range: tuple[float, float] | None = None
     least: float = 0.0  # range of values other than 0, if 0 has a meaning of its own
     numbers: int = 0  # length of a list of numbers that may be empty, too
+    kind: Kind = 'number'  # a length in m or an angle in rad may be given in mm or degrees
     read_only: bool = False
     dynamic_typing: bool = False
 
@@ -105,6 +107,7 @@ PARAMETERS = (
         "file's.",
         numbers=3,
         dynamic_typing=True,
+        kind='length',
     ),
     Parameter(
         'tool.rpy',
@@ -113,6 +116,7 @@ PARAMETERS = (
         "Rx(roll); empty: the robot file's.",
         numbers=3,
         dynamic_typing=True,
+        kind='angle',
     ),
     Parameter('jacobian_frame', 'base', 'Axes of the Jacobian; its point is the tool.', AXES),
     Parameter('twist_frame', 'base', 'Axes of the twist; its point is the tool.', AXES),
@@ -196,6 +200,7 @@ PARAMETERS = (
         0.0,
         "Characteristic length in m; 0: the robot file's, or the RMS reach.",
         range=(0.0, 1e6),
+        kind='length',
     ),
     Parameter(
         'ik.rows',
@@ -275,23 +280,27 @@ PARAMETERS = (
         'A warning where poses of ~/reference_pose remain this far off (rms), base and tool '
         'fitted, m.',
         range=(1e-9, 1e6),
+        kind='length',
     ),
     Parameter(
         'reference.position_stop',
         20e-3,
         'An error where they remain this far off, m.',
         range=(1e-9, 1e6),
+        kind='length',
     ),
     Parameter(
         'reference.angle_warn',
         math.radians(0.5),
         'A warning where their orientations remain this far off (rms), rad.',
         range=(1e-9, 10.0),
+        kind='angle',
     ),
     Parameter(
         'reference.angle_stop',
         math.radians(2.0),
         'An error where their orientations remain this far off, rad.',
         range=(1e-9, 10.0),
+        kind='angle',
     ),
 )

@@ -23,6 +23,8 @@ class LatestMessage:
         As for `Node.create_subscription`.
     then
         Called after each message, with it as bytes.
+    wanted
+        Whether a message counts; the others are ignored.
 
     Attributes
     ----------
@@ -39,8 +41,9 @@ class LatestMessage:
         type: Any,
         qos: QoSProfile,
         then: Callable[[bytes], None] | None = None,
+        wanted: Callable[[Any], bool] | None = None,
     ) -> None:
-        self.count = 0
+        self.count, self._wanted = 0, wanted
         self._type, self._then = type, then
         self._bytes: bytes | None = None
         self._message: Any = None
@@ -49,6 +52,8 @@ class LatestMessage:
         self.topic = node.create_subscription(type, topic, self._take, qos, raw=True).topic_name
 
     def _take(self, message: bytes) -> None:
+        if self._wanted and not self._wanted(deserialize_message(message, self._type)):
+            return
         self.count += 1
         self._bytes, self._message = message, None
         self._arrival = time.monotonic()

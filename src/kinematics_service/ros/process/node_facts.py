@@ -113,13 +113,15 @@ def ask_node(node: Node, executor: Any, source: str, timeout: float) -> NodeFact
             return None
         executor.spin_once(timeout_sec=0.05)
     deadline = max(deadline, time.monotonic() + TRIES * TRY)
-    told = _call(
+    told = call_service(
         node, executor, Trigger, DESCRIBE.replace('~', source), Trigger.Request(), deadline
     )
     if told is None:
         return None
     request = GetParameters.Request(names=['robot'])
-    values = _call(node, executor, GetParameters, f'{source}/get_parameters', request, deadline)
+    values = call_service(
+        node, executor, GetParameters, f'{source}/get_parameters', request, deadline
+    )
     try:
         facts = json.loads(told.message)
         judged = facts['singularity']
@@ -142,10 +144,21 @@ def ask_node(node: Node, executor: Any, source: str, timeout: float) -> NodeFact
         return None
 
 
-def _call(
-    node: Node, executor: Any, kind: Any, service: str, request: Any, deadline: float
+def call_service(
+    node: Node,
+    executor: Any,
+    kind: Any,
+    service: str,
+    request: Any,
+    deadline: float,
+    longest: float = TRY,
 ) -> Any:
-    # A response is lost while the node has not yet discovered its client, so the call is repeated.
+    """
+    Return the response of a service; None if it is not there at `deadline`, or does not answer.
+
+    A response is lost while the node has not yet discovered its client, so the call is repeated if
+    no answer comes within `longest` (s).
+    """
     client = node.create_client(kind, service)
     try:
         while not client.service_is_ready():
@@ -154,7 +167,7 @@ def _call(
             executor.spin_once(timeout_sec=0.05)
         for _ in range(TRIES):
             future = client.call_async(request)
-            end = time.monotonic() + TRY
+            end = time.monotonic() + longest
             while not future.done() and time.monotonic() < end:
                 executor.spin_once(timeout_sec=0.05)
             if future.done():

@@ -76,7 +76,7 @@ def run_echo(
     """
     if not is_name('--node', node, NODE_NAMES):
         return WRONG_USAGE
-    echoed = ECHO_TOPICS[what]
+    echoed = ECHO_TOPICS[what].of(node.strip('/'))
     topic = echoed.name.replace('~', '/' + node.strip('/'))
 
     def work(context: Context, stop: StopSignal) -> int:
@@ -111,7 +111,8 @@ class _Echo:
         self._output = StandardOutput()
         self._live = self._output.is_terminal and not once and not as_json
         self._latest = LatestMessage(
-            node, topic, echoed.type, echoed.qos, None if self._live else self._write
+            *(node, topic, echoed.type, echoed.qos, None if self._live else self._write),
+            echoed.wanted,
         )
         self._explained = False
         self._report = ''
@@ -183,7 +184,8 @@ class _Echo:
             tell(self._why_silent())
 
     def _why_silent(self) -> str:
-        return why_no_messages(self._node, self._latest.topic, self._echoed.answers, self._report)
+        topic = self._echoed.awaited or self._latest.topic
+        return why_no_messages(self._node, topic, self._echoed.answers, self._report)
 
     def _give_up(self) -> None:
         # At the time-out the reason why no message came is printed, if it has not been printed

@@ -1,11 +1,11 @@
 """The topics that `echo` can show, each as lines for people and as an object for programs."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import AccelStamped, PoseStamped, TwistStamped, WrenchStamped
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64, Float64MultiArray
@@ -17,11 +17,27 @@ from ..messages.readings import (
     jacobian_of,
     pose_of,
     scale_of,
+    statuses_of,
     warned_of,
 )
-from ..messages.topics import OUTPUT_QOS, SCALE, SCALE_REASON, WARNING, WARNING_QOS
-from ..process.no_messages import JOINT_STATES_ANSWERED
-from .live_table import matrix_lines, pose_lines, scale_lines, vector_lines, warned_lines
+from ..messages.topics import (
+    DIAGNOSTICS,
+    DIAGNOSTICS_QOS,
+    OUTPUT_QOS,
+    SCALE,
+    SCALE_REASON,
+    WARNING,
+    WARNING_QOS,
+)
+from ..process.no_messages import JOINT_STATES_ANSWERED, MARK
+from .live_table import (
+    matrix_lines,
+    pose_lines,
+    scale_lines,
+    statuses_lines,
+    vector_lines,
+    warned_lines,
+)
 
 COMMANDS_ANSWERED = 'commands of joint velocities on ~/command'
 
@@ -43,6 +59,10 @@ class EchoTopic:
         Whether messages are rare, so that none after the first is normal.
     answers
         What the node answers with them.
+    wanted
+        Whether a message is of the node; None if all are.
+    awaited
+        Another topic of the node, whose publisher shows that it runs; empty if `name` does.
     """
 
     name: str
@@ -52,6 +72,20 @@ class EchoTopic:
     shown: Callable[[Any, int], list[str]]
     rare: bool = False
     answers: str = JOINT_STATES_ANSWERED
+    wanted: Callable[[Any], bool] | None = None
+    awaited: str = ''
+
+    def of(self, node: str) -> 'EchoTopic':
+        """Return it for a node (no leading slash): all programs publish on /diagnostics."""
+        if self.name != DIAGNOSTICS:
+            return self
+        reading, awaited = partial(statuses_of, node), f'/{node}{MARK}'
+        return replace(
+            self,
+            reading=reading,
+            wanted=lambda message: bool(reading(message).statuses),
+            awaited=awaited,
+        )
 
     def lines(self, message: Any, width: int) -> list[str]:
         """Return a message as lines; LayoutError if it cannot be read."""
@@ -77,6 +111,14 @@ ECHO_TOPICS = {
     },
     'warning': EchoTopic(
         WARNING, DiagnosticStatus, WARNING_QOS, warned_of, warned_lines, rare=True
+    ),
+    'diagnostics': EchoTopic(
+        DIAGNOSTICS,
+        DiagnosticArray,
+        DIAGNOSTICS_QOS,
+        partial(statuses_of, ''),
+        statuses_lines,
+        answers='itself, once a second',
     ),
     'scale': EchoTopic(
         SCALE, Float64, OUTPUT_QOS, scale_of, scale_lines, answers=COMMANDS_ANSWERED

@@ -13,6 +13,7 @@ from ..messages.readings import (
     JacobianReading,
     PoseReading,
     ScaleReading,
+    StatusesReading,
     VectorPair,
     VectorReading,
     WarningReading,
@@ -112,6 +113,17 @@ def warned_lines(warned: WarningReading, width: int) -> list[str]:
     lines = textwrap.wrap(f'{warned.level}  {plain(warned.sentence)}', width) or [warned.level]
     return lines + [
         f'  {plain(key).ljust(label)}  {plain(value)}' for key, value in warned.values.items()
+    ]
+
+
+def statuses_lines(reading: StatusesReading, width: int) -> list[str]:
+    """Return each status of a node as a warning: level, name and sentence, keys and values."""
+    return [
+        line
+        for status in reading.statuses
+        for line in warned_lines(
+            status._replace(sentence=f'{status.name}: {status.sentence}'), width
+        )
     ]
 
 

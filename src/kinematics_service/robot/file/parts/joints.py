@@ -13,6 +13,8 @@ from .quantities import DEGREES, INFINITE, KIND_OF, METRES, MILLIMETRES, RADIANS
 from .schema import JointEntry
 
 MAX_JOINTS = 128
+# No joint is as fast, rad/s or m/s.
+FASTEST_JOINT = 100.0
 NOUN = 'a list of joints, {name, type, limits}'
 
 
@@ -69,7 +71,7 @@ def read_joint(
         quantities.above_zero(getattr(entry, key), KIND_OF[joint_type], at[key]) or math.inf
         for key in ('velocity', 'acceleration')
     )
-    if 100.0 < velocity < math.inf:
+    if FASTEST_JOINT < velocity < math.inf:
         at['velocity'].warn(f'{number(velocity)} per second is very fast: which unit?')
     if entry.name is None or variable is None or not at.intact:
         return None

@@ -254,14 +254,31 @@ class Quantities:
         return Affine(self.units.to_si(affine.constant, kind), tuple(coefficients))
 
     def _warn_of_units(self, value: float, kind: Kind, at: Place) -> None:
-        if kind == 'length' and self.units.length == 'm' and abs(value) > LONG:
-            at.warn(f'a length of {number(value)} m: {MILLIMETRES}')
-        if kind == 'angle' and self.units.angle == 'rad' and abs(value) > TURN:
-            at.warn(f'{number(value)} rad is more than a turn: {DEGREES}')
+        if getattr(self.units, kind, '') in ('m', 'rad') and (doubt := unit_doubt(value, kind)):
+            at.warn(doubt)
         if kind == 'angle' and self.units.angle == 'deg' and at.path[0] != 'known_poses':
             degrees = math.degrees(value)
             if any(abs(abs(degrees) - quarter) < ROUNDED for quarter in QUARTERS):
                 at.warn(f'{number(degrees)} deg: {RADIANS}')
+
+
+def unit_doubt(
+    value: float,
+    kind: Kind,
+    longest: float = LONG,
+    degrees: str = DEGREES,
+    millimetres: str = MILLIMETRES,
+) -> str:
+    """
+    Return the question whether a number (m or rad) was meant in mm or degrees; empty if not.
+
+    `longest`: the largest plausible length, m. `degrees`, `millimetres`: what to ask.
+    """
+    if kind == 'length' and abs(value) > longest:
+        return f'a length of {number(value)} m: {millimetres}'
+    if kind == 'angle' and abs(value) > TURN:
+        return f'{number(value)} rad is more than a turn: {degrees}'
+    return ''
 
 
 def _check_size(affine: Affine, kind: Kind) -> None:

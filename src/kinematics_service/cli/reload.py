@@ -1,0 +1,28 @@
+"""The command `reload`: a running node reads its robot file again."""
+
+from typing import Annotated
+
+import typer
+
+from .missing_ros import ros_module
+
+
+def reload(
+    context: typer.Context,
+    node: Annotated[
+        str, typer.Argument(help='The full name of the node, if several run here.')
+    ] = '',
+) -> None:
+    """
+    Let a running node read its robot file again, without any other ROS tool installed.
+
+    It prints what is in force. The exit code is 1 if the file has faults: then the robot of before
+    stays in force.
+
+    \b
+    Examples:
+      kinematics_service reload
+      kinematics_service reload /left_arm/kinematics
+    """
+    run_reload = ros_module('tools.node_requests').run_reload
+    raise typer.Exit(run_reload(node, context.obj))

@@ -1,0 +1,37 @@
+"""The command `set`: a parameter of a running node."""
+
+from typing import Annotated
+
+import typer
+
+from .missing_ros import ros_module
+from .options import WrongUsage
+
+
+def set_parameter(
+    context: typer.Context,
+    words: Annotated[
+        list[str],
+        typer.Argument(
+            metavar='[NODE] PARAMETER VALUE',
+            help='The full name of the node, if several run here; a parameter; its value in YAML, '
+            'as after -p.',
+        ),
+    ],
+) -> None:
+    """
+    Set a parameter of a running node, without any other ROS tool installed.
+
+    The exit code is 1 if the node refuses the value, or if no node answers.
+
+    \b
+    Examples:
+      kinematics_service set tool.xyz '[0, 0, 0.15]'
+      kinematics_service set /left_arm/kinematics singularity.warn 0.2
+      kinematics_service set tool.xyz '[]'
+    """
+    if len(words) not in (2, 3):
+        raise WrongUsage('write: set [NODE] PARAMETER VALUE; quote a list')
+    *node, name, value = words
+    run_set = ros_module('tools.node_requests').run_set
+    raise typer.Exit(run_set(''.join(node), name, value, context.obj))

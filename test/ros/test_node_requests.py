@@ -1,0 +1,151 @@
+"""`set` and `reload`: what they do to a running node, what they print, and their exit codes."""
+
+import threading
+from contextlib import contextmanager
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from rcl_interfaces.msg import ParameterType
+
+from kinematics_service.__main__ import main
+from kinematics_service.errors import SettingsError
+from kinematics_service.ros.tools.node_requests import value_from
+
+ROBOT = """
+robot: elbow
+convention: standard
+joints: [{name: a, variable: q1, type: revolute}, {name: b, variable: q2, type: revolute}]
+links:
+  - {a: 1, alpha: 0, d: 0, theta: q1}
+  - {a: 0.8, alpha: 0, d: 0, theta: q2}
+"""
+
+
+@contextmanager
+def turned(one):
+    """Turn the executor of a node in a thread within the block."""
+    over = threading.Event()
+
+    def turn():
+        while not over.is_set():
+            one.executor.spin_once(timeout_sec=0.1)
+
+    thread = threading.Thread(target=turn)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+
+
+@pytest.fixture
+def told(capfd):
+    """Return a function for exit code, output and errors of a command in this process."""
+
+    def run(*arguments):
+        capfd.readouterr()
+        code = main([*arguments])
+        output, errors = capfd.readouterr()
+        ours = [line for line in errors.splitlines() if line.startswith('kinematics_service: ')]
+        return code, output, '\n'.join(ours) or errors
+
+    return run
+
+
+def test_a_parameter_is_set_and_a_doubt_about_its_unit_is_printed(arm, told):
+    one = arm('craig_3r')
+    with turned(one):
+        assert told('set', 'tool.xyz', '[0, 0, 150]') == (
+            0,
+            '/kinematics: tool.xyz is now [0, 0, 150]\n',
+            'kinematics_service: parameter tool.xyz: a length of 150 m: are these millimetres? '
+            'write 0.15',
+        )
+        assert one.node.settings.robot.description.tool.motion.matrix[2, 3] == 150.0
+        code, output, _ = told('set', 'kinematics', 'scale.rise', '3')
+        assert (code, output) == (0, '/kinematics: scale.rise is now 3\n')
+        assert one.node.settings.scale_rise == 3.0
+
+
+@pytest.mark.parametrize(
+    ('words', 'sentence'),
+    [
+        (('jacobian_frame', 'bass'), "jacobian_frame: 'bass' is not accepted (one of base, tool)"),
+        (('scale.ryse', '3'), "no parameter 'scale.ryse'; the nearest: scale.rise, scale.rule"),
+        (('robot', 'ur5e'), 'read-only'),
+        (('scale.rise', 'fast'), 'refuses scale.rise: Wrong parameter type'),
+        (
+            ('/arm/kinematics', 'scale.rise', '3'),
+            'there is no node /arm/kinematics; kinematics nodes here: /kinematics',
+        ),
+    ],
+)
+def test_a_refusal_names_its_reason(arm, told, words, sentence):
+    with turned(arm('craig_3r')):
+        code, output, errors = told('set', *words)
+    assert (code, output) == (1, '')
+    assert sentence in errors
+
+
+def test_without_a_name_there_must_be_one_node(arm, told):
+    one = arm('craig_3r')
+    other = arm('planar_2r', namespace='/left')
+    with turned(one), turned(other):
+        code, _, errors = told('reload')
+        assert code == 1
+        assert 'kinematics nodes here: /kinematics, /left/kinematics' in errors
+        code, output, _ = told('reload', '/left/kinematics')
+    assert code == 0
+    assert 'robot planar_2r' in output
+
+
+@pytest.mark.parametrize(
+    'words', [('scale.rise',), ('a', 'b', 'c', 'd'), ('bad name', 'scale.rise', '3')]
+)
+def test_wrong_usage_has_its_exit_code(told, words):
+    code, output, errors = told('set', *words)
+    assert (code, output) == (2, '')
+    assert 'Traceback' not in errors
+
+
+def test_a_robot_file_is_read_again_or_its_faults_are_printed(arm, told, tmp_path):
+    file = tmp_path / 'elbow.yaml'
+    file.write_text(ROBOT)
+    with turned(arm(str(file))):
+        code, output, _ = told('reload')
+        assert (code, output) == (
+            0,
+            f'/kinematics: {file} is in force: robot elbow, 2 joints, standard\n',
+        )
+        file.write_text(ROBOT.replace('links', 'linx'))
+        code, output, errors = told('reload')
+    assert (code, output) == (1, '')
+    assert 'linx: unknown key' in errors
+
+
+DOUBLE, STRING, LIST = 'PARAMETER_DOUBLE', 'PARAMETER_STRING', 'PARAMETER_DOUBLE_ARRAY'
+
+
+@pytest.mark.parametrize(
+    ('text', 'kind', 'field', 'value'),
+    [
+        ('1', DOUBLE, 'double_value', 1.0),
+        ('1e-3', DOUBLE, 'double_value', 0.001),
+        ('true', 'PARAMETER_BOOL', 'bool_value', True),
+        ('1_', STRING, 'string_value', '1_'),
+        ("''", STRING, 'string_value', ''),
+        ('[0, 0, 0.15]', 'PARAMETER_NOT_SET', 'double_array_value', [0.0, 0.0, 0.15]),
+        ('[a, b]', 'PARAMETER_NOT_SET', 'string_array_value', ['a', 'b']),
+    ],
+)
+def test_a_value_is_read_for_the_type_of_its_parameter(text, kind, field, value):
+    found = getattr(value_from(text, getattr(ParameterType, kind)), field)
+    assert (list(found) if isinstance(value, list) else found) == value
+
+
+def test_a_text_that_is_no_yaml_is_refused():
+    with pytest.raises(SettingsError, match='no value in YAML'):
+        value_from('a: b: c', ParameterType.PARAMETER_BOOL)
