@@ -13,7 +13,7 @@ from ..kernel import Chain, Floats
 from ..notebook import as_html
 from ..robot.points import Point
 from ..robot.robot import AnyRobot, Robot, as_robot
-from .arguments import shape_together
+from .arguments import refused, shape_together
 from .closure import LoopClosure, closure_in, why_not_closed
 from .threads import in_parts
 
@@ -154,7 +154,7 @@ def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
     # run, whatever the caller does.
     try:
         array = np.array(q, dtype=np.float64, order='C')
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise JointVectorError(
             f'{name} must be numbers, shape (..., {robot.dof})', name, [(robot.dof,)]
         ) from None
@@ -167,6 +167,13 @@ def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
             array.shape,
         )
     return array
+
+
+def velocities_of(state: ToolState) -> Floats:
+    """Return the joint velocities (..., n) of a state, or refuse a state without velocities."""
+    if state.qdot is None:
+        raise refused('qdot', f'numbers, shape (..., {state.robot.dof})', None, JointVectorError)
+    return state.qdot
 
 
 def evaluate(
@@ -215,9 +222,13 @@ def evaluate(
         rates = qdot
     else:
         rates = _joint_vector(robot, qdot, 'qdot')
+    try:
+        width = chain.single_widths[depth]
+    except (TypeError, IndexError):
+        raise refused('depth', 'kernel.POSE, JACOBIAN or ALL_FRAMES', depth) from None
     if positions.ndim > 1 or rates.ndim > 1:
         return _evaluate_batch(robot, chain, positions, None if qdot is None else rates, depth)
-    row, measures = np.empty(chain.single_widths[depth]), None
+    row, measures = np.empty(width), None
     if measured:
         measures = np.empty(robot.measure_places.width)
         bad = kernel.evaluate_and_measure_one(robot.arm, positions, rates, row, measures)

@@ -14,6 +14,7 @@ from ...errors import PlanError
 from ...kernel import Floats
 from ...robot.robot import AnyRobot, Robot, as_robot
 from ...robot.task import ROW_NAMES, seeded_poses
+from ..arguments import number_or_nan, random_from
 from ..clearance import clearances
 from ..forward import forward_kinematics
 from ..inverse.problem.plan import plan_for
@@ -113,9 +114,9 @@ class _PostureSearch:
     def __init__(self, robot: Robot, distance: float, respect_limits: bool, seed: int) -> None:
         self.robot, self.distance, self.inside = robot, distance, respect_limits
         self.plan = plan_for(robot, robot.task.rows)
-        check_plan(robot, [0.0], self.plan.middle[None], distance=distance)
+        check_plan(robot, [0.0], self.plan.middle[None], distance=number_or_nan(distance))
         self.bounds = self.plan.limits if respect_limits else self.plan.unlimited
-        self.random = np.random.default_rng(seed)
+        self.random = random_from(seed)
         self.passages = Passages(robot, distance, self.bounds, self.plan.periods, self.random)
         self.proof = proof_of_no_change(robot)
 

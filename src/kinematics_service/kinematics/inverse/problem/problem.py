@@ -8,6 +8,7 @@ import numpy.typing as npt
 from ....errors import JointVectorError
 from ....kernel import Floats
 from ....robot.robot import Robot
+from ...arguments import random_from
 from .plan import InversePlan
 from .target import IkTarget
 
@@ -37,7 +38,7 @@ class IkProblem(NamedTuple):
 
     def random(self) -> np.random.Generator:
         """Return the generator of the seed, from its beginning."""
-        return np.random.default_rng(self.seed)
+        return random_from(self.seed)
 
 
 def near_or_middle(robot: Robot, plan: InversePlan, near: npt.ArrayLike | None) -> Floats:
@@ -53,7 +54,7 @@ def near_or_middle(robot: Robot, plan: InversePlan, near: npt.ArrayLike | None) 
         return plan.middle
     try:
         q = np.array(near, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise JointVectorError(
             f'near must be {robot.dof} numbers', 'near', [(robot.dof,)]
         ) from None

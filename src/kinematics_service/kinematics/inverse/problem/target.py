@@ -119,7 +119,7 @@ def ik_target_of(
         )
     try:
         given = np.asarray(target, np.float64, 'C')
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise TargetError(
             'target must be numbers: a pose (4, 4) or a position (3,)', 'target', SHAPES
         ) from None
@@ -128,7 +128,7 @@ def ik_target_of(
         raise TargetError(
             f'target has shape {shape}; it must be (4, 4) or (3,)', 'target', SHAPES, shape
         )
-    if axis is not None and (axis not in TOOL_AXES or shape != (4, 4)):
+    if axis is not None and (str(axis) not in TOOL_AXES or shape != (4, 4)):
         raise TargetError(
             f'axis must be x, y or z, of a pose (4, 4) as target, not {axis!r}',
             'axis',
@@ -156,7 +156,7 @@ def poses_of(targets: npt.ArrayLike) -> Floats:
     """
     try:
         given = np.array(targets, dtype=np.float64, order='C')
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise TargetError('targets must be numbers: poses (N, 4, 4)', 'targets') from None
     if given.ndim != 3 or given.shape[1:] != (4, 4):
         raise TargetError(
