@@ -14,12 +14,19 @@ from ..kernel import Floats
 from ..robot.task import ROW_NAMES
 
 
-def numbers_of(name: str, given: object) -> Floats:
-    """Return an argument as a new array of numbers, or raise an ArgumentError."""
+def numbers_of(
+    name: str,
+    given: object,
+    refusal: type[ArgumentError] = ArgumentError,
+    expected: Sequence[Any] = ('(...)',),
+) -> Floats:
+    """Return an argument as a new array of numbers, or raise an ArgumentError of a type."""
     try:
-        return np.array(given, dtype=np.float64)
+        return np.array(given, dtype=np.float64, order='C')
     except (TypeError, ValueError, OverflowError):
-        raise refused(name, 'numbers', given) from None
+        shapes = ' or '.join(map(str, expected))
+        sentence = f'{name} must be numbers of shape {shapes}, not {given!r:.80}'
+        raise refusal(sentence, name, expected) from None
 
 
 def refused(

@@ -13,7 +13,7 @@ from ..kernel import Chain, Floats
 from ..notebook import as_html
 from ..robot.points import Point
 from ..robot.robot import AnyRobot, Robot, as_robot
-from .arguments import refused, shape_together
+from .arguments import numbers_of, refused, shape_together
 from .closure import LoopClosure, closure_in, why_not_closed
 from .threads import in_parts
 
@@ -152,12 +152,7 @@ def as_the_kernel_takes_it(vector: object) -> TypeGuard[Floats]:
 def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
     # A copy in the only layout the kernel takes: so the state keeps the numbers of the kernel's
     # run, whatever the caller does.
-    try:
-        array = np.array(q, dtype=np.float64, order='C')
-    except (TypeError, ValueError, OverflowError):
-        raise JointVectorError(
-            f'{name} must be numbers, shape (..., {robot.dof})', name, [(robot.dof,)]
-        ) from None
+    array = numbers_of(name, q, JointVectorError, [(robot.dof,)])
     if array.ndim == 0 or array.shape[-1] != robot.chain.dof:
         raise JointVectorError(
             f'{name} has shape {array.shape}; {robot.name} has {robot.dof} joints '

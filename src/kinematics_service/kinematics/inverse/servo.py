@@ -22,7 +22,7 @@ from ...errors import ServoSettingsError, TwistError
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
 from ...robot.robot import AnyRobot, Robot, as_robot
-from ..arguments import check_positive, refused, rows_in_order
+from ..arguments import check_positive, numbers_of, refused, rows_in_order
 from ..task_jacobian import task_of
 from ..tool_state import ToolState, evaluate
 
@@ -210,10 +210,7 @@ def joint_velocity(
 
 
 def _twist(twist: npt.ArrayLike) -> Floats:
-    try:
-        wanted = np.array(twist, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise TwistError('twist must be six numbers: vx vy vz wx wy wz', 'twist', [(6,)]) from None
+    wanted = numbers_of('twist', twist, TwistError, [(6,)])
     if wanted.shape != (6,) or not np.all(np.isfinite(wanted)):
         raise TwistError(
             f'twist must be six finite numbers, vx vy vz wx wy wz, not {wanted.tolist()}',

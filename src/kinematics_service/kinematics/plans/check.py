@@ -11,7 +11,7 @@ from ...errors import JointVectorError, PlanError
 from ...kernel import Floats
 from ...robot.measures import MEASURES
 from ...robot.robot import AnyRobot, Robot, as_robot
-from ..arguments import check_positive, number_or_nan, refused
+from ..arguments import check_positive, number_or_nan, numbers_of, refused
 from .closed_plan import ClosedPlan
 from .extremes import largest
 from .point_speed import TOOL, speed_over_plan
@@ -135,12 +135,7 @@ def _table(robot: Robot, table: npt.ArrayLike | None, name: str, count: int) -> 
     if table is None:
         return None
     expected = (count, robot.dof)
-    try:
-        rows = np.array(table, dtype=np.float64, order='C')
-    except (TypeError, ValueError, OverflowError):
-        raise JointVectorError(
-            f'{name} must be numbers, shape {expected}', name, [expected]
-        ) from None
+    rows = numbers_of(name, table, JointVectorError, [expected])
     if rows.shape != expected:
         raise JointVectorError(
             f'{name} has shape {rows.shape}; of {count} points and the joints of {robot.name} '

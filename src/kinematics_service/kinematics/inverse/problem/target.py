@@ -13,7 +13,7 @@ from ....errors import TargetError
 from ....kernel import Floats
 from ....robot.robot import Robot
 from ....robot.task import ROW_NAMES
-from ...arguments import number_or_nan, rows_in_order
+from ...arguments import number_or_nan, numbers_of, rows_in_order
 
 IDENTITY = np.eye(4)
 
@@ -154,10 +154,7 @@ def poses_of(targets: npt.ArrayLike) -> Floats:
     TargetError
         They are no poses, or not finite.
     """
-    try:
-        given = np.array(targets, dtype=np.float64, order='C')
-    except (TypeError, ValueError, OverflowError):
-        raise TargetError('targets must be numbers: poses (N, 4, 4)', 'targets') from None
+    given = numbers_of('targets', targets, TargetError, [('N', 4, 4)])
     if given.ndim != 3 or given.shape[1:] != (4, 4):
         raise TargetError(
             f'targets have shape {given.shape}; it must be (N, 4, 4)',
