@@ -27,7 +27,7 @@ NUMBERS = ('episode_index', 'episode_id', 'episode')
 MOST_NUMBERS = 2**28
 # Bytes of an array's header in an npz file that are read; numpy refuses headers above 10,000.
 MOST_HEADER_BYTES = 2**14
-# What a damaged description raises where it is read.
+# Errors of reading a damaged description.
 DAMAGED = (
     *(OSError, ValueError, KeyError, TypeError),
     *(AttributeError, OverflowError, RecursionError),

@@ -25,7 +25,7 @@ from .episodes import (
 MOST_ELEMENTS = 128
 # Groups within each other of an HDF5 file: h5py needs a time that grows with their square.
 MOST_GROUPS_DEEP = 32
-# What parquet calls texts: each of any length is one value.
+# The physical type of texts in parquet: a text of any length is one value.
 TEXTS = 'BYTE_ARRAY'
 # Endings of the names of elements that say that a joint's number is its position.
 ENDS_OF_JOINTS = ('.pos', '.position')

@@ -8,7 +8,7 @@ import numpy as np
 from ...errors import RecordingError
 from ...kernel import Floats
 from .intrinsics import Intrinsics
-from .opencv import MOST_PIXELS, opencv
+from .opencv import MAX_PIXELS, opencv
 
 # Corners by which the pose of a board is found, with some to spare.
 LEAST = 6
@@ -116,7 +116,7 @@ class BoardFinder:
         if image is None:
             raise RecordingError(
                 f'{file}: this is no image that can be read, or it has more than '
-                f'{MOST_PIXELS:,} pixels'
+                f'{MAX_PIXELS:,} pixels'
             )
         high, wide = image.shape
         if (wide, high) != (self.camera.width, self.camera.height):

@@ -12,7 +12,7 @@ INSTALL = (
 
 
 # Pixels of an image that OpenCV reads; it takes them when it is imported. A camera has a tenth.
-MOST_PIXELS = 2**28
+MAX_PIXELS = 2**28
 
 
 def opencv() -> Any:
@@ -24,7 +24,7 @@ def opencv() -> Any:
     RecordingError
         It is not installed, or too old to find a ChArUco board.
     """
-    os.environ.setdefault('OPENCV_IO_MAX_IMAGE_PIXELS', str(MOST_PIXELS))
+    os.environ.setdefault('OPENCV_IO_MAX_IMAGE_PIXELS', str(MAX_PIXELS))
     try:
         import cv2
     except ImportError as error:

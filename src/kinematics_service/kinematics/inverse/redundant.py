@@ -22,9 +22,9 @@ from .self_motion.arcs import IkArc, JointCurve, squares_of
 from .self_motion.curve_search import CurveSearch
 from .self_motion.sliced_arm import sliced_arm_of
 
-# Combinations of full turns of the joints that are told apart on a curve: two seconds. Seven
+# Combinations of full turns of the joints that are listed along a curve: two seconds. Seven
 # joints with limits of three turns have as many.
-MOST_TURNS = 2**14
+MAX_TURN_COMBINATIONS = 2**14
 # Number of starts inside the limits, at first and if those fail.
 FEW, MANY = 24, 240
 
@@ -33,7 +33,7 @@ def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
     """Return the result of a redundant arm: all curves of it, or one pose of its continuum."""
     robot, target, plan, *_ = problem
     turns = _combinations_of_turns(plan)
-    few = problem.curves and turns <= MOST_TURNS
+    few = problem.curves and turns <= MAX_TURN_COMBINATIONS
     arm = sliced_arm_of(robot, target.rows, target.axis) if few else None
     search = None if arm is None else CurveSearch(arm, target)
     proved = search is not None and search.prove()
@@ -55,7 +55,7 @@ def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
         result = replace(
             result,
             reason=f'{result.reason}; its curves are not looked for, since the joint limits leave '
-            f'{turns:.3g} combinations of full turns, more than {MOST_TURNS:,}: narrow them',
+            f'{turns:.3g} combinations of full turns, more than {MAX_TURN_COMBINATIONS:,}: narrow them',
         )
     return replace(result, complete='partial') if alone else result
 
