@@ -55,7 +55,8 @@ def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
         result = replace(
             result,
             reason=f'{result.reason}; its curves are not looked for, since the joint limits leave '
-            f'{turns:.3g} combinations of full turns, more than {MAX_TURN_COMBINATIONS:,}: narrow them',
+            f'{turns:.3g} combinations of full turns, more than '
+            f'{MAX_TURN_COMBINATIONS:,}: narrow them',
         )
     return replace(result, complete='partial') if alone else result
 
