@@ -2,6 +2,8 @@
 
 import json
 import re
+import struct
+import zlib
 from dataclasses import replace
 
 import numpy as np
@@ -319,6 +321,21 @@ def test_wrong_options_of_images_are_sentences(tmp_path, capsys):
     ):  # fmt: skip
         found, _, err = run(capsys, 'calibrate', '--robot', 'ur5e', '--stamps', 'none', *options)
         assert (found, sentence in err) == (code, True), err
+
+
+def test_an_image_of_too_many_pixels_is_named(tmp_path, capsys):
+    arm = pictured_arm('on-tool', 3, 33, camera=SMALL)
+    header = b'IHDR' + struct.pack('>IIBBBBB', 60_000, 60_000, 8, 0, 0, 0, 0)
+    check = struct.pack('>I', zlib.crc32(header))
+    (tmp_path / 'a.png').write_bytes(b'\x89PNG\r\n\x1a\n\0\0\0\r' + header + check)
+    camera = tmp_path / 'camera.yaml'
+    camera.write_text(ros_file(SMALL))
+    file = table(tmp_path / 'taken.csv', arm._replace(q=arm.q[:1]), ['a'])
+    given = ['calibrate', file, '--robot', 'ur5e', '--stamps', 'none', '--camera', 'on-tool']
+    given += ['--images', tmp_path, '--board', WORDS, '--intrinsics', camera]
+    code, _, err = run(capsys, *given)
+    assert (code, '\n' in err) == (1, False)
+    assert 'a.png: this is no image that can be read, or it has more than' in err
 
 
 def test_mirrored_images_are_named(tmp_path, capsys):

@@ -495,3 +495,20 @@ def test_a_level_is_kept_up_where_a_nearer_singular_pose_is_not_excluded():
     assert found.distance > 0.15
     levels = [one.judge(found, START + k * MILLISECOND)[0] for k in range(2)]
     assert levels == [found.level, found.level] == [ks.Level.ERROR, ks.Level.ERROR]
+
+
+# A change of the arm
+
+
+def test_the_last_answer_is_computed_anew_for_another_arm_once_all_joints_are_known(craig):
+    one = Estimator(craig, EstimatorSettings())
+    last = one.take(sample(velocities=(0.1, 0.2, -0.3)))
+    longer = ks.robot_from_text(
+        ks.bundled_robots()['craig_3r'].read_text() + 'tool: {xyz: [0, 0, 0.1]}\n'
+    )
+    one.configure(longer, EstimatorSettings())
+    answer = one.anew(last)
+    np.testing.assert_array_equal(answer.state.pose, ks.forward_kinematics(longer, Q))
+    assert np.linalg.norm(answer.quaternion_xyzw) == pytest.approx(1.0, abs=ROUND_OFF)
+    assert not np.array_equal(answer.state.pose, last.state.pose)
+    assert Estimator(longer, EstimatorSettings()).anew(last) is None

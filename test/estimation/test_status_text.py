@@ -2,8 +2,15 @@
 
 import numpy as np
 import pytest
+from arms import robot_of
 
-from kinematics_service.estimation.status_text import direction_in_words, joints_in_words
+import kinematics_service as ks
+from kinematics_service.estimation.status_text import (
+    direction_in_words,
+    joints_in_words,
+    singularity_status,
+)
+from kinematics_service.robot.measures import Level
 
 NAMES = ('q1', 'q2', 'q3')
 
@@ -32,3 +39,13 @@ def test_joints_that_take_part_are_named_with_signs(motion, words):
 )
 def test_a_lost_direction_is_motion_along_and_rotation_about_an_axis(direction, words):
     assert direction_in_words(np.array(direction)) == words
+
+
+@pytest.mark.parametrize('level', [Level.OK, Level.WARN])
+@pytest.mark.parametrize(('name', 'volume'), [('panda', 'manipulability'), ('ur5e', 'det(J) =')])
+def test_a_determinant_is_shown_where_there_is_one(name, volume, level):
+    robot = robot_of(name)
+    found = ks.singularity(robot, np.full(robot.dof, 0.7))
+    text = singularity_status(robot, found, level, 'base').sentence
+    shown = {word: word in text for word in ('manipulability', 'det(J) =')}
+    assert shown == {word: word == volume for word in shown}

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from zipfile import ZipFile
 
 import h5py
 import numpy as np
@@ -162,6 +163,7 @@ def test_hdf5_of_robomimic(tmp_path):
     quaternions = pose_numbers(T, 'xyzw')
     file = tmp_path / 'demo.hdf5'
     with h5py.File(file, 'w') as stream:
+        stream.create_group('data/demo_²')  # a digit that is no number
         for k, part in ((10, slice(40, 70)), (2, slice(40))):
             obs = stream.create_group(f'data/demo_{k}/obs')
             obs['robot0_joint_pos'], obs['robot0_joint_vel'] = Q[part], 0.0 * Q[part]
@@ -273,6 +275,8 @@ def test_a_damaged_file_is_one_episode_that_cannot_be_read(tmp_path):
         '{"features": [1]}',
         '{"features": {"a": 1}}',
         '{"features": {}, "fps": "x"}',
+        f'{{"features": {{}}, "fps": 1{"0" * 400}}}',
+        '[' * 100_000,
     ],
 )
 def test_a_description_that_is_none_is_refused(tmp_path, content):
@@ -316,3 +320,110 @@ def test_a_small_file_that_holds_what_fills_any_memory_is_refused(tmp_path, monk
     for name, count in (('a', 490), ('b', 70)):
         with pytest.raises(RecordingError, match=f'{count} numbers at once are more than 69'):
             read(tmp_path / f'{name}.parquet')
+
+
+def header_alone(file, **arrays):
+    """Write an npz file of arrays (shape, type) that have headers and no numbers."""
+    with ZipFile(file, 'w') as packed:
+        for name, (shape, kind) in arrays.items():
+            with packed.open(f'{name}.npy', 'w') as stream:
+                header = {'descr': kind, 'fortran_order': False, 'shape': shape}
+                np.lib.format.write_array_header_2_0(stream, header)
+
+
+def test_arrays_are_refused_by_their_headers(tmp_path):
+    file = tmp_path / 'set.npz'
+    header_alone(file, q=((10**9, 2), '|u1'), qd=((10**9, 2), '<f8'), pose=((10**9, 2), '<f4'))
+    with pytest.raises(RecordingError, match='6,000,000,000 numbers at once are more than'):
+        read(file)
+    for name, kind in (('episode_index', '|u1'), ('episode_ends', '<i8'), ('episode', '<U100')):
+        header_alone(file, **{name: ((10**9,), kind)})
+        (episode,) = episodes_of(file)
+        assert 'numbers at once are more than' in episode.fault
+    with ZipFile(file, 'w') as packed:  # a header of two gigabytes is not read
+        packed.writestr(
+            'q.npy', b'\x93NUMPY\x02\x00' + (2**31).to_bytes(4, 'little') + b' ' * 2**15
+        )
+    (episode,) = episodes_of(file)
+    assert 'EOF: reading array header' in episode.fault
+
+
+def test_pictures_in_an_npz_file_are_not_read(tmp_path):
+    file = tmp_path / 'set.npz'
+    np.savez(file, q=Q)
+    with ZipFile(file, 'a') as packed, packed.open('image.npy', 'w') as stream:
+        header = {'descr': '|u1', 'fortran_order': False, 'shape': (70, 480, 640, 3)}
+        np.lib.format.write_array_header_2_0(stream, header)
+    (found,) = read(file, stamps=stamp_format('10Hz')).values()
+    assert found[0].tolist() == Q.tolist()
+
+
+def test_episodes_that_end_behind_the_last_row_are_refused(tmp_path):
+    file = tmp_path / 'set.npz'
+    np.savez(file, q=Q, episode_ends=[30, 500_000_000])
+    (episode,) = episodes_of(file)
+    assert 'ends at row 500,000,000, and no array has more than 70 rows' in episode.fault
+
+
+def test_numbers_in_other_files_are_not_read(tmp_path):
+    with h5py.File(tmp_path / 'other.hdf5', 'w') as stream:
+        stream['q'] = Q
+    (tmp_path / 'secret').write_bytes(Q.tobytes())
+    layout = h5py.VirtualLayout(shape=Q.shape, dtype='f8')
+    layout[:] = h5py.VirtualSource(tmp_path / 'other.hdf5', 'q', shape=Q.shape)
+    for k in range(2):
+        with h5py.File(tmp_path / f'{k}.hdf5', 'w') as stream:
+            if k:
+                stream.create_virtual_dataset('q', layout)
+            else:
+                size = (str(tmp_path / 'secret'), 0, h5py.h5f.UNLIMITED)
+                stream.create_dataset('q', shape=Q.shape, dtype='f8', external=[size])
+        with pytest.raises(RecordingError, match='the numbers of /q are in other files'):
+            read(tmp_path / f'{k}.hdf5')
+    for name in ('data', 'data/demo_0', 'demo_0', 'q'):
+        with h5py.File(tmp_path / 'link.hdf5', 'w') as stream:
+            stream[name] = h5py.ExternalLink('other.hdf5', '/')
+        with pytest.raises(RecordingError, match='has no rows of numbers'):
+            read(tmp_path / 'link.hdf5')
+
+
+def test_groups_far_within_each_other_and_huge_chunks_are_refused(tmp_path):
+    with h5py.File(tmp_path / 'deep.hdf5', 'w') as stream:
+        stream['/'.join(40 * 'a')] = Q
+    with pytest.raises(RecordingError, match='more than 32 groups are within each other'):
+        read(tmp_path / 'deep.hdf5')
+    with h5py.File(tmp_path / 'chunk.hdf5', 'w') as stream:
+        chunks = (10, 50_000_000)
+        stream.create_dataset('q', shape=(10, 6), dtype='f8', maxshape=(None, None), chunks=chunks)
+    with pytest.raises(RecordingError, match='500,000,000 numbers at once'):
+        read(tmp_path / 'chunk.hdf5')
+
+
+def test_long_texts_in_all_rows_are_held_once_or_not_at_all(tmp_path):
+    # In each file there are 20 GB of texts.
+    text = pa.array(['x' * 10**5]).dictionary_encode()
+    texts = pa.DictionaryArray.from_arrays(np.zeros(200_000, dtype=np.int32), text.dictionary)
+    file = tmp_path / 'set.parquet'
+    parquet.write_table(pa.table({'episode_id': texts, 'q': np.ones(200_000)}), file)
+    (episode,) = episodes_of(file)
+    assert episode.count == 200_000
+    assert len(columns_of_episode(episode)) == 200_000
+    steps = pa.StructArray.from_arrays([texts, np.ones(200_000)], ['text', 'q'])
+    row = pa.ListArray.from_arrays([0, 200_000], steps)
+    parquet.write_table(pa.table({'steps': row}), file)
+    (episode,) = episodes_of(file)
+    assert columns_of_episode(episode).header == ['q']
+
+
+def test_episodes_by_name_and_by_number_that_is_no_whole_one(tmp_path):
+    for ids in (['b', 'b', 'a'], [1.0, 1.0, 0.5]):
+        file = tmp_path / 'set.parquet'
+        parquet.write_table(pa.table({'episode_id': ids, 'q': [1.0, 2.0, 3.0]}), file)
+        assert [(one.first, one.count) for one in episodes_of(file)] == [(0, 2), (2, 1)]
+
+
+def test_the_bound_holds_for_columns_with_points_in_their_names(tmp_path, monkeypatch):
+    parquet.write_table(pa.table({'observation.state': fixed(Q)}), tmp_path / 'a.parquet')
+    monkeypatch.setattr('kinematics_service.formats.datasets.episodes.MOST_NUMBERS', 419)
+    with pytest.raises(RecordingError, match='420 numbers at once are more than 419'):
+        read(tmp_path / 'a.parquet')

@@ -8,6 +8,7 @@ import pytest
 from arms import LOOPED, robot_of
 
 import kinematics_service as ks
+from kinematics_service.kinematics.plans import closed_plan
 
 # A five-bar's elbows part until its rods are straight: half the way between them is a rod then.
 OPENING = [[math.pi / 2, math.pi / 2], [math.pi / 2 + 0.9, math.pi / 2 - 0.9]]
@@ -75,3 +76,22 @@ def test_a_plan_of_one_point_and_speeds_of_frames():
         "five_bar has no point 'left': with closed loops give tool or the number of a frame "
         '(0 to 2)'
     )
+
+
+def test_behind_the_first_pose_at_which_a_loop_does_not_close_nothing_is_tried(monkeypatch):
+    robot, tried = robot_of('excavator'), []
+    look = closed_plan.closes_at
+    monkeypatch.setattr(
+        closed_plan, 'closes_at', lambda chain, q: tried.append(len(q)) or look(chain, q)
+    )
+    middle = np.nan_to_num(robot.limits, posinf=0.0, neginf=0.0).mean(axis=1)
+    check = ks.check_plan(robot, [0.0, 1.0], [middle, middle + 1000.0])
+    assert check.closure.verdict == 'refuted'
+    assert sum(tried) < 1000
+
+
+def test_positions_that_no_loop_closes_at_to_round_off_are_refused():
+    robot = robot_of('four_bar_arm')
+    far = [np.zeros(robot.dof), np.full(robot.dof, 1e11)]
+    with pytest.raises(ks.PlanError, match=r'closed loops, and a joint moves to 1e\+11 rad'):
+        ks.check_plan(robot, [0.0, 1.0], far)

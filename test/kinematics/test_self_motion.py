@@ -2,6 +2,7 @@
 
 import functools
 import math
+import re
 from dataclasses import replace
 
 import mpmath
@@ -588,3 +589,17 @@ def test_complex_solutions_far_from_real_ones_are_certified_each_once():
             found.append(np.exp(1j * there))
     away = np.array([[np.max(np.abs(a - b)) for a in found] for b in found])
     assert np.min(away + 1e3 * np.eye(len(found))) > 1e-3
+
+
+@pytest.mark.parametrize(('degrees', 'status'), [(540.0, 'solved'), (900.0, 'family')])
+def test_limits_of_many_turns_leave_one_posture_with_the_reason(degrees, status):
+    text = ks.bundled_robots()['kuka_iiwa14'].read_text(encoding='utf-8')
+    limits = f'limits: [-{degrees}, {degrees}]'
+    robot = ks.robot_from_text(re.sub(r'limits: \[[^]]*\]', limits, text))
+    q = np.array([0.4, 0.7, -0.3, -1.2, 0.5, 0.9, -0.2])
+    found = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q), near=q)
+    assert found.status == status
+    if status == 'family':
+        assert found.complete == 'partial'
+        np.testing.assert_allclose(found.families[0].q, q, atol=1e-6)
+        assert 'more than 16,384: narrow them' in found.reason

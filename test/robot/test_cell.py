@@ -400,3 +400,13 @@ def test_a_common_joint_is_the_same_in_all_arms(tmp_path, other):
     )
     with pytest.raises(RobotFileError, match=r"common\[1\]: 'lift' is not the same joint in all"):
         ks.load_robot(file)
+
+
+def test_a_cell_of_many_arms_is_refused_before_they_are_read(tmp_path):
+    file = tmp_path / 'cell.yaml'
+    arms = ''.join(f'  a{k}: {{robot: none_of_these}}\n' for k in range(3000))
+    file.write_text(f'cell: many\narms:\n{arms}')
+    with pytest.raises(
+        RobotFileError, match=r'^\S*cell.yaml:2: arms: 3,000 arms \(at most 128\)$'
+    ):
+        ks.load_robot(file)

@@ -13,7 +13,7 @@ from kinematics_service.estimation.estimator import Estimator, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.kinematics.singularity import flat_loop
-from kinematics_service.robot.factors import _product_is_the_determinant
+from kinematics_service.robot.factors import NEARLY, _product_is_the_determinant
 from kinematics_service.robot.task import seeded_poses
 
 FACTORED = [name for name in BUNDLED if robot_of(name).factors]
@@ -232,6 +232,11 @@ def test_a_complete_list_names_what_is_near_and_another_only_what_is_as_near():
         for away, distance, named in ((0.1, 0.1, True), (0.14, 0.1, True), (0.4, 0.1, False)):
             assert whole.may_name(k, away, distance)
             assert lacking.may_name(k, away, distance) == named
+    # An approximate factor may be farther away by what it is off.
+    about = dataclasses.replace(lacking, approximate=(True,) * len(whole.names))
+    for away, named in ((0.15 + 0.9 * NEARLY, True), (0.15 + 1.1 * NEARLY, False)):
+        assert about.may_name(0, away, 0.1) == named
+        assert not lacking.may_name(0, away, 0.1)
 
 
 def test_too_few_poses_do_not_show_that_a_list_is_complete():

@@ -7,6 +7,7 @@ import pytest
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.robot.file.parts.parameters import SIX, end_parameters
 from kinematics_service.robot.robot import with_tool
 
 # Of millimetres and metres.
@@ -221,3 +222,11 @@ def test_an_arm_that_ends_at_a_place_has_it_in_the_units_of_its_file(of, place, 
     np.testing.assert_allclose(
         found[:3, :3], ks.forward_kinematics(before, q)[:3, :3], rtol=0, atol=ROUND_OFF
     )
+
+
+def test_base_and_tool_have_three_lengths_and_three_angles_each():
+    first, second = end_parameters('tool', 0), end_parameters('tool', 1)
+    assert [one.name for one in first] == [f'tool.{name}' for name in SIX]
+    assert [one.name for one in second] == [f'tool2.{name}' for name in SIX]
+    assert [one.place for one in second] == list(SIX)
+    assert [one.angle for one in first] == 3 * [False] + 3 * [True]

@@ -199,6 +199,7 @@ def test_the_quaternion_of_a_point_keeps_its_sign(pointed):
     quaternions = np.array([[q.x, q.y, q.z, q.w] for q in turned])
     assert np.all(np.sum(quaternions[1:] * quaternions[:-1], axis=1) > 0.9)
     assert quaternions[:, 3].min() < 0.0
+    np.testing.assert_allclose(np.linalg.norm(quaternions, axis=1), 1.0, atol=ROUND_OFF)
 
 
 def test_a_twist_of_a_point_is_not_made_up_where_velocities_are_unknown(pointed):

@@ -3,6 +3,7 @@
 import json
 import math
 import sys
+import time
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -418,6 +419,14 @@ def test_each_layout_of_a_type_is_checked(arm, monkeypatch):
 
 
 @BOTH_TRANSPORTS
+def test_topics_without_a_layout_are_serialized_one_by_one(arm):
+    channels = arm().node._outputs.channels
+    without = [one for one in channels if one.topic.template is None]
+    assert without
+    assert {(one.numbers, one.layout, one.as_bytes) for one in without} == {(None, None, False)}
+
+
+@BOTH_TRANSPORTS
 def test_a_late_listener_is_served_from_then_on(arm):
     one = arm()
     one.answer(Q)
@@ -596,20 +605,19 @@ def test_noise_at_the_threshold_gives_one_warning(arm):
 
 def test_a_bad_pose_is_said_again_once_a_second(arm):
     one = arm('planar_2r')
-    times = []
-    one.peer.create_subscription(
-        DiagnosticStatus,
-        one.topic('singularity/warning'),
-        lambda message, info: times.append(info['source_timestamp']),
-        LATCHED,
-    )
+    warnings = warnings_of(one)
+    begin, answers = time.monotonic(), 0
 
     def three():
+        nonlocal answers
         one.answer((0.4, 0.01))
-        return len(times) >= 3
+        answers += 1
+        return len(warnings) >= 3
 
     one.spin_until(three, 'repeated warning')
-    assert np.diff(times) * 1e-9 == pytest.approx(1.0, abs=0.25)
+    # However busy the machine is: two repetitions take two seconds, and no message is one.
+    assert time.monotonic() - begin >= 2.0
+    assert answers > 3
 
 
 def test_a_lost_direction_that_turned_is_said_again(arm):

@@ -21,7 +21,7 @@ from ..robot.points import TOOL, Point
 from ..robot.robot import AnyRobot, as_robot
 from .arguments import finite_rows, shape_together
 from .forward import BASE, chosen, cross, offset_of, state_of, with_point_at
-from .tool_state import ToolState
+from .tool_state import ToolState, velocities_of
 
 
 def jacobian_rate(
@@ -114,8 +114,7 @@ def acceleration_of(
     """
     Return the acceleration of a point, of its state with known velocities, in base axes, (..., 6).
     """
-    J, qdot = state.jacobian, state.qdot
-    assert qdot is not None  # it has been given
+    J, qdot = state.jacobian, velocities_of(state)
     if at is not None:
         J = with_point_at(J, offset_of(state.pose, at))
     return np.asarray(J @ qddot[..., None] + _rate(state, point, at) @ qdot[..., None])[..., 0]
@@ -123,9 +122,8 @@ def acceleration_of(
 
 def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
     # The derivative of J in base axes, shape (..., 6, n).
-    chain, qdot = point.chain, state.qdot
+    chain, qdot = point.chain, velocities_of(state)
     n, entries = chain.dof, chain.entries
-    assert qdot is not None  # it has been given
     screws = state.row[..., chain.screws_at : chain.screws_at + 6 * entries]
     screws = screws.reshape(*state.row.shape[:-1], 6, entries)
     if at is not None:

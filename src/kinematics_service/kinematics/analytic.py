@@ -97,7 +97,7 @@ def analytic_jacobian(
     ('yaw', [1.0, 1.0], 1.0)
     """
     robot = as_robot(robot)
-    if rates not in COORDINATES:
+    if not isinstance(rates, str) or rates not in COORDINATES:
         known = tuple(COORDINATES)
         raise PointError(
             f'rates must be one of {", ".join(known)}, not {rates!r}', 'rates', known, rates

@@ -2,8 +2,9 @@
 
 import contextlib
 import math
-from collections.abc import Sequence
-from numbers import Real
+from collections.abc import Iterable, Sequence
+from numbers import Integral, Real
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +12,35 @@ import numpy.typing as npt
 from ..errors import ArgumentError
 from ..kernel import Floats
 from ..robot.task import ROW_NAMES
+
+
+def numbers_of(
+    name: str,
+    given: object,
+    refusal: type[ArgumentError] = ArgumentError,
+    expected: Sequence[Any] = ('(...)',),
+) -> Floats:
+    """Return an argument as a new array of numbers, or raise an ArgumentError of a type."""
+    try:
+        return np.array(given, dtype=np.float64, order='C')
+    except (TypeError, ValueError, OverflowError):
+        shapes = ' or '.join(map(str, expected))
+        sentence = f'{name} must be numbers of shape {shapes}, not {given!r:.80}'
+        raise refusal(sentence, name, expected) from None
+
+
+def refused(
+    name: str, expected: str, given: object, refusal: type[ArgumentError] = ArgumentError
+) -> ArgumentError:
+    """Return the error of an argument that is something else than what is expected."""
+    return refusal(f'{name} must be {expected}, not {given!r:.80}', name, [expected], given)
+
+
+def random_from(seed: Any) -> np.random.Generator:
+    """Return the random numbers of a seed, or raise an ArgumentError."""
+    if not isinstance(seed, Integral) or seed < 0:
+        raise refused('seed', 'a whole number from 0 on', seed)
+    return np.random.default_rng(int(seed))
 
 
 def finite_rows(
@@ -26,7 +56,7 @@ def finite_rows(
     """
     try:
         array = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         array = np.empty(0)
     if array.ndim == 0 or array.shape[-1] != count or not np.isfinite(array).all():
         raise refusal(
@@ -79,7 +109,8 @@ def rows_in_order(
     refusal: type[ArgumentError], rows: Sequence[str], known: tuple[str, ...] = ROW_NAMES
 ) -> tuple[str, ...]:
     """Return rows by the order of the known ones, or raise an ArgumentError of the type given."""
-    if not rows or set(rows) - set(known):
-        sentence = f'rows must be some of {" ".join(known)}, not {" ".join(rows)!r}'
+    names = list(map(str, rows)) if isinstance(rows, Iterable) else [str(rows)]
+    if not names or set(names) - set(known):
+        sentence = f'rows must be some of {" ".join(known)}, not {" ".join(names)!r}'
         raise refusal(sentence, 'rows', known, rows)
-    return tuple(name for name in known if name in rows)
+    return tuple(name for name in known if name in names)

@@ -59,7 +59,7 @@ def forward_kinematics(
     if at is not None:
         T = T.copy()
         T[..., :3, 3] += offset_of(T, at)
-    if axes == BASE:
+    if str(axes) == BASE:
         return T
     T_base_axes = pose_of_axes(robot, axes, q)
     R_axes_base = np.swapaxes(T_base_axes[..., :3, :3], -1, -2)
@@ -254,7 +254,7 @@ def chosen(
     """
     if at is not None:
         six_rows = with_point_at(six_rows, offset_of(state.pose, at))
-    if axes == BASE:
+    if str(axes) == BASE:
         return six_rows
     same = type(axes) is type(of) and axes == of
     return in_axes_of(state.pose if same else pose_of_axes(robot, axes, q), six_rows)

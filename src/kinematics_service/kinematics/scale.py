@@ -21,12 +21,12 @@ from ..robot.chain import FrozenArrays
 from ..robot.file.parts.description import SpeedLimit
 from ..robot.measures import MEASURES
 from ..robot.robot import AnyRobot, Robot, as_robot
-from .arguments import check_positive
+from .arguments import check_positive, refused
 from .forward import twist
 from .servo_rule import ServoRule, servo_shares
 from .singularity import Singularity, singularity
 from .singularity_rates import AT_REST
-from .tool_state import ToolState, evaluate
+from .tool_state import ToolState, evaluate, velocities_of
 
 SINGULARITY, POSITION, VELOCITY = 'singularity', 'position limit', 'velocity limit'
 SPEED, TURNING = 'speed limit', 'turning limit'
@@ -176,11 +176,12 @@ def scale(
         raise ServoSettingsError(
             f'{robot.name} has no reduced speed: give speed_limits with reduced', 'reduced'
         )
+    if not isinstance(rule, ServoRule | None):
+        raise refused('rule', 'a ServoRule or None', rule, ServoSettingsError)
     if rule is not None:
         rule.check(robot)
     state = evaluate(robot, q, qdot)
-    rates = state.qdot
-    assert rates is not None  # they have been given
+    rates = velocities_of(state)
     with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
         stopping = np.max(np.abs(rates) / robot.acceleration_limits, axis=-1)
         braking = _Braking(horizon, stopping)

@@ -26,7 +26,8 @@ def task_of(robot: Robot, rows: Sequence[str] | None, of: str | int = TOOL) -> T
     """
     if rows is None and type(of) is str and of == TOOL:
         return robot.task
-    names = robot.task.rows if rows is None else rows_in_order(PointError, tuple(rows))
+    names = robot.task.rows if rows is None else rows_in_order(PointError, rows)
+    robot.point(of)  # refuses what is none
     return _found(robot, names, of)
 
 

@@ -13,7 +13,7 @@ from ..kernel import Chain, Floats
 from ..notebook import as_html
 from ..robot.points import Point
 from ..robot.robot import AnyRobot, Robot, as_robot
-from .arguments import shape_together
+from .arguments import numbers_of, refused, shape_together
 from .closure import LoopClosure, closure_in, why_not_closed
 from .threads import in_parts
 
@@ -152,12 +152,7 @@ def as_the_kernel_takes_it(vector: object) -> TypeGuard[Floats]:
 def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
     # A copy in the only layout the kernel takes: so the state keeps the numbers of the kernel's
     # run, whatever the caller does.
-    try:
-        array = np.array(q, dtype=np.float64, order='C')
-    except (TypeError, ValueError):
-        raise JointVectorError(
-            f'{name} must be numbers, shape (..., {robot.dof})', name, [(robot.dof,)]
-        ) from None
+    array = numbers_of(name, q, JointVectorError, [(robot.dof,)])
     if array.ndim == 0 or array.shape[-1] != robot.chain.dof:
         raise JointVectorError(
             f'{name} has shape {array.shape}; {robot.name} has {robot.dof} joints '
@@ -167,6 +162,13 @@ def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
             array.shape,
         )
     return array
+
+
+def velocities_of(state: ToolState) -> Floats:
+    """Return the joint velocities (..., n) of a state, or refuse a state without velocities."""
+    if state.qdot is None:
+        raise refused('qdot', f'numbers, shape (..., {state.robot.dof})', None, JointVectorError)
+    return state.qdot
 
 
 def evaluate(
@@ -215,9 +217,13 @@ def evaluate(
         rates = qdot
     else:
         rates = _joint_vector(robot, qdot, 'qdot')
+    try:
+        width = chain.single_widths[depth]
+    except (TypeError, IndexError):
+        raise refused('depth', 'kernel.POSE, JACOBIAN or ALL_FRAMES', depth) from None
     if positions.ndim > 1 or rates.ndim > 1:
         return _evaluate_batch(robot, chain, positions, None if qdot is None else rates, depth)
-    row, measures = np.empty(chain.single_widths[depth]), None
+    row, measures = np.empty(width), None
     if measured:
         measures = np.empty(robot.measure_places.width)
         bad = kernel.evaluate_and_measure_one(robot.arm, positions, rates, row, measures)

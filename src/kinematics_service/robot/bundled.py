@@ -93,8 +93,15 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
     RobotNotFoundError
         Neither a file nor a bundled robot; the message lists the names.
     """
-    text = os.fspath(name)
     bundled = bundled_robots()
+    if not isinstance(name, str | os.PathLike):
+        raise RobotNotFoundError(
+            'robot must be a Robot, the name of a bundled robot or the path of a robot file, '
+            f'not {type(name).__name__}',
+            repr(name),
+            tuple(bundled),
+        )
+    text = os.fspath(name)
     if text in bundled:
         return RobotSource(bundled[text])
     path = Path(text)

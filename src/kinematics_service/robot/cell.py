@@ -28,6 +28,8 @@ from .points import ending_at, moved_base
 from .relative_motion import relative_motion
 
 FLOOR = 'cell'
+# Each arm of a cell is read whole: 128 arms take half a second.
+MAX_ARMS = 128
 
 
 @dataclass(frozen=True)
@@ -184,6 +186,9 @@ def read_cell(path: Path) -> Cell:
     frame = entry.frame or FLOOR
     quantities = Quantities(top, read_units(entry.units, top['units']), {}, {})
     given = checked_mapping(entry.arms, top['arms'], 'names to {robot, joint_prefix, xyz, rpy}')
+    if len(given) > MAX_ARMS:
+        top['arms'].fault(f'{len(given):,} arms (at most {MAX_ARMS})')
+        top.report.raise_faults()
     placed = {
         name: _read_arm(name, data, frame, path.parent, quantities) for name, data in given.items()
     }

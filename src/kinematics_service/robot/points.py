@@ -111,7 +111,7 @@ def place_in_frame(at: npt.ArrayLike) -> Floats:
     """
     try:
         place = np.asarray(at, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         place = np.empty(0)
     if place.shape != (3,) or not all(map(math.isfinite, place.tolist())):
         raise PointError(f'at must be three finite numbers in m, not {at!r}', 'at', [(3,)], at)

@@ -386,16 +386,9 @@ def as_robot(robot: AnyRobot) -> Robot:
     ------
     RobotNotFoundError, RobotFileError, UrdfError
         As `load_robot`.
-    TypeError
-        It is neither.
     """
     if isinstance(robot, Robot):
         return robot
-    if not isinstance(robot, str | os.PathLike):
-        raise TypeError(
-            'robot must be a Robot, the name of a bundled robot or the path of a robot file, '
-            f'not {type(robot).__name__}'
-        )
     source = find_robot(robot)
     there = source._replace(file=source.file.absolute())
     try:

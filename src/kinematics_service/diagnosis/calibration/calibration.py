@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ...errors import CalibrationError
 from ...formats.recordings.block import Flags
 from ...kernel import Floats, Integers
+from ...kinematics.arguments import numbers_of, refused
 from ...kinematics.uncertainty.parameters import parameters_of
 from ...rigid_motion import inverses
 from ...robot.file.parts.parameters import BACKLASH, ENDS, GEARS, TABLE_GROUPS
@@ -348,7 +349,7 @@ def calibrate(
     (0.001, 30, 30)
     """
     robot = as_robot(robot)
-    known, priors = None if noise is None else Noise(*noise), tolerances or {}
+    known, priors = None if noise is None else _noise_of(noise), tolerances or {}
     again = partial(
         calibrate,
         apart=apart,
@@ -395,7 +396,7 @@ def calibrate(
     if approach is None:
         given = measured(robot, q, poses, sets, qdot)
     else:
-        half_behind = -0.5 * np.sign(np.array(approach, dtype=np.float64))
+        half_behind = -0.5 * np.sign(numbers_of('approach', approach))
         given = measured(robot, q, poses, sets, half_behind)._replace(along=BACKLASH)
     if camera is not None:
         given = given_by_camera(robot, given, camera, check)
@@ -440,6 +441,12 @@ def calibrate(
     used = ~np.isin(np.arange(found.count), found.outliers)
     changes = mistakes_of(robot, given, read)
     return _with_explanations(found, changes, scores_of_poses(robot, given, used), undone)
+
+
+def _noise_of(given: tuple[float, float]) -> Noise:
+    if numbers_of('noise', given).shape != (2,):
+        raise refused('noise', 'two numbers, m and rad', given)
+    return Noise(*given)
 
 
 def _with_explanations(

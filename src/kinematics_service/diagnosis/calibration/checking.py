@@ -10,6 +10,7 @@ import numpy.typing as npt
 from ...errors import CalibrationError, FramesError
 from ...formats.recordings.source import MOST_POSES
 from ...kernel import Floats, Integers
+from ...kinematics.arguments import numbers_of
 from ...kinematics.forward import forward_kinematics
 from ...robot.file.parts.parameters import GEARS, LAG, ArmParameter
 from ...robot.robot import Robot
@@ -88,8 +89,7 @@ def measured(
         Shapes do not fit, a number is not finite, there are too few poses, they are all alike, or
         an orientation is no rotation.
     """
-    at = np.array(q, dtype=np.float64)
-    given = np.array(poses, dtype=np.float64)
+    at, given = numbers_of('q', q), numbers_of('poses', poses)
     count = len(at) if at.ndim else 0
     if at.shape != (count, robot.dof) or given.shape not in ((count, 4, 4), (count, 3)):
         raise CalibrationError(
@@ -102,7 +102,7 @@ def measured(
         T[:, :3, :3] = given[:, :3, :3]
     if not (np.all(np.isfinite(at)) and np.all(np.isfinite(T))):
         raise CalibrationError('joint positions and poses must be finite')
-    rates = None if qdot is None else np.array(qdot, dtype=np.float64)
+    rates = None if qdot is None else numbers_of('qdot', qdot)
     if rates is not None and not (rates.shape == at.shape and np.all(np.isfinite(rates))):
         raise CalibrationError(f'qdot must be finite, of the shape {at.shape}')
     result = Measured(at, T, positions, _sets(sets, count), rates)
@@ -113,11 +113,11 @@ def measured(
 
 def _sets(given: npt.ArrayLike | None, count: int) -> Integers:
     # Of each pose the number of its set.
-    sets = np.zeros(count, dtype=np.int64) if given is None else np.array(given, dtype=np.int64)
+    sets = np.zeros(count) if given is None else numbers_of('sets', given)
     numbers = np.unique(sets)
     if sets.shape != (count,) or np.any(numbers != np.arange(len(numbers))):
         raise CalibrationError(f'sets must be {count} whole numbers from 0 on, none left out')
-    return sets
+    return sets.astype(np.int64)
 
 
 def rigid_positions(points: Floats) -> Floats:

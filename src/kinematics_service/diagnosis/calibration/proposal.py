@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from ...errors import CalibrationError
 from ...kernel import Floats
+from ...kinematics.arguments import number_or_nan, numbers_of
 from ...kinematics.forward import forward_kinematics
 from ...kinematics.singularity import singularity
 from ...kinematics.uncertainty.corrected_chain import pose_change
@@ -173,7 +174,7 @@ def propose_poses(
     refuse_loops(robot.description, 'the calibration')
     if after is not None and after.points:
         raise CalibrationError('poses to measure next are not proposed for touched points')
-    if not 1 <= count <= MOST:
+    if not 1 <= number_or_nan(count) <= MOST or count != int(count):
         raise CalibrationError(f'{count} poses: propose between 1 and {MOST}')
     view = BoardInView.of(after)
     if among is None:
@@ -201,7 +202,7 @@ def propose_poses(
 
 
 def _given(robot: Robot, among: npt.ArrayLike) -> Floats:
-    q = np.asarray(among, dtype=np.float64)
+    q = numbers_of('among', among)
     if q.ndim != 2 or q.shape[1] != robot.dof or not np.all(np.isfinite(q)):
         raise CalibrationError(
             f'among: needs finite joint positions of {robot.name}, shape (M, {robot.dof}), not '

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from ...errors import FramesError
 from ...estimation.status_text import direction_in_words
 from ...kernel import Floats
+from ...kinematics.arguments import numbers_of
 from ...kinematics.tool_state import evaluate
 from ...rigid_motion import rotation_vector
 from ...robot.robot import AnyRobot, Robot, as_robot
@@ -154,7 +155,7 @@ def diagnose_frames(
 
 
 def _given(robot: Robot, q: npt.ArrayLike, poses: npt.ArrayLike) -> ComparedData:
-    q, B = np.array(q, dtype=np.float64), np.array(poses, dtype=np.float64)
+    q, B = numbers_of('q', q), numbers_of('poses', poses)
     if q.ndim != 2 or q.shape[1] != robot.dof or B.shape != (len(q), 4, 4):
         raise FramesError(
             f'q must have the shape (N, {robot.dof}) and poses (N, 4, 4), '
@@ -199,13 +200,13 @@ def _later(
     motion: tuple[npt.ArrayLike, npt.ArrayLike] | None,
 ) -> Later | None:
     # Returns how to look the joints up at another time, by the best knowledge of their motion.
-    t = None if stamps is None else np.array(stamps, dtype=np.float64)
+    t = None if stamps is None else numbers_of('stamps', stamps)
     if t is not None and t.shape != (len(q),):
         raise FramesError(f'stamps must have the shape {(len(q),)}, not {t.shape}')
     if motion is not None:
         if t is None:
             raise FramesError('a motion needs the stamps of the poses')
-        times, positions = (np.array(part, dtype=np.float64) for part in motion)
+        times, positions = (numbers_of('motion', part) for part in motion)
         if times.ndim != 1 or positions.shape != (len(times), robot.dof):
             raise FramesError(
                 f'the motion must have the shapes (K,) and (K, {robot.dof}), '
@@ -215,7 +216,7 @@ def _later(
             raise FramesError('the motion must have rising times and finite joint positions')
         return looked_up(SampledMotion(times, positions, robot.continuous), t)
     if qdot is not None:
-        speeds = np.nan_to_num(np.array(qdot, dtype=np.float64))
+        speeds = np.nan_to_num(numbers_of('qdot', qdot))
         if speeds.shape != q.shape:
             raise FramesError(f'qdot must have the shape {q.shape}, not {speeds.shape}')
         return extrapolated(q, speeds)

@@ -3,8 +3,10 @@
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from io import BytesIO
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import numpy as np
 import numpy.typing as npt
@@ -23,8 +25,17 @@ NUMBERS = ('episode_index', 'episode_id', 'episode')
 # Numbers of an episode, or of a group of rows in a parquet file, that are read (2 GiB): a small
 # file may say that it holds what fills any memory.
 MOST_NUMBERS = 2**28
+# Bytes of an array's header in an npz file that are read; numpy refuses headers above 10,000.
+MOST_HEADER_BYTES = 2**14
+# Errors of reading a damaged description.
+DAMAGED = (
+    *(OSError, ValueError, KeyError, TypeError),
+    *(AttributeError, OverflowError, RecursionError),
+)
 # The column of files with an episode in each row: its steps.
 STEPS = 'steps'
+# The array of npz files that holds the row behind the last one of each episode.
+ENDS = 'episode_ends'
 
 
 @dataclass(frozen=True)
@@ -103,7 +114,7 @@ def _described(info: Path) -> tuple[float, dict[str, tuple[str, ...]]]:
         content = json.loads(info.read_text(encoding='utf-8'))
         names = {name: _names(one.get('names')) for name, one in content['features'].items()}
         return float(content.get('fps') or 0.0), {key: one for key, one in names.items() if one}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except DAMAGED as error:
         raise RecordingError(f'{info}: is no description of a dataset: {error}') from None
 
 
@@ -172,6 +183,7 @@ def _of_file(whole: Episode) -> Iterator[Episode]:
 def _of_parquet(file: Path) -> tuple[int, npt.NDArray[np.float64]]:
     # The number of rows with steps, and the number of the episode of each row where that is told.
     import pyarrow.parquet as parquet
+    import pyarrow.types as types
 
     with parquet.ParquetFile(file) as opened:
         names = opened.schema_arrow.names
@@ -181,24 +193,52 @@ def _of_parquet(file: Path) -> tuple[int, npt.NDArray[np.float64]]:
         if not column:
             return 0, np.zeros(0)
         refuse_to_hold(file, opened.metadata.num_rows)
+        kind = opened.schema_arrow.field(column).type
+    # A name that all rows repeat is held once.
+    names = [column] if types.is_string(kind) or types.is_large_string(kind) else None
+    with parquet.ParquetFile(file, read_dictionary=names) as opened:
         numbers = opened.read([column])[column].combine_chunks()
-        if numbers.type.num_fields:  # vectors of one
-            numbers = numbers.flatten()
-        found = numbers.to_numpy(zero_copy_only=False)
-        if not str(numbers.type).startswith(('int', 'uint')):  # names of episodes
-            _, found = np.unique(found.astype(str), return_inverse=True)
-        return 0, np.asarray(found, dtype=np.float64)
+    if types.is_dictionary(numbers.type):
+        numbers = numbers.indices
+    elif numbers.type.num_fields:  # vectors of one
+        numbers = numbers.flatten()
+    return 0, np.asarray(numbers.to_numpy(zero_copy_only=False), dtype=np.float64)
+
+
+def headers_of(file: Path) -> dict[str, npt.NDArray[Any]]:
+    """Return arrays of the shapes and types of those in an npz file, which take no memory."""
+    headers = {}
+    with ZipFile(file) as packed:
+        for name in packed.namelist():
+            if name.endswith('.npy'):
+                with packed.open(name) as stream:
+                    header = BytesIO(stream.read(MOST_HEADER_BYTES))
+                first = np.lib.format.read_magic(header) == (1, 0)
+                read = 'read_array_header_1_0' if first else 'read_array_header_2_0'
+                shape, _, kind = getattr(np.lib.format, read)(header)
+                headers[name.removesuffix('.npy')] = np.broadcast_to(np.empty((), kind), shape)
+    return headers
 
 
 def _of_arrays(file: Path) -> npt.NDArray[np.float64]:
+    headers = headers_of(file)
+    column = next((name for name in (*NUMBERS, ENDS) if name in headers), '')
+    if not column:
+        return np.zeros(0)
+    refuse_to_hold(file, max(headers[column].size, headers[column].nbytes // 8))
     with np.load(file, allow_pickle=False) as arrays:
-        column = next((name for name in NUMBERS if name in arrays), '')
-        if column:
-            return np.asarray(arrays[column], dtype=np.float64).reshape(-1)
-        if 'episode_ends' in arrays:
-            ends = np.asarray(arrays['episode_ends'], dtype=np.int64)
-            return np.repeat(np.arange(len(ends), dtype=np.float64), np.diff(ends, prepend=0))
-    return np.zeros(0)
+        numbers = arrays[column].reshape(-1)
+    if column != ENDS:
+        return np.asarray(numbers, dtype=np.float64)
+    ends = np.asarray(numbers, dtype=np.int64)
+    rows = max(len(array) for array in headers.values() if array.ndim)
+    if len(ends) and ends[-1] > rows:
+        raise RecordingError(
+            f'{file}: {ENDS} has an episode that ends at row {ends[-1]:,}, and no array has more '
+            f'than {rows:,} rows'
+        )
+    refuse_to_hold(file, rows)
+    return np.repeat(np.arange(len(ends), dtype=np.float64), np.diff(ends, prepend=0))
 
 
 def _groups(file: Path) -> list[str]:
@@ -207,12 +247,19 @@ def _groups(file: Path) -> list[str]:
 
     with h5py.File(file, 'r') as opened:
         for root in ('data', '/'):
-            folder = opened.get(root)
+            folder = opened if root == '/' else _held(opened, root)
             if not isinstance(folder, h5py.Group):
                 continue
-            names = [one for one, part in folder.items() if isinstance(part, h5py.Group)]
-            numbered = [one for one in names if one.rpartition('_')[2].isdigit()]
+            names = [one for one in folder if isinstance(_held(folder, one), h5py.Group)]
+            numbered = [one for one in names if one.rpartition('_')[2].isdecimal()]
             if numbered:
                 ordered = sorted(numbered, key=lambda one: int(one.rpartition('_')[2]))
                 return [f'{root}/{one}'.lstrip('/') for one in ordered]
     return []
+
+
+def _held(folder: Any, name: str) -> Any:
+    # Links are not followed: they may lead to other files.
+    import h5py
+
+    return folder[name] if isinstance(folder.get(name, getlink=True), h5py.HardLink) else None

@@ -1,21 +1,32 @@
 """The numbers of an episode: columns by name, vectors taken apart into their elements."""
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
-from zipfile import ZipFile
 
 import numpy as np
 
 from ...errors import RecordingError
 from ...kernel import Floats
-from .episodes import HDF5, INSTALL, PARQUET, STEPS, Episode, fault_of, refuse_to_hold
+from .episodes import (
+    HDF5,
+    INSTALL,
+    PARQUET,
+    STEPS,
+    Episode,
+    fault_of,
+    headers_of,
+    refuse_to_hold,
+)
 
 # Vectors with more elements are images and the like.
 MOST_ELEMENTS = 128
-# Bytes of an array in an npz file.
-MOST_BYTES = 2**31
+# Groups within each other of an HDF5 file: h5py needs a time that grows with their square.
+MOST_GROUPS_DEEP = 32
+# The physical type of texts in parquet: a text of any length is one value.
+TEXTS = 'BYTE_ARRAY'
 # Endings of the names of elements that say that a joint's number is its position.
 ENDS_OF_JOINTS = ('.pos', '.position')
 # Groups of rows of parquet files that are kept, for the next episode in them.
@@ -211,9 +222,14 @@ def _row_group(file: str, changed: int, k: int, place: str) -> Any:
         group = opened.metadata.row_group(k)
         chunks = [group.column(j) for j in range(group.num_columns)]
         read = (place,) if place else names
-        own = [one for one in chunks if one.path_in_schema.partition('.')[0] in read]
+        begins = tuple(f'{name}.' for name in read)
+        own = [
+            one
+            for one in chunks
+            if f'{one.path_in_schema}.'.startswith(begins) and one.physical_type != TEXTS
+        ]
         refuse_to_hold(Path(file), sum(one.num_values for one in own))
-        return opened.read_row_group(k, columns=[place] if place else names)
+        return opened.read_row_group(k, columns=[one.path_in_schema for one in own])
 
 
 def _may_be_numbers(kind: Any) -> bool:
@@ -233,11 +249,20 @@ def _of_hdf5(episode: Episode) -> dict[str, Floats]:
         found: dict[str, Any] = {}
 
         def take(name: str, part: Any) -> None:
+            if name.count('/') > MOST_GROUPS_DEEP:
+                raise RecordingError(
+                    f'{episode.file}: more than {MOST_GROUPS_DEEP} groups are within each other'
+                )
             if isinstance(part, h5py.Dataset) and part.ndim and part.dtype.kind in 'iuf':
+                if part.external or part.is_virtual:
+                    raise RecordingError(
+                        f'{episode.file}: the numbers of {part.name} are in other files, '
+                        'which are not read: copy them into this file'
+                    )
                 found[name.replace('/', '.')] = part
 
         opened[episode.place or '/'].visititems(take)
-        return _alike(episode.file, found)
+        return _alike(episode.file, found, found.__getitem__)
 
 
 def _of_arrays(episode: Episode) -> dict[str, Floats]:
@@ -248,16 +273,12 @@ def _of_arrays(episode: Episode) -> dict[str, Floats]:
 
 @lru_cache(maxsize=1)
 def _arrays(file: Path, changed: int) -> dict[str, Floats]:
-    # What is larger when it is unpacked is pictures.
-    with ZipFile(file) as packed:
-        sizes = {one.filename.removesuffix('.npy'): one.file_size for one in packed.infolist()}
     with np.load(file, allow_pickle=False) as arrays:
-        names = [name for name in arrays.files if sizes[name] <= MOST_BYTES]
-        return _alike(file, {name: arrays[name] for name in names})
+        return _alike(file, headers_of(file), arrays.__getitem__)
 
 
-def _alike(file: Path, arrays: Mapping[str, Any]) -> dict[str, Floats]:
-    # Those with as many rows as most have, as numbers (N,) or (N, k).
+def _alike(file: Path, arrays: Mapping[str, Any], read: Callable[[str], Any]) -> dict[str, Floats]:
+    # Those with as many rows as most have, as numbers (N,) or (N, k). The others are not read.
     small = {
         name: array
         for name, array in arrays.items()
@@ -266,9 +287,11 @@ def _alike(file: Path, arrays: Mapping[str, Any]) -> dict[str, Floats]:
     counts = [len(array) for array in small.values()]
     usual = max(counts, key=counts.count, default=0)
     small = {name: array for name, array in small.items() if len(array) == usual}
-    refuse_to_hold(file, sum(int(np.prod(array.shape)) for array in small.values()))
+    # HDF5 unpacks whole chunks, which may be larger than an array that grows.
+    parts = [(array.shape, getattr(array, 'chunks', None) or ()) for array in small.values()]
+    refuse_to_hold(file, sum(max(map(math.prod, part)) for part in parts))
     return {
-        name: np.asarray(array, dtype=np.float64).reshape(
+        name: np.asarray(read(name), dtype=np.float64).reshape(
             array.shape[:1] + (-1,) * (array.ndim > 1)
         )
         for name, array in small.items()

@@ -8,7 +8,7 @@ import numpy as np
 from ...errors import RecordingError
 from ...kernel import Floats
 from .intrinsics import Intrinsics
-from .opencv import opencv
+from .opencv import MAX_PIXELS, opencv
 
 # Corners by which the pose of a board is found, with some to spare.
 LEAST = 6
@@ -109,9 +109,15 @@ class BoardFinder:
         RecordingError
             It is no image, or not of the camera's size.
         """
-        image = opencv().imread(str(file), opencv().IMREAD_GRAYSCALE)
+        try:
+            image = opencv().imread(str(file), opencv().IMREAD_GRAYSCALE)
+        except opencv().error:  # what it says of the file's size names lines of its source
+            image = None
         if image is None:
-            raise RecordingError(f'{file}: this is no image that can be read')
+            raise RecordingError(
+                f'{file}: this is no image that can be read, or it has more than '
+                f'{MAX_PIXELS:,} pixels'
+            )
         high, wide = image.shape
         if (wide, high) != (self.camera.width, self.camera.height):
             raise RecordingError(

@@ -1,5 +1,6 @@
 """OpenCV, imported only where an image is looked at."""
 
+import os
 from typing import Any
 
 from ...errors import RecordingError
@@ -8,6 +9,10 @@ INSTALL = (
     "images need opencv ({reason}): pip install '.[camera]' in its checkout, or pip install "
     'opencv-python-headless'
 )
+
+
+# Pixels of an image that OpenCV reads; it takes them when it is imported. A camera has a tenth.
+MAX_PIXELS = 2**28
 
 
 def opencv() -> Any:
@@ -19,6 +24,7 @@ def opencv() -> Any:
     RecordingError
         It is not installed, or too old to find a ChArUco board.
     """
+    os.environ.setdefault('OPENCV_IO_MAX_IMAGE_PIXELS', str(MAX_PIXELS))
     try:
         import cv2
     except ImportError as error:

@@ -121,7 +121,7 @@ def _take_file(units: JointUnits, robot: Robot, file: Path, first: int) -> None:
             _take_calibration(units, robot, motors)
             return
         least, most = _range_of_state(content, first, first + robot.dof)
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise RecordingError(
             f'--joint-format: {file}: is neither a calibration (range_min and range_max of every '
             f'joint) nor statistics (min and max of observation.state): {error}'

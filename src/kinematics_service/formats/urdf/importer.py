@@ -100,6 +100,8 @@ def import_urdf(
         The file cannot be read, is no URDF, has no such chain, or holds a joint that no robot file
         can express.
     """
+    if not isinstance(urdf, str | os.PathLike):
+        raise UrdfError(f'urdf must be a path or a text, not {type(urdf).__name__}')
     if isinstance(urdf, str) and ('<' in urdf or not urdf.strip()):
         root, origin = parse_urdf(urdf.encode('utf-8'), '<text>'), 'URDF'
     else:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from ...errors import JointVectorError, PlanError, TargetError
 from ...kernel import Floats, Integers
 from ...robot.robot import AnyRobot, Robot, as_robot
-from ..arguments import number_or_nan
+from ..arguments import number_or_nan, numbers_of
 from ..inverse.problem.plan import InversePlan, plan_for
 from ..inverse.problem.target import IkTarget, ik_target_of
 from ..inverse.result import Complete, IkResult
@@ -116,7 +116,7 @@ def follow_family(
 def _targets(targets: npt.ArrayLike) -> Floats:
     try:
         given = np.array(targets, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         given = np.empty(0)
     if len(given.shape) not in (2, 3) or not len(given):
         raise TargetError(
@@ -126,7 +126,7 @@ def _targets(targets: npt.ArrayLike) -> Floats:
 
 
 def _start(robot: Robot, target: IkTarget, start: npt.ArrayLike, distance: float) -> Floats:
-    rows = np.array(start, dtype=np.float64, ndmin=1)
+    rows = np.atleast_1d(numbers_of('start', start))
     check = check_plan(robot, [0.0], rows[None], distance=distance)
     beyond = [joint.name for joint in check.joints if joint.limits != 'proved']
     if beyond or not target.is_near_at(rows):

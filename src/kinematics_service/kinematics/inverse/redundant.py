@@ -13,6 +13,7 @@ from ...kernel import Floats
 from ...robot.robot import Robot
 from .answer import family_of, not_exact, representatives, result_of
 from .families import SolutionFamily, nearer, tangent
+from .problem.plan import InversePlan
 from .problem.problem import IkProblem
 from .problem.target import IkTarget
 from .result import IkFamily, IkResult, Method
@@ -21,14 +22,19 @@ from .self_motion.arcs import IkArc, JointCurve, squares_of
 from .self_motion.curve_search import CurveSearch
 from .self_motion.sliced_arm import sliced_arm_of
 
+# Combinations of full turns of the joints that are listed along a curve: two seconds. Seven
+# joints with limits of three turns have as many.
+MAX_TURN_COMBINATIONS = 2**14
 # Number of starts inside the limits, at first and if those fail.
 FEW, MANY = 24, 240
 
 
 def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
     """Return the result of a redundant arm: all curves of it, or one pose of its continuum."""
-    robot, target, *_ = problem
-    arm = sliced_arm_of(robot, target.rows, target.axis) if problem.curves else None
+    robot, target, plan, *_ = problem
+    turns = _combinations_of_turns(plan)
+    few = problem.curves and turns <= MAX_TURN_COMBINATIONS
+    arm = sliced_arm_of(robot, target.rows, target.axis) if few else None
     search = None if arm is None else CurveSearch(arm, target)
     proved = search is not None and search.prove()
     if search is not None and proved and search.curves:
@@ -45,7 +51,20 @@ def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
             return _of_curves(problem, search, respect_limits, () if on_curve else alone)
     by: Method = 'algebraic' if proved and not alone else 'search'
     result = result_of(problem, no_solutions(robot), alone, by, best, respect_limits)
+    if problem.curves and not few:
+        result = replace(
+            result,
+            reason=f'{result.reason}; its curves are not looked for, since the joint limits leave '
+            f'{turns:.3g} combinations of full turns, more than '
+            f'{MAX_TURN_COMBINATIONS:,}: narrow them',
+        )
     return replace(result, complete='partial') if alone else result
+
+
+def _combinations_of_turns(plan: InversePlan) -> float:
+    # At most, of joints with two limits.
+    ways = np.ptp(plan.limits, axis=1) / plan.periods
+    return float(np.prod(np.floor(ways[np.isfinite(ways)]) + 1.0))
 
 
 def _of_curves(

@@ -22,7 +22,7 @@ from ...errors import ServoSettingsError, TwistError
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
 from ...robot.robot import AnyRobot, Robot, as_robot
-from ..arguments import check_positive, rows_in_order
+from ..arguments import check_positive, numbers_of, refused, rows_in_order
 from ..task_jacobian import task_of
 from ..tool_state import ToolState, evaluate
 
@@ -174,6 +174,8 @@ def joint_velocity(
         The positions are not n finite numbers.
     """
     robot = as_robot(robot)
+    if not isinstance(settings, ServoSettings):
+        raise refused('settings', 'ServoSettings', settings, ServoSettingsError)
     servo = _servo_of(robot, settings)
     if not isinstance(state, ToolState):
         state = evaluate(robot, state)
@@ -185,10 +187,10 @@ def joint_velocity(
             state.q.shape,
         )
     wanted = _twist(twist)
-    if axes == 'tool':
+    if str(axes) == 'tool':
         turn = state.pose[:3, :3]
         wanted = np.concatenate([turn @ wanted[:3], turn @ wanted[3:]])
-    elif axes != 'base':
+    elif str(axes) != 'base':
         raise TwistError(
             f"axes must be 'base' or 'tool', not {axes!r}", 'axes', ('base', 'tool'), axes
         )
@@ -208,10 +210,7 @@ def joint_velocity(
 
 
 def _twist(twist: npt.ArrayLike) -> Floats:
-    try:
-        wanted = np.array(twist, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise TwistError('twist must be six numbers: vx vy vz wx wy wz', 'twist', [(6,)]) from None
+    wanted = numbers_of('twist', twist, TwistError, [(6,)])
     if wanted.shape != (6,) or not np.all(np.isfinite(wanted)):
         raise TwistError(
             f'twist must be six finite numbers, vx vy vz wx wy wz, not {wanted.tolist()}',

@@ -1,6 +1,6 @@
 """A plan checked between its points too: singular poses, limits, speeds."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Literal
 
 import numpy as np
@@ -11,7 +11,7 @@ from ...errors import JointVectorError, PlanError
 from ...kernel import Floats
 from ...robot.measures import MEASURES
 from ...robot.robot import AnyRobot, Robot, as_robot
-from ..arguments import check_positive, number_or_nan
+from ..arguments import check_positive, number_or_nan, numbers_of, refused
 from .closed_plan import ClosedPlan
 from .extremes import largest
 from .point_speed import TOOL, speed_over_plan
@@ -93,7 +93,10 @@ def check_plan(
         _table(robot, table, name, len(at))
         for name, table in (('q', q), ('qdot', qdot), ('qddot', qddot))
     ]
-    assert given[0] is not None
+    if given[0] is None:
+        raise refused('q', f'numbers, shape ({len(at)}, {robot.dof})', q, JointVectorError)
+    if not isinstance(speed_of, Iterable):
+        raise refused('speed_of', 'names of points', speed_of, PlanError)
     asked = threshold_of_distance(robot) if distance is None else _threshold(distance)
     limit = speed_limit
     if limit is not None:
@@ -116,7 +119,7 @@ def check_plan(
 def _times(times: npt.ArrayLike) -> Floats:
     try:
         at = np.array(times, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         at = np.full(1, np.nan)
     if at.ndim != 1 or not len(at) or not np.all(np.isfinite(at)) or np.any(np.diff(at) <= 0.0):
         raise PlanError(
@@ -132,12 +135,7 @@ def _table(robot: Robot, table: npt.ArrayLike | None, name: str, count: int) -> 
     if table is None:
         return None
     expected = (count, robot.dof)
-    try:
-        rows = np.array(table, dtype=np.float64, order='C')
-    except (TypeError, ValueError):
-        raise JointVectorError(
-            f'{name} must be numbers, shape {expected}', name, [expected]
-        ) from None
+    rows = numbers_of(name, table, JointVectorError, [expected])
     if rows.shape != expected:
         raise JointVectorError(
             f'{name} has shape {rows.shape}; of {count} points and the joints of {robot.name} '

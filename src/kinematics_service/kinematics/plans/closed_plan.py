@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ...errors import PlanError
 from ...kernel import Floats, Integers
 from ...robot.closed_poses import closes_at
 from ...robot.robot import Robot
@@ -23,6 +24,11 @@ from .verdicts import PlanClosure, PlanSingularity, PlanSpeed, PlanVerdict
 # Between two samples the fastest joint moves no more than this (rad, or as a share of the
 # characteristic length), unless there would be more samples than so many.
 STEP, MOST = 0.02, 20_000
+# Positions (rad or m) beyond which round-off keeps loops from closing, and each pose is searched.
+FARTHEST = 1e8
+# Samples of which it is looked at once whether the loops close: where one does not, the search
+# for how they might takes milliseconds, and the plan is refuted.
+AT_ONCE = 256
 # The end of a branch and a change of sign of det(J_t) are looked for in so many halvings.
 HALVINGS = 40
 # A pose nearer than this, by first order, is singular, rad.
@@ -43,18 +49,32 @@ class ClosedPlan:
     x : shape (N,)
         The places of the samples: segment and share of it, added up.
     closed : shape (N,)
-        Whether the loops close there.
+        Whether the loops close there; False behind the first samples at which they do not.
     """
 
     def __init__(self, robot: Robot, motion: PolynomialMotion) -> None:
         self._robot, self._motion = robot, motion
+        farthest = float(np.max(np.sum(np.abs(motion.coefficients), axis=1)))
+        if farthest > FARTHEST:
+            raise PlanError(
+                f'{robot.name} has closed loops, and a joint moves to {farthest:g} rad or m: '
+                f'at most {FARTHEST:g}',
+                'q',
+                [f'at most {FARTHEST:g}'],
+                farthest,
+            )
         moves = np.sum(np.abs(motion.coefficients[:, 1:]), axis=1) / robot.task.column_scales
         wanted = np.ceil(np.max(moves, axis=1, initial=0.0) / STEP)
         most = max(1, MOST // len(wanted))
         each = np.clip(wanted, 1, most).astype(np.int64)
         parts = [k + np.arange(count) / count for k, count in enumerate(each.tolist())]
         self.x = np.append(np.concatenate(parts), float(len(each)))
-        self.closed = closes_at(robot.chain, self._positions(self.x))
+        self.closed = np.zeros(len(self.x), dtype=bool)
+        for begin in range(0, len(self.x), AT_ONCE):
+            part = slice(begin, begin + AT_ONCE)
+            self.closed[part] = closes_at(robot.chain, self._positions(self.x[part]))
+            if not np.all(self.closed[part]):
+                break
 
     def closure(self) -> PlanClosure:
         """Return whether the loops close at the samples."""

@@ -2,6 +2,7 @@
 How uncertain pose and twist of the tool are: by the encoders, and by what is open of the table.
 """
 
+import math
 from typing import Protocol
 
 import numpy as np
@@ -13,8 +14,9 @@ from ...kernel import Floats, PoseErrors
 from ...robot.points import TOOL
 from ...robot.robot import AnyRobot, Robot, as_robot
 from ..acceleration import jacobian_rate
+from ..arguments import numbers_of
 from ..forward import BASE, cross, in_axes_of
-from ..tool_state import ToolState, evaluate
+from ..tool_state import ToolState, evaluate, velocities_of
 from .arm_errors import TableErrors, errors_of_file, pose_errors, table_errors_of
 
 
@@ -121,7 +123,7 @@ def twist_covariance(
     0.014142
     """
     robot = as_robot(robot)
-    if axes not in (BASE, TOOL):
+    if str(axes) not in (BASE, TOOL):
         raise CalibrationError(f'axes must be {BASE} or {TOOL}, not {axes!r}')
     said = robot.description.uncertainty
     if velocities is None:
@@ -161,8 +163,7 @@ def _twist_derivatives(robot: Robot, state: ToolState, axes: str) -> tuple[Float
     # arm. Those of the velocity are dJ/dt, second derivatives of one place; angular ones differ
     # from it by w_k x w, since turns do not commute. Tool axes turn with the error.
     J, V = state.jacobian, state.twist[..., None]
-    assert state.qdot is not None  # it has been given
-    by_q = jacobian_rate(robot, state.q, state.qdot)
+    by_q = jacobian_rate(robot, state.q, velocities_of(state))
     by_q[..., 3:, :] += cross(J[..., 3:, :], V[..., 3:, :])
     if axes == BASE:
         return by_q, J
@@ -177,11 +178,13 @@ def covariances(errors: PoseErrors, state: ToolState, axes: str = BASE) -> Float
 
     Those of the twist are of its numbers in these axes, `base` or `tool`.
     """
-    rows = np.ascontiguousarray(state.row).reshape(-1, state.row.shape[-1])
-    found = np.empty((len(rows), 2, 6, 6))
     qdot = np.zeros_like(state.q) if state.qdot is None else state.qdot
-    rates = np.ascontiguousarray(qdot).reshape(len(rows), -1)
-    positions = np.ascontiguousarray(state.q).reshape(len(rows), -1)
+    count = math.prod(state.row.shape[:-1])
+    rows, positions, rates = (
+        np.ascontiguousarray(table).reshape(count, table.shape[-1])
+        for table in (state.row, state.q, qdot)
+    )
+    found = np.empty((count, 2, 6, 6))
     kernel.covariances(errors, rows, positions, rates, axes == TOOL, found)
     return found.reshape(*state.row.shape[:-1], 2, 6, 6)
 
@@ -194,6 +197,8 @@ def _errors(
     calibration: TableCalibration | None,
 ) -> PoseErrors:
     said = robot.description.uncertainty
+    if not hasattr(TableCalibration if calibration is None else calibration, 'table_errors'):
+        raise CalibrationError(f'calibration must be a Calibration, not {calibration!r:.80}')
     if joints is None and calibration is None:
         of_file = errors_of_file(robot)
         if of_file is None or (said is not None and not said.of_pose and velocities is None):
@@ -222,7 +227,7 @@ def _errors(
 
 
 def _each(name: str, given: npt.ArrayLike, count: int) -> Floats:
-    deviations = np.asarray(given, dtype=np.float64)
+    deviations = numbers_of(name, given)
     if deviations.shape not in ((), (count,)) or not np.all(deviations >= 0.0):
         raise CalibrationError(f'{name} must be one standard deviation or {count}, none below 0')
     return np.array(np.broadcast_to(deviations, count))

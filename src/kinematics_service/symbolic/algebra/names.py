@@ -92,8 +92,12 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
     """
     known = [joint.variable for joint in description.joints]
     unit = description.angle_unit
+    if not isinstance(locked, Mapping | None):
+        raise DerivationError(
+            f'locked must map joint variables to expressions, not {locked!r:.80}'
+        )
     locked = {
-        plain_names(name): plain_expression(plain_names(text), known, unit, None)
+        plain_names(name): plain_expression(plain_names(str(text)), known, unit, None)
         for name, text in (locked or {}).items()
     }
     for name in locked:

@@ -27,7 +27,7 @@ def read_servos(file: Path, joints: Sequence[str]) -> dict[str, Any]:
         content = json.loads(file.read_text(encoding='utf-8'))
         for name in joints:
             int(content[name]['homing_offset'])
-    except (OSError, ValueError, TypeError, KeyError) as error:
+    except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         raise CalibrationError(
             f'{file}: this is no calibration of servos with a homing_offset of each of '
             f'{", ".join(joints)}: {error!r}'

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from ....errors import JointVectorError
 from ....kernel import Floats
 from ....robot.robot import Robot
+from ...arguments import numbers_of, random_from
 from .plan import InversePlan
 from .target import IkTarget
 
@@ -37,7 +38,7 @@ class IkProblem(NamedTuple):
 
     def random(self) -> np.random.Generator:
         """Return the generator of the seed, from its beginning."""
-        return np.random.default_rng(self.seed)
+        return random_from(self.seed)
 
 
 def near_or_middle(robot: Robot, plan: InversePlan, near: npt.ArrayLike | None) -> Floats:
@@ -51,12 +52,7 @@ def near_or_middle(robot: Robot, plan: InversePlan, near: npt.ArrayLike | None) 
     """
     if near is None:
         return plan.middle
-    try:
-        q = np.array(near, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise JointVectorError(
-            f'near must be {robot.dof} numbers', 'near', [(robot.dof,)]
-        ) from None
+    q = numbers_of('near', near, JointVectorError, [(robot.dof,)])
     if q.shape != (robot.chain.dof,) or not np.isfinite(q).all():
         raise JointVectorError(
             f'near must be {robot.dof} finite numbers ({", ".join(robot.joint_names)}), '

@@ -13,7 +13,7 @@ from ....errors import TargetError
 from ....kernel import Floats
 from ....robot.robot import Robot
 from ....robot.task import ROW_NAMES
-from ...arguments import number_or_nan, rows_in_order
+from ...arguments import number_or_nan, numbers_of, rows_in_order
 
 IDENTITY = np.eye(4)
 
@@ -119,7 +119,7 @@ def ik_target_of(
         )
     try:
         given = np.asarray(target, np.float64, 'C')
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise TargetError(
             'target must be numbers: a pose (4, 4) or a position (3,)', 'target', SHAPES
         ) from None
@@ -128,7 +128,7 @@ def ik_target_of(
         raise TargetError(
             f'target has shape {shape}; it must be (4, 4) or (3,)', 'target', SHAPES, shape
         )
-    if axis is not None and (axis not in TOOL_AXES or shape != (4, 4)):
+    if axis is not None and (str(axis) not in TOOL_AXES or shape != (4, 4)):
         raise TargetError(
             f'axis must be x, y or z, of a pose (4, 4) as target, not {axis!r}',
             'axis',
@@ -154,10 +154,7 @@ def poses_of(targets: npt.ArrayLike) -> Floats:
     TargetError
         They are no poses, or not finite.
     """
-    try:
-        given = np.array(targets, dtype=np.float64, order='C')
-    except (TypeError, ValueError):
-        raise TargetError('targets must be numbers: poses (N, 4, 4)', 'targets') from None
+    given = numbers_of('targets', targets, TargetError, [('N', 4, 4)])
     if given.ndim != 3 or given.shape[1:] != (4, 4):
         raise TargetError(
             f'targets have shape {given.shape}; it must be (N, 4, 4)',

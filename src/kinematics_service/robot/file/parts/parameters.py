@@ -139,11 +139,7 @@ LAG = ArmParameter('lag', 'lag', False)
 BACKLASH = ArmParameter('backlash', 'backlash', True)
 
 
-def end_parameters(end: str, number: int, angles: bool = True) -> list[ArmParameter]:
+def end_parameters(end: str, number: int) -> list[ArmParameter]:
     """Return the parameters of a base or tool; numbered from the second one on."""
     label = end if number == 0 else f'{end}{number + 1}'
-    return [
-        ArmParameter(f'{label}.{name}', end, k > 2, place=name)
-        for k, name in enumerate(SIX)
-        if angles or k < 3
-    ]
+    return [ArmParameter(f'{label}.{name}', end, k > 2, place=name) for k, name in enumerate(SIX)]

@@ -29,6 +29,8 @@ def read_document(text: str, file: str) -> Document:
         Not YAML, empty, several documents, too large, or something that `YamlReader` refuses.
     """
     try:
+        if not isinstance(text, str):
+            raise YamlError(0, f'expected a text, not {type(text).__name__}')
         if len(text.encode('utf-8', 'surrogatepass')) > MAX_BYTES:
             raise YamlError(0, f'larger than {MAX_BYTES // 1024} KiB: not a robot file')
         roots = _TreeReader(MAX_DEPTH, MAX_NODES, 'not a robot file').documents(text)
