@@ -485,3 +485,36 @@ def test_a_wrist_whose_tool_is_in_its_centre_is_judged_by_its_turns():
     )
     assert robot.task.rows == ('rx', 'ry', 'rz')
     assert ks.singularity(robot, [0.1, 0.05, 0.3]).distance == pytest.approx(0.05)
+
+
+def many_joints(tmp_path, joints, more=''):
+    """Return the file of an arm of so many joints, their axes in turn."""
+    axes = ('Rx', 'Ry', 'Rz')
+    rows = ', '.join(f'{axes[k % 3]}(q{k}), Tz(0.1), Tx(0.0{1 + k % 7})' for k in range(joints))
+    names = ', '.join(f'{{name: q{k}, type: revolute}}' for k in range(joints))
+    file = tmp_path / 'many.yaml'
+    file.write_text(
+        f'robot: many\nconvention: elementary\njoints: [{names}]\nlinks: [{rows}]\n{more}'
+    )
+    return file
+
+
+@pytest.mark.parametrize(('joints', 'measure'), [(16, 'distance'), (17, 'condition_number')])
+def test_above_sixteen_joints_the_default_measure_is_the_condition_number(
+    tmp_path, joints, measure
+):
+    robot = ks.load_robot(many_joints(tmp_path, joints))
+    assert robot.thresholds.measure == measure
+
+
+def test_the_distance_of_sixty_joints_is_unknown_and_refused_as_a_measure(tmp_path):
+    robot = ks.load_robot(many_joints(tmp_path, 60))
+    assert robot.thresholds == Thresholds('condition_number', 17.0, 30.0)
+    found = ks.singularity(robot, np.full(60, 0.3))
+    assert found.distance_unknown
+    assert found.nearest_singular is None
+    assert found.clearance == 0.0
+    with pytest.raises(ks.KinematicsError, match='up to 16 joints, not 60'):
+        thresholds_for(robot.task, 'distance')
+    with pytest.raises(ks.KinematicsError, match='up to 16 joints, not 60'):
+        ks.load_robot(many_joints(tmp_path, 60, 'singularity: {measure: distance}\n'))
