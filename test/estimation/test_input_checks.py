@@ -18,7 +18,7 @@ from kinematics_service.estimation.input_checks import (
     arrival_jitter,
     input_faults,
 )
-from kinematics_service.robot.file.parts.description import Mimic
+from kinematics_service.robot.file.parts.description import MimicFormula
 
 BEGIN = 1_795_720_000 * SECOND
 DEGREES = math.degrees(1.0)
@@ -317,12 +317,12 @@ def test_velocities_that_are_not_used_are_not_compared():
     assert faults(robot, stream(robot, t, q, -qdot), reported=False) == []
 
 
-# Mimic joints
+# MimicFormula joints
 
 
 def with_mimic(value, q2=-0.5):
     robot = ks.load_robot('craig_3r')
-    mimic = Mimic('q3_mimic', 'q2', -1.0, 0.1, False)
+    mimic = MimicFormula('q3_mimic', 'q2', -1.0, 0.1, False)
     robot = replace(robot, description=replace(robot.description, mimics=(mimic,)))
     names = {name: f'left_{name}' for name in (*robot.joint_names, mimic.name)}
     t = np.zeros(1)

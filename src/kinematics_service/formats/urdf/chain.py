@@ -13,7 +13,7 @@ import numpy as np
 from ...errors import UrdfError
 from ...kernel import Floats
 from ...rigid_motion import inverse, turn_about
-from ...robot.file.parts.description import Mimic
+from ...robot.file.parts.description import MimicFormula
 from ...robot.file.text.entries import did_you_mean, meant_by
 from ...robot.file.text.fault_report import quoted
 from .document import XmlElement
@@ -87,7 +87,7 @@ class UrdfChain:
     variables: tuple[Variable, ...]
     motions: tuple[MovingJoint, ...]
     end: Floats
-    mimics: tuple[Mimic, ...]
+    mimics: tuple[MimicFormula, ...]
 
     def poses(self, q: Floats) -> Floats:
         """Return the tip in the base, shape (k, 4, 4), at positions q, shape (k, n), rad or m."""
@@ -147,7 +147,7 @@ def read_chain(tree: UrdfTree, base: str, tip: str, angle: Angle = float) -> Urd
         still = still @ after
     variables = [_variable(tree, name, moving, leaders) for name in names]
     mimics = tuple(
-        Mimic(one.name, one.mimics, one.multiplier, one.offset, one.type == 'prismatic')
+        MimicFormula(one.name, one.mimics, one.multiplier, one.offset, one.type == 'prismatic')
         for one in (leaders[joint.name] for joint in moving if joint.mimics)
     )
     robot = tree.root.attributes.get('name', '')

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from ...errors import Fault, RobotFileError, UrdfError
-from ...robot.file.parts.description import Mimic
+from ...robot.file.parts.description import MimicFormula
 from ...robot.file.parts.joints import MAX_JOINTS
 from ...robot.file.parts.links import MAX_ROWS
 from ...robot.file.text.fault_report import quoted
@@ -58,7 +58,7 @@ class UrdfImport:
     robot: Robot
     certificate: Certificate
     doubts: tuple[Fault, ...]
-    mimics: tuple[Mimic, ...]
+    mimics: tuple[MimicFormula, ...]
 
 
 TableConvention = Literal['standard', 'modified']

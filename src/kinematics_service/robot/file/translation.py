@@ -5,7 +5,7 @@ from pathlib import PurePath
 from typing import NamedTuple
 
 from ...errors import Fault
-from .parts.description import Mimic
+from .parts.description import MimicFormula
 
 # The largest descriptions of whole humanoids have half a megabyte.
 MAX_BYTES = 8 * 1024 * 1024
@@ -25,7 +25,7 @@ class RobotText(NamedTuple):
 
     text: str
     doubts: tuple[Fault, ...]
-    mimics: tuple[Mimic, ...] = ()
+    mimics: tuple[MimicFormula, ...] = ()
 
 
 # Takes the bytes of a file, its name for messages, and the links at which the arm begins and ends,

@@ -87,7 +87,7 @@ class Health:
     work
         Processing times of messages since the last diagnostics.
     warnings
-        What was wrong with the input then.
+        The warnings about the input of the last diagnostics.
     """
 
     def __init__(

@@ -402,7 +402,7 @@ class SpeedLimit:
     reduced: float
 
 
-class Mimic(NamedTuple):
+class MimicFormula(NamedTuple):
     """
     A joint that follows another: its position is multiplier times that of the leader plus offset.
 
@@ -479,7 +479,7 @@ class RobotDescription:
     loops: tuple[LoopDescription, ...] = ()
     parts: tuple[str, ...] = field(default=(), compare=False)
     speed_limits: tuple[SpeedLimit, ...] = ()
-    mimics: tuple[Mimic, ...] = ()
+    mimics: tuple[MimicFormula, ...] = ()
 
     @property
     def radians(self) -> float:
