@@ -26,9 +26,9 @@ from ..calibration.collecting import CollectedPoses
 from .errors import angle_in_words, length_in_words, time_in_words
 from .offsets import equations_of, fit_at, fit_offsets, moved_offsets
 
-# Quantiles of chi-square with 1, 3 and 6 degrees of freedom that a healthy arm exceeds at one of
+# Quantiles of chi-square with 1 and 6 degrees of freedom that a healthy arm exceeds at one of
 # 1e10 tests: some 100 tests a pose make one false alarm in 1e8 poses.
-THRESHOLDS = {1: 41.8, 3: 49.6, 6: 58.4}
+THRESHOLDS = {1: 41.8, 6: 58.4}
 # A larger gain than this share of the threshold freezes the baseline.
 SUSPICION = 0.5
 # Poses of the window; a jump by a camera's noise must be found within 100.
@@ -48,10 +48,18 @@ OFFSET, LAG = 0.3, 0.01
 MEMORY = 2000.0
 # Offsets are linearized anew after a step of this (m, rad): its square is below the noise.
 STEP = 2e-3
+# A pose fits with a jump if that leaves less than this share of the square.
+MUCH = 0.05
+# The share of poses since a jump that must fit with it: an age may be 1.4 times too long.
+MOST_FIT = 0.6
+# The median of chi-square with 6 degrees of freedom.
+MEDIAN = 5.35
 # Joints that moved less (rad, prismatic joints by length) are never named.
 MOVED = 0.02
 # A share of an information below this is round-off.
 ROUND_OFF = 1e-9
+# A correlation of successive poses counts beyond three standard deviations, up to this value.
+CORRELATED, MOST_CORRELATED = 3.0, 0.95
 # Twice the logarithm of 100: a candidate that is less likely by more is not named.
 RIVAL = 9.2
 # A jump is found in nine cases of ten if it is longer than the threshold by so many deviations.
@@ -189,6 +197,7 @@ class _Baseline:
         self.gram, self.right = np.zeros((2, size, size)), np.zeros((2, size))
         self.squares, self.count = np.zeros(2), 0.0
         self.noise = self.floor = floor
+        self.pairs, self.last = np.zeros(2), np.zeros((0, 6))
 
     def admit(self, e: Floats, H: Floats) -> None:
         fade = min(1.0, max(MEMORY - len(e), 0.0) / max(self.count, 1.0))
@@ -198,6 +207,10 @@ class _Baseline:
         self.squares = fade * self.squares + np.sum(r**2, axis=(0, 2))
         self.count = fade * self.count + len(e)
         self.settle()
+        # Successive poses share errors that are none of x: an elastic arm, a distorted image.
+        left = np.concatenate([self.last, (e - H @ self.mean) / np.repeat(self.noise, 3)])
+        pairs = np.sum(left[1:] * left[:-1]), 0.5 * np.sum(left[1:] ** 2 + left[:-1] ** 2)
+        self.pairs, self.last = fade * self.pairs + pairs, left[-1:]
 
     def settle(self, rounds: int = 3) -> None:
         # The noise follows from the remainder and from how many numbers of x the poses determine
@@ -205,12 +218,20 @@ class _Baseline:
         for _ in range(rounds):
             weights = self.noise**-2
             self.information = np.tensordot(weights, self.gram, 1) + np.eye(self.gram.shape[1])
-            self.covariance: Floats = np.linalg.inv(self.information)
+            self.covariance = np.asarray(np.linalg.inv(self.information), dtype=np.float64)
             self.mean = self.covariance @ (weights @ self.right)
             told = weights * np.einsum('ij,kji->k', self.covariance, self.gram)
             self.freedom = np.maximum(3.0 * self.count - told, 1.0)
             left = self.squares + (self.gram @ self.mean - 2.0 * self.right) @ self.mean
-            self.noise = np.maximum(np.sqrt(np.maximum(left, 0.0) / self.freedom), self.floor)
+            noise = np.sqrt(np.maximum(left, 0.0) / self.freedom * self._longer())
+            self.noise = np.maximum(noise, self.floor)
+
+    def _longer(self) -> float:
+        # How many times more poses of correlated errors (AR(1)) tell as much as independent ones.
+        sure = CORRELATED / math.sqrt(6.0 * max(self.count, 1.0))
+        share = float(self.pairs[0]) / max(float(self.pairs[1]), ROUND_OFF) - sure
+        share = min(max(share, 0.0), MOST_CORRELATED)
+        return (1.0 + share) / (1.0 - share)
 
     def shift(self, by: Floats) -> None:
         # From now on x is less by this.
@@ -247,26 +268,28 @@ class JumpDetector:
         floor = (said.floor_xyz, said.floor_rpy) if said else (0.0, 0.0)
         self._floor = np.maximum(floor, LEAST_NOISE)
         self._spans = np.min(first.q, axis=0), np.max(first.q, axis=0)
-        A = evaluate(robot, first.q).pose
-        fit = fit_offsets(A[None], first.poses[None]).one(0)
-        self._X, self._Y = fit.X, fit.Y
-        self._window, self._rows = first, self._linearized(first)
-        self._used = np.ones(len(first.q), dtype=bool)
+        self._window, self._used = first, np.ones(len(first.q), dtype=bool)
         self._begin()
 
     def _begin(self) -> None:
-        for _ in range(len(self._used)):
+        # The offsets and the baseline, again and again without the worst outlier.
+        while True:
+            used = self._window.at(self._used)
+            A = evaluate(self._robot, used.q).pose
+            fit = fit_offsets(A[None], used.poses[None]).one(0)
+            self._X, self._Y = fit.X, fit.Y
+            self._rows = self._linearized(self._window)
             self._baseline = _Baseline(len(self._unknown), self._floor)
             self._admit(self._used)
             weights = np.repeat(1.0 / self._baseline.noise, 3)
             H = self._rows[:, :, 1:][:, :, self._unknown] * weights[:, None]
             r = self._rows[:, :, 0] * weights - H @ self._baseline.mean
-            gains = self._used[:, None] * _outlier_gains(H, r, self._baseline.covariance, 2)
-            freedom = self._baseline.freedom
-            excess = np.max(_excess(gains, 3, freedom, freedom), axis=1)
-            if np.max(excess) <= 0.0:
+            gains = _outlier_gains(H, r, self._baseline.covariance) * self._used
+            # The noise is that of the worst, too: compare with the median.
+            worst = float(np.max(gains))
+            if worst <= THRESHOLDS[6] / MEDIAN * float(np.median(gains[self._used])):
                 break
-            self._used[np.argmax(excess)] = False
+            self._used &= gains < worst
         self._keep(len(self._used))
 
     def _admit(self, rows: Flags) -> None:
@@ -343,22 +366,23 @@ class JumpDetector:
             evidence = self._evidence_of(self._used)
             candidates = self._candidates(evidence, evidence.sums)
             best = max(candidates, key=lambda one: one.excess)
-            if best.excess <= 0.0:
-                break
+            proven = best.excess > 0.0 and self._proven(evidence, best)
             H = evidence.rows[:, self._unknown].reshape(count, 6, -1)
-            r = evidence.left.reshape(count, 6)
-            worse = _outlier_gains(H, r, evidence.covariance, 1)[:, 0] > best.gain
-            if not np.any(worse & self._used):
+            gains = _outlier_gains(H, evidence.left.reshape(count, 6), evidence.covariance)
+            scale = max(1.0, float(np.median(gains[self._used])) / MEDIAN)
+            worst = float(np.max(gains))
+            if proven or worst <= scale * THRESHOLDS[6]:
                 break
-            self._used &= ~worse
+            # Those that are half as far off may be so by the worst alone: they are tested again.
+            self._used &= gains < 0.5 * worst
         self._evidence = evidence
         self._calm = best.excess < -SUSPICION * THRESHOLDS[1] and self._jump is None
-        returned = self._jump and self._returned(evidence, best)
+        returned = self._returned(evidence, best) if self._jump else 0
         if returned:
             self._keep(count - returned)
             self._jump = None
             self._test()
-        elif best.excess > 0.0 and self._proven(evidence, best):
+        elif proven:
             self._report(evidence, candidates, best)
         elif best.excess <= 0.0:
             self._jump = None
@@ -371,7 +395,7 @@ class JumpDetector:
         Z = (self._rows * weights[:, :, None]).reshape(6 * count, -1)
         e, rows = Z[:, 0], Z[:, 1:]
         H = rows[:, self._unknown]
-        P: Floats = np.linalg.inv(base.information + H.T @ H)
+        P = np.asarray(np.linalg.inv(base.information + H.T @ H), dtype=np.float64)
         right = base.information @ base.mean + H.T @ e
         x = P @ right
         left = e - H @ x
@@ -409,12 +433,22 @@ class JumpDetector:
         return found
 
     def _proven(self, evidence: _Evidence, best: _Candidate) -> bool:
-        # Each pose counts at most as much as one more than UNPROVEN of them need.
-        begin = 6 * (len(self._used) - evidence.ages[best.at])
-        moved = evidence.rows[begin:, best.columns] @ best.size
-        shares = np.sum((moved * evidence.left[begin:]).reshape(-1, 6), axis=1)
-        least = THRESHOLDS[len(best.size)] * _scale(best.gain, evidence)
-        return bool(np.sum(np.minimum(shares, least / (UNPROVEN + 0.5))) > least)
+        # Most poses since must fit with the jump, and few alone do not suffice: each counts no
+        # more than their gain if one more than UNPROVEN of them were needed.
+        begin, own = 6 * (len(self._used) - evidence.ages[best.at]), best.columns
+        jumped = evidence.rows[begin:, own] @ best.size
+        before = evidence.left[begin:]
+        C = evidence.sums[best.at, own, self._jumping.stop : -1]
+        x = evidence.covariance @ (C.T @ best.size)
+        after = before - jumped + evidence.rows[begin:, self._unknown] @ x
+        shares, was, left = (
+            np.sum(part.reshape(-1, 6), axis=1) for part in (jumped * before, before**2, after**2)
+        )
+        scale = _scale(best.gain, evidence)
+        fit = left < np.maximum(THRESHOLDS[6], MUCH * was)
+        least = THRESHOLDS[len(best.size)] * scale
+        enough = np.sum(np.minimum(shares, least / (UNPROVEN + 0.5))) > least
+        return bool(enough and np.mean(fit) > MOST_FIT)
 
     def _returned(self, evidence: _Evidence, best: _Candidate) -> int:
         # The age of the end of a jump that was only for a while, 0: it lasts.
@@ -429,15 +463,21 @@ class JumpDetector:
         age = evidence.ages[best.at]
         if self._jump is None:
             self._begun, self._stamp = self._count - age, self._window.stamps[-age]
+        joints = [one for one in candidates if one.columns.start >= LAGS.stop]
+        joints.sort(key=lambda one: -one.gain)
+        scale = _scale(best.gain, evidence)
+        if best.columns in (BASE, TOOL) and joints:
+            # A linear model of a turn by this angle leaves its square, as a share.
+            bent = joints[0].gain * float(joints[0].size[0]) ** 2
+            fewer = scale * (THRESHOLDS[6] - THRESHOLDS[1])
+            best = joints[0] if best.gain - joints[0].gain < bent + fewer else best
         named, key = [best], 'joint_offset'
         if best.columns in (BASE, TOOL):
             key = 'base' if best.columns == BASE else 'tool'
         elif best.columns == LAGS:
             key = 'time_lag'
         else:
-            near = best.gain - RIVAL * _scale(best.gain, evidence)
-            joints = [one for one in candidates if one.columns.start >= LAGS.stop]
-            joints.sort(key=lambda one: -one.gain)
+            near = best.gain * (1.0 - float(best.size[0]) ** 2) - RIVAL * scale
             named = [one for one in joints if one.gain >= near][:2]
         rows = self._rows[-age:, :, 1:][:, :, best.columns] @ best.size
         position, angle = np.sqrt(np.mean(np.sum(rows.reshape(-1, 2, 3) ** 2, axis=2), axis=0))
@@ -491,15 +531,10 @@ def _table_columns(table: TableErrors, frames: Floats, A: Floats, q: Floats) -> 
     return np.asarray(np.swapaxes(moves, 1, 2) @ table.factor)
 
 
-def _outlier_gains(H: Floats, r: Floats, covariance: Floats, kinds: int) -> Floats:
-    # The gain if a pose alone is off, in all of its numbers or in those of a kind, (N, kinds).
-    V = np.eye(6) - H @ covariance @ np.swapaxes(H, 1, 2)
-    size, gains = 6 // kinds, []
-    for k in range(0, 6, size):
-        own = r[:, k : k + size, None]
-        block = V[:, k : k + size, k : k + size] + ROUND_OFF * np.eye(size)
-        gains.append(np.sum(own * np.linalg.solve(block, own), axis=(1, 2)))
-    return np.stack(gains, axis=1)
+def _outlier_gains(H: Floats, r: Floats, covariance: Floats) -> Floats:
+    # The gain if a pose alone is off, (N,).
+    V = (1.0 + ROUND_OFF) * np.eye(6) - H @ covariance @ np.swapaxes(H, 1, 2)
+    return np.asarray(np.sum(r * np.linalg.solve(V, r[:, :, None])[:, :, 0], axis=1))
 
 
 def _excess(
