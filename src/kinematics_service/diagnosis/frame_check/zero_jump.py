@@ -69,7 +69,9 @@ NEWEST, FAILING = 64, 16
 # The number of poses that the smallest jump is given for.
 FORECAST = 50
 # Rounds of the linearization of the offsets.
-ROUNDS = 4
+ROUNDS = 8
+# The first poses, which are kept to linearize them anew: few poses leave the offsets loose.
+RELEARNED = 256
 
 BASE, TOOL, LAGS = slice(0, 6), slice(6, 12), slice(12, 13)
 BOUNDS = np.minimum, np.maximum
@@ -277,34 +279,49 @@ class JumpDetector:
             used = self._window.at(self._used)
             A = evaluate(self._robot, used.q).pose
             fit = fit_offsets(A[None], used.poses[None]).one(0)
-            self._X, self._Y = fit.X, fit.Y
-            self._rows = self._linearized(self._window)
-            self._baseline = _Baseline(len(self._unknown), self._floor)
-            self._admit(self._used)
+            self._X, self._Y, self._learned = fit.X, fit.Y, used
+            self._learn_again()
+            self._recentre()
             weights = np.repeat(1.0 / self._baseline.noise, 3)
-            H = self._rows[:, :, 1:][:, :, self._unknown] * weights[:, None]
-            r = self._rows[:, :, 0] * weights - H @ self._baseline.mean
+            rows = self._linearized(self._window) * weights[:, None]
+            H = rows[:, :, 1:][:, :, self._unknown]
+            r = rows[:, :, 0] - H @ self._baseline.mean
             gains = _outlier_gains(H, r, self._baseline.covariance) * self._used
             # The noise is that of the worst, too: compare with the median.
             worst = float(np.max(gains))
             if worst <= THRESHOLDS[6] / MEDIAN * float(np.median(gains[self._used])):
                 break
             self._used &= gains < worst
-        self._keep(len(self._used))
+        self._window, self._used = self._window.at(slice(0, 0)), np.zeros(0, dtype=bool)
+        self._rows = rows[:0]
 
-    def _admit(self, rows: Flags) -> None:
-        own = self._rows[rows]
-        self._baseline.admit(own[:, :, 0], own[:, :, 1:][:, :, self._unknown])
-        for _ in range(ROUNDS):
+    def _learn(self, rows: Floats) -> None:
+        self._baseline.admit(rows[:, :, 0], rows[:, :, 1:][:, :, self._unknown])
+
+    def _learn_again(self) -> None:
+        self._baseline = _Baseline(len(self._unknown), self._floor)
+        self._learn(self._linearized(self._learned))
+
+    def _admit(self, chosen: Flags) -> None:
+        self._learn(self._rows[chosen])
+        if self._baseline.count <= RELEARNED:
+            self._learned = self._learned.followed_by(self._window.at(chosen))
+        if self._recentre():
+            self._rows = self._linearized(self._window)
+
+    def _recentre(self) -> bool:
+        # Take the offsets where the baseline has them: exactly while its poses are kept.
+        for k in range(ROUNDS):
             step = OFFSET * self._baseline.mean[: TOOL.stop]
             if np.max(np.abs(step)) < STEP:
-                break
+                return k > 0
             offsets = moved_offsets(self._X[None], self._Y[None], step[None], ONE)
             self._X, self._Y = (one[0] for one in offsets)
-            by = np.zeros(len(self._unknown))
-            by[: TOOL.stop] = step / OFFSET
-            self._rows = self._linearized(self._window)
-            self._baseline.shift(by)
+            if self._baseline.count <= RELEARNED:
+                self._learn_again()
+            else:
+                self._baseline.shift(np.pad(step / OFFSET, (0, len(self._unknown) - TOOL.stop)))
+        return True
 
     def _keep(self, begin: int) -> None:
         # Leave out the poses before this one.

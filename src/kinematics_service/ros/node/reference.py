@@ -228,6 +228,8 @@ def examined(
     watched = before.detector.observe(new) if before.detector else None
     newest = watched.recent if watched else before.newest.followed_by(new).at(slice(-NEWEST, None))
     now = replace(before, newest=newest, unseen=before.unseen + len(new.stamps), watched=watched)
+    if watched and not watched.jump:
+        now = replace(now, since_jump='')
     if min(now.unseen, len(newest.stamps)) < FIRST:
         return now
     if watched and watched.jump:
