@@ -383,7 +383,7 @@ class JumpDetector:
             evidence = self._evidence_of(self._used)
             candidates = self._candidates(evidence, evidence.sums)
             best = max(candidates, key=lambda one: one.excess)
-            proven = best.excess > 0.0 and self._proven(evidence, best)
+            proven = self._proven(evidence, best) if best.excess > 0.0 else 0
             H = evidence.rows[:, self._unknown].reshape(count, 6, -1)
             gains = _outlier_gains(H, evidence.left.reshape(count, 6), evidence.covariance)
             scale = max(1.0, float(np.median(gains[self._used])) / MEDIAN)
@@ -399,6 +399,10 @@ class JumpDetector:
             self._keep(count - returned)
             self._jump = None
             self._test()
+        elif proven and self._jump is None:
+            self._begun, self._stamp = self._count - proven, self._window.stamps[-proven]
+            self._report(evidence, candidates, best)
+            self._test()  # with that age
         elif proven:
             self._report(evidence, candidates, best)
         elif best.excess <= 0.0:
@@ -449,9 +453,9 @@ class JumpDetector:
             found.append(_Candidate(own, excess, float(gains[at]), size, at))
         return found
 
-    def _proven(self, evidence: _Evidence, best: _Candidate) -> bool:
-        # Most poses since must fit with the jump, and few alone do not suffice: each counts no
-        # more than their gain if one more than UNPROVEN of them were needed.
+    def _proven(self, evidence: _Evidence, best: _Candidate) -> int:
+        # Return the age of the first pose that fits with the jump, or 0: it is not proven. The sum
+        # of the shares is the gain; each is clipped so that UNPROVEN poses do not suffice.
         begin, own = 6 * (len(self._used) - evidence.ages[best.at]), best.columns
         jumped = evidence.rows[begin:, own] @ best.size
         before = evidence.left[begin:]
@@ -464,8 +468,10 @@ class JumpDetector:
         scale = _scale(best.gain, evidence)
         fit = left < np.maximum(THRESHOLDS[6], MUCH * was)
         least = THRESHOLDS[len(best.size)] * scale
-        enough = np.sum(np.minimum(shares, least / (UNPROVEN + 0.5))) > least
-        return bool(enough and np.mean(fit) > MOST_FIT)
+        share = least / (UNPROVEN + 0.5)
+        if np.sum(np.clip(shares, -share, share)) < least or np.mean(fit) < MOST_FIT:
+            return 0
+        return int(len(fit) - np.argmax(fit))
 
     def _returned(self, evidence: _Evidence, best: _Candidate) -> int:
         # The age of the end of a jump that was only for a while, 0: it lasts.
@@ -478,8 +484,6 @@ class JumpDetector:
 
     def _report(self, evidence: _Evidence, candidates: list[_Candidate], best: _Candidate) -> None:
         age = evidence.ages[best.at]
-        if self._jump is None:
-            self._begun, self._stamp = self._count - age, self._window.stamps[-age]
         joints = [one for one in candidates if one.columns.start >= LAGS.stop]
         joints.sort(key=lambda one: -one.gain)
         scale = _scale(best.gain, evidence)
