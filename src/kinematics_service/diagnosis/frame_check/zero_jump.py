@@ -26,51 +26,57 @@ from ..calibration.collecting import CollectedPoses
 from .errors import angle_in_words, length_in_words, time_in_words
 from .offsets import equations_of, fit_at, fit_offsets, moved_offsets
 
-# Quantiles of chi-square with 1 and 6 degrees of freedom that a healthy arm exceeds at one of
-# 1e10 tests: some 100 tests a pose make one false alarm in 1e8 poses.
+# Quantiles of chi-square with 1 and 6 degrees of freedom at 1e-10: with some 100 tests a pose, a
+# healthy arm raises one false alarm in 1e8 poses.
 THRESHOLDS = {1: 41.8, 6: 58.4}
-# A larger gain than this share of the threshold freezes the baseline.
+# The baseline is frozen if a gain is nearer to its threshold than half of the smaller threshold.
 SUSPICION = 0.5
-# Poses of the window; a jump by a camera's noise must be found within 100.
+# Poses of the window: a slip must be detected within 100 poses of a camera.
 WINDOW = 128
-# The ages (poses) at which a jump may have begun: a factor of 1.4 loses at most 1/6 of the gain.
+# Ages (poses) at which a jump may have begun: a factor of 1.4 loses at most 1/6 of the gain.
 AGES = {6, 8, 11, 16, 24, 35, 50, 70, 95, WINDOW}
-# Poses whose agreement is no proof of a jump: a second source may fail for as many.
+# A second source may fail for this number of poses without an alarm.
 UNPROVEN = 5
-# Poses of one test at most, so that none is in the baseline before it was tested.
+# Largest number of poses added before a test; no pose enters the baseline untested.
 BATCH = 16
-# The smallest standard deviations of one number of a pose, m and rad: those of a tracker.
+# Smallest standard deviations of one number of a pose, m and rad: those of a tracker.
 LEAST_NOISE = 1e-4, np.radians(0.02)
-# Standard deviations before the first pose: of the offsets beside their fit, m and rad, and of
-# the lag, s (two periods of a joint state at 200 Hz).
-OFFSET, LAG = 0.3, 0.01
-# The weight of the baseline (poses) at most: old poses fade, so an arm that warms up is followed.
+# Prior standard deviation (m and rad) of the offsets about their fit: hardly any knowledge.
+OFFSET = 0.3
+# Prior standard deviation (s) of the lag: two periods of joint states at 200 Hz.
+LAG = 0.01
+# Largest weight (poses) of the baseline: old poses fade, so an arm that warms up is followed.
 MEMORY = 2000.0
-# Offsets are linearized anew after a step of this (m, rad): its square is below the noise.
+# Linearize the offsets anew after a step of this size (m, rad): its square is negligible.
 STEP = 2e-3
-# A pose fits with a jump if that leaves less than this share of the square.
-MUCH = 0.05
-# The share of poses since a jump that must fit with it: an age may be 1.4 times too long.
-MOST_FIT = 0.6
+# A pose fits with a jump that explains 95 % of its square, as a turn by 20 degrees does.
+UNEXPLAINED = 0.05
+# Share of the poses since a jump that must fit with it: an age may be 1.4 times too long.
+FITTING = 0.6
 # The median of chi-square with 6 degrees of freedom.
 MEDIAN = 5.35
 # Joints that moved less (rad, prismatic joints by length) are never named.
 MOVED = 0.02
-# A share of an information below this is round-off.
+# An eigenvalue of an information below 1e-9 of the largest is round-off.
 ROUND_OFF = 1e-9
-# A correlation of successive poses counts beyond three standard deviations, up to this value.
-CORRELATED, MOST_CORRELATED = 3.0, 0.95
+# A correlation of successive poses counts beyond three standard deviations.
+CORRELATION_DEVIATIONS = 3.0
+# Largest correlation (AR(1)) of successive poses: the noise counts as 6 times larger at most.
+CORRELATION_LIMIT = 0.95
 # Twice the logarithm of 100: a candidate that is less likely by more is not named.
 RIVAL = 9.2
-# A jump is found in nine cases of ten if it is longer than the threshold by so many deviations.
+# Quantile of the normal distribution: nine of ten jumps are detected that exceed the threshold by
+# 1.28 standard deviations.
 NINE_OF_TEN = 1.28
-# The newest poses that are given to a diagnosis; more outliers than this are a failing source.
-NEWEST, FAILING = 64, 16
-# The number of poses that the smallest jump is given for.
+# Number of the newest poses that are given to a diagnosis.
+NEWEST = 64
+# A source fails if more poses of the window are outliers: an eighth.
+FAILING = 16
+# Number of poses that the smallest jump is given for.
 FORECAST = 50
-# Rounds of the linearization of the offsets.
+# Largest number of linearizations of the offsets in a row.
 ROUNDS = 8
-# The first poses, which are kept to linearize them anew: few poses leave the offsets loose.
+# Number of poses that are kept to linearize the baseline anew: few poses leave the offsets loose.
 RELEARNED = 256
 
 BASE, TOOL, LAGS = slice(0, 6), slice(6, 12), slice(12, 13)
@@ -82,7 +88,7 @@ ONE = np.ones((1, 1, 1))
 @dataclass(frozen=True)
 class Jump:
     """
-    A jump that was found.
+    A jump that was detected.
 
     Attributes
     ----------
@@ -95,9 +101,9 @@ class Jump:
     position, angle
         How far the poses have jumped (rms), m and rad.
     stamp, count
-        Of the first pose after it, ns; the number of poses since.
+        The stamp (ns) of the first pose after the jump; the number of poses since.
     sentence
-        What has jumped, by how much, and since when.
+        The whole in words.
     """
 
     key: str
@@ -117,7 +123,7 @@ class Watched(NamedTuple):
     Attributes
     ----------
     jump
-        What has jumped; None: nothing.
+        The jump that was detected, or None.
     tested
         Number of poses so far.
     outliers
@@ -125,7 +131,7 @@ class Watched(NamedTuple):
     recent
         The newest poses, since the jump if there is one, without outliers if these are few.
     noise
-        Of one number of a position (m) and of a rotation vector (rad).
+        Standard deviations of one number of a position (m) and of a rotation vector (rad).
     smallest
         Each joint with the smallest jump that is found in nine of ten cases, and its unit.
     """
@@ -149,7 +155,9 @@ class Watched(NamedTuple):
                 f'{self.outliers} of the last {WINDOW} poses fit neither the others nor a jump: '
                 'look at the second source'
             )
-        text = f'no jump in {self.tested} poses since'
+        position, rotation = self.noise
+        noise = f'noise {length_in_words(position)}, {angle_in_words(rotation)}'
+        text = f'no jump in {self.tested} poses since ({noise})'
         if not self.smallest:
             return text
         least, most = (bound(self.smallest, key=lambda one: one[1]) for bound in (min, max))
@@ -230,13 +238,13 @@ class _Baseline:
 
     def _longer(self) -> float:
         # How many times more poses of correlated errors (AR(1)) tell as much as independent ones.
-        sure = CORRELATED / math.sqrt(6.0 * max(self.count, 1.0))
+        sure = CORRELATION_DEVIATIONS / math.sqrt(6.0 * max(self.count, 1.0))
         share = float(self.pairs[0]) / max(float(self.pairs[1]), ROUND_OFF) - sure
-        share = min(max(share, 0.0), MOST_CORRELATED)
+        share = min(max(share, 0.0), CORRELATION_LIMIT)
         return (1.0 + share) / (1.0 - share)
 
     def shift(self, by: Floats) -> None:
-        # From now on x is less by this.
+        # Count x from another point.
         moved = self.gram @ by
         self.squares = self.squares + (moved - 2.0 * self.right) @ by
         self.right = self.right - moved
@@ -329,7 +337,7 @@ class JumpDetector:
         self._rows, self._used = self._rows[begin:], self._used[begin:]
 
     def _linearized(self, of: CollectedPoses) -> Floats:
-        # What remains, and how each number moves it: (N, 6, 1 + M), m and rad.
+        # Return residuals and their derivatives, (N, 6, 1 + M), m and rad.
         state = evaluate(self._robot, of.q, of.rates, depth=kernel.ALL_FRAMES)
         A, count = state.pose, len(of.q)
         fit = fit_at(A[None], of.poses[None], self._X[None], self._Y[None], ONE).one(0)
@@ -390,7 +398,7 @@ class JumpDetector:
             worst = float(np.max(gains))
             if proven or worst <= scale * THRESHOLDS[6]:
                 break
-            # Those that are half as far off may be so by the worst alone: they are tested again.
+            # The worst pose may disturb smaller outliers: they are tested again.
             self._used &= gains < 0.5 * worst
         self._evidence = evidence
         self._calm = best.excess < -SUSPICION * THRESHOLDS[1] and self._jump is None
@@ -466,10 +474,10 @@ class JumpDetector:
             np.sum(part.reshape(-1, 6), axis=1) for part in (jumped * before, before**2, after**2)
         )
         scale = _scale(best.gain, evidence)
-        fit = left < np.maximum(THRESHOLDS[6], MUCH * was)
+        fit = left < np.maximum(THRESHOLDS[6], UNEXPLAINED * was)
         least = THRESHOLDS[len(best.size)] * scale
         share = least / (UNPROVEN + 0.5)
-        if np.sum(np.clip(shares, -share, share)) < least or np.mean(fit) < MOST_FIT:
+        if np.sum(np.clip(shares, -share, share)) < least or np.mean(fit) < FITTING:
             return 0
         return int(len(fit) - np.argmax(fit))
 
@@ -531,7 +539,7 @@ class JumpDetector:
 
 
 def _table_of(robot: Robot) -> TableErrors:
-    # What the file says of the table; else a nominal one.
+    # Return the errors that the file gives, or those of a nominal table.
     said = robot.description.uncertainty
     if said is None or not (said.parameters or said.factor):
         usual = tuple((one.name, one.scale) for one in parameters_of(robot).table)
@@ -569,7 +577,7 @@ def _excess(
 
 
 def _scale(gain: float, evidence: _Evidence) -> float:
-    # The square of the noise, as a share of what it was in the baseline.
+    # Return the variance of the window over that of the baseline, at least 1.
     return max(1.0, (evidence.misfit - gain) / evidence.freedom)
 
 

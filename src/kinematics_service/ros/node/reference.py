@@ -191,14 +191,14 @@ class Reference:
 @dataclass(frozen=True)
 class Examined:
     """
-    What is known of a second source.
+    The diagnosis of a second source and its test for jumps.
 
     Attributes
     ----------
     unseen
         Number of poses since the last diagnosis.
     newest
-        The newest poses, as long as there is no detector.
+        The newest poses.
     diagnosis
         The last one while nothing had jumped; a sentence if there is none.
     since_jump
