@@ -7,7 +7,7 @@ import pytest
 from second_source import CALIBRATED, CAMERA, NOMINAL, TRACKER, WatchedArm
 
 import kinematics_service as ks
-from kinematics_service.diagnosis.frame_check.zero_jump import THRESHOLDS, JumpDetector
+from kinematics_service.diagnosis.calibration.zero_jump import THRESHOLDS, JumpDetector
 from kinematics_service.rigid_motion import exponential
 from kinematics_service.robot.bundled import bundled_robots
 

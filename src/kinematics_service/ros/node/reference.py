@@ -2,7 +2,7 @@
 Compare poses of a second source with those of the node: a frame check, then a test for jumps.
 
 Once poses fit the robot file, each new one is tested for a jump of a joint's zero, of base, tool
-or lag (`diagnosis/frame_check/zero_jump.py`). While they do not fit, the newest are diagnosed.
+or lag (`diagnosis/calibration/zero_jump.py`). While they do not fit, the newest are diagnosed.
 """
 
 import threading
@@ -30,10 +30,10 @@ from ..parameters.settings import ReferenceLimits
 
 if TYPE_CHECKING:
     from ...diagnosis.calibration.collecting import CollectedPoses, PoseCollector
+    from ...diagnosis.calibration.zero_jump import JumpDetector, Watched
     from ...diagnosis.frame_check.diagnosis import FrameDiagnosis
     from ...diagnosis.frame_check.judgement import FrameLimits
     from ...diagnosis.frame_check.other_robots import FirstLook
-    from ...diagnosis.frame_check.zero_jump import JumpDetector, Watched
 
 # Poses kept in step with the joints, at most.
 MOST = 256
@@ -253,7 +253,7 @@ def restarted(
 ) -> Examined:
     """Return what the newest poses say alone; a test goes on if it has the same level before."""
     # Imported if there is a second source: most nodes have none.
-    from ...diagnosis.frame_check.zero_jump import JumpDetector
+    from ...diagnosis.calibration.zero_jump import JumpDetector
 
     found = diagnosed(robot, newest.at(slice(-NEWEST, None)), way)
     if isinstance(found, str) or found.cause is not None or robot.chain.loops:

@@ -22,9 +22,9 @@ from ...kinematics.uncertainty.arm_errors import TableErrors, table_errors_of
 from ...kinematics.uncertainty.parameters import parameters_of
 from ...robot.file.parts.description import Uncertainty
 from ...robot.robot import Robot
-from ..calibration.collecting import CollectedPoses
-from .errors import angle_in_words, length_in_words, time_in_words
-from .offsets import equations_of, fit_at, fit_offsets, moved_offsets
+from ..frame_check.errors import angle_in_words, length_in_words, time_in_words
+from ..frame_check.offsets import equations_of, fit_at, fit_offsets, moved_offsets
+from .collecting import CollectedPoses
 
 # Quantiles of chi-square with 1 and 6 degrees of freedom at 1e-10: with some 100 tests a pose, a
 # healthy arm raises one false alarm in 1e8 poses.
@@ -86,7 +86,7 @@ ONE = np.ones((1, 1, 1))
 
 
 @dataclass(frozen=True)
-class Jump:
+class ZeroJump:
     """
     A jump that was detected.
 
@@ -136,7 +136,7 @@ class Watched(NamedTuple):
         Each joint with the smallest jump that is found in nine of ten cases, and its unit.
     """
 
-    jump: Jump | None
+    jump: ZeroJump | None
     tested: int
     outliers: int
     recent: CollectedPoses
@@ -180,7 +180,7 @@ class Watched(NamedTuple):
         ]
 
 
-class _Candidate(NamedTuple):
+class _JumpCandidate(NamedTuple):
     # A parameter that may jump: its columns, gain and size, and the age (an index of `ages`).
     columns: slice
     excess: float
@@ -189,7 +189,7 @@ class _Candidate(NamedTuple):
     at: int
 
 
-class _Evidence(NamedTuple):
+class _JumpEvidence(NamedTuple):
     # One test: ages of jumps, rows (6 N, M) and what remains (6 N,) in units of the noise, the
     # covariance of x, and per age the sums of the rows' products since.
     ages: tuple[int, ...]
@@ -264,13 +264,13 @@ class JumpDetector:
     """
 
     def __init__(self, robot: Robot, first: CollectedPoses) -> None:
-        self._jump: Jump | None = None
+        self._jump: ZeroJump | None = None
         self._count = 0
         self._robot, self._table = robot, _table_of(robot)
         self._scales = robot.task.column_scales
         self._begun = 0  # number of the first pose after the jump
         self._calm = True
-        self._evidence: _Evidence | None = None
+        self._evidence: _JumpEvidence | None = None
         many = LAGS.stop + robot.dof
         causes = range(many, many + self._table.factor.shape[1])
         self._jumping, self._unknown = slice(0, many), np.array([*range(LAGS.stop), *causes])
@@ -416,7 +416,7 @@ class JumpDetector:
         elif best.excess <= 0.0:
             self._jump = None
 
-    def _evidence_of(self, used: Flags) -> _Evidence:
+    def _evidence_of(self, used: Flags) -> _JumpEvidence:
         count, base = len(used), self._baseline
         known = {self._count - self._begun} if self._jump else set()
         ages = tuple(sorted((age for age in known | AGES if age <= count), reverse=True))
@@ -434,15 +434,17 @@ class JumpDetector:
         parts = np.split(np.arange(6 * count), [6 * (count - age) for age in ages])[1:]
         sums = np.cumsum([A[part].T @ products[part] for part in reversed(parts)], axis=0)[::-1]
         told, freedom = float(np.sum(base.freedom)), 6.0 * np.sum(used)
-        return _Evidence(ages, rows, left, P, sums, told + float(misfit), told + float(freedom))
+        return _JumpEvidence(
+            ages, rows, left, P, sums, told + float(misfit), told + float(freedom)
+        )
 
-    def _information(self, evidence: _Evidence, sums: Floats) -> Floats:
+    def _information(self, evidence: _JumpEvidence, sums: Floats) -> Floats:
         # That of a jump (K, a, a), with x unknown.
         many = self._jumping.stop
         C = sums[:, :, many:-1]
         return np.asarray(sums[:, :, :many] - C @ evidence.covariance @ np.swapaxes(C, 1, 2))
 
-    def _candidates(self, evidence: _Evidence, sums: Floats) -> list[_Candidate]:
+    def _candidates(self, evidence: _JumpEvidence, sums: Floats) -> list[_JumpCandidate]:
         information = self._information(evidence, sums)
         moved = np.ptp(self._spans, axis=0) > MOVED * self._scales
         joints = [slice(LAGS.stop + j, LAGS.stop + j + 1) for j in np.flatnonzero(moved).tolist()]
@@ -458,10 +460,10 @@ class JumpDetector:
             dof = len(values[0])
             excess = float(_excess(gains[at], dof, evidence.misfit, evidence.freedom))
             size = vectors[at] @ (inverse[at] * u[at])
-            found.append(_Candidate(own, excess, float(gains[at]), size, at))
+            found.append(_JumpCandidate(own, excess, float(gains[at]), size, at))
         return found
 
-    def _proven(self, evidence: _Evidence, best: _Candidate) -> int:
+    def _proven(self, evidence: _JumpEvidence, best: _JumpCandidate) -> int:
         # Return the age of the first pose that fits with the jump, or 0: it is not proven. The sum
         # of the shares is the gain; each is clipped so that UNPROVEN poses do not suffice.
         begin, own = 6 * (len(self._used) - evidence.ages[best.at]), best.columns
@@ -481,7 +483,7 @@ class JumpDetector:
             return 0
         return int(len(fit) - np.argmax(fit))
 
-    def _returned(self, evidence: _Evidence, best: _Candidate) -> int:
+    def _returned(self, evidence: _JumpEvidence, best: _JumpCandidate) -> int:
         # The age of the end of a jump that was only for a while, 0: it lasts.
         for k, age in enumerate(evidence.ages[1:], 1):
             passed = evidence.sums[:k] - evidence.sums[k]
@@ -490,7 +492,9 @@ class JumpDetector:
                 return age
         return 0
 
-    def _report(self, evidence: _Evidence, candidates: list[_Candidate], best: _Candidate) -> None:
+    def _report(
+        self, evidence: _JumpEvidence, candidates: list[_JumpCandidate], best: _JumpCandidate
+    ) -> None:
         age = evidence.ages[best.at]
         joints = [one for one in candidates if one.columns.start >= LAGS.stop]
         joints.sort(key=lambda one: -one.gain)
@@ -519,7 +523,7 @@ class JumpDetector:
             names = tuple(self._robot.joint_names[j] for j in own)
             sizes = tuple(float(one.size[0]) for one in named)
         since = self._count - self._begun
-        jump = Jump(key, names, sizes, float(position), float(angle), self._stamp, since, '')
+        jump = ZeroJump(key, names, sizes, float(position), float(angle), self._stamp, since, '')
         self._jump = replace(jump, sentence=_sentence(jump, self._robot))
 
     def _smallest(self) -> tuple[tuple[str, float, str], ...]:
@@ -576,7 +580,7 @@ def _excess(
     return np.asarray((rest + 0.5 * dof - 1.0) * ratio - THRESHOLDS[dof])
 
 
-def _scale(gain: float, evidence: _Evidence) -> float:
+def _scale(gain: float, evidence: _JumpEvidence) -> float:
     # Return the variance of the window over that of the baseline, at least 1.
     return max(1.0, (evidence.misfit - gain) / evidence.freedom)
 
@@ -586,7 +590,7 @@ def _in_words(name: str, size: float, unit: str, sign: str = '') -> str:
     return f'{name} {sign if size > 0.0 else "-"}{far}'
 
 
-def _sentence(jump: Jump, robot: Robot) -> str:
+def _sentence(jump: ZeroJump, robot: Robot) -> str:
     since = f'since {jump.count} poses (stamp {jump.stamp * 1e-9:.3f} s)'
     if jump.key == 'time_lag':
         (size,) = jump.sizes
