@@ -30,50 +30,61 @@ def arm(arm):
     return partial(arm, executor=EventsExecutor)
 
 
+class SecondSource:
+    """Moves the arm and says its pose from elsewhere; `true` is the arm that moves, if another."""
+
+    def __init__(self, one, true=None, lag=0):
+        self.one, self.true, self.lag = one, true or one.robot, lag
+        self.publisher = one.peer.create_publisher(PoseStamped, one.topic('reference_pose'), 10)
+        one.spin_until(lambda: self.publisher.get_subscription_count() == 1, 'listener')
+        self.arrays = one.listen('/diagnostics', DiagnosticArray)
+        self.offset = np.eye(4)
+        self.offset[:3, 3] = (0.5, -0.2, 0.1)
+        self.random = np.random.default_rng(3)
+
+    def say(self, count, change=lambda q: q):
+        """Say so many poses at joint positions `change(q)`."""
+        one, tried = self.one, 0
+        while tried < count:
+            q = self.random.uniform(-1.0, 1.0, one.robot.dof)
+            pose = self.offset @ ks.forward_kinematics(self.true, change(q))
+            if 1.0 + np.trace(pose[:3, :3]) < 0.1:
+                continue  # the test's own conversion to quaternions is the simple one
+            tried += 1
+            # A little before, at and after the pose, the arm stands.
+            stamp = one.stamp + 2 * STEP
+            for k in range(1, 4):
+                if k == 2 and not self.lag:
+                    self.publisher.publish(pose_target(pose, one.robot.base_frame, stamp))
+                one.answer(q)
+            if self.lag:
+                self.publisher.publish(pose_target(pose, one.robot.base_frame, stamp))
+                one.answer(q)
+
+    def status(self, suits=lambda status: True):
+        """Return the status `frames` once it has numbers and suits."""
+        kept = None
+
+        def diagnosed():
+            nonlocal kept
+            self.one.node._health.say()
+            # It computes: whoever asks on takes the processor from it, the more the longer it
+            # takes.
+            self.one.node._reference._thread.join()
+            statuses = [s for a in self.arrays for s in a.status if s.name.endswith('frames')]
+            kept = next((s for s in statuses if 'poses' in values_of(s) and suits(s)), None)
+            self.arrays.clear()
+            return kept is not None
+
+        self.one.spin_until(diagnosed, 'diagnosis of the frames')
+        return kept
+
+
 def watched(one, change=lambda q: q, lag=0, true=None):
-    """
-    Move the arm and say its pose from elsewhere, at joint positions `change(q)`; return `frames`.
-
-    `true` is the arm that moves, if it is not that of the file.
-    """
-    robot = one.robot
-    true = true or robot
-    publisher = one.peer.create_publisher(PoseStamped, one.topic('reference_pose'), 10)
-    one.spin_until(lambda: publisher.get_subscription_count() == 1, 'listener')
-    arrays = one.listen('/diagnostics', DiagnosticArray)
-    offset = np.eye(4)
-    offset[:3, 3] = (0.5, -0.2, 0.1)
-    random = np.random.default_rng(3)
-    kept = None
-    tried = 0
-    while tried < POSES:
-        q = random.uniform(-1.0, 1.0, robot.dof)
-        pose = offset @ ks.forward_kinematics(true, change(q))
-        if 1.0 + np.trace(pose[:3, :3]) < 0.1:
-            continue  # the test's own conversion to quaternions is the simple one
-        tried += 1
-        # A little before, at and after the pose, the arm stands.
-        stamp = one.stamp + 2 * STEP
-        for k in range(1, 4):
-            if k == 2 and not lag:
-                publisher.publish(pose_target(pose, robot.base_frame, stamp))
-            one.answer(q)
-        if lag:
-            publisher.publish(pose_target(pose, robot.base_frame, stamp))
-            one.answer(q)
-
-    def diagnosed():
-        nonlocal kept
-        one.node._health.say()
-        # It computes: whoever asks on takes the processor from it, the more the longer it takes.
-        one.node._reference._thread.join()
-        statuses = [s for array in arrays for s in array.status if s.name.endswith('frames')]
-        kept = next((s for s in statuses if 'poses' in values_of(s)), None)
-        arrays.clear()
-        return kept is not None
-
-    one.spin_until(diagnosed, 'diagnosis of the frames')
-    return kept
+    """Return the status `frames` after poses at joint positions `change(q)`."""
+    source = SecondSource(one, true, lag)
+    source.say(POSES, change)
+    return source.status()
 
 
 @pytest.mark.parametrize('lag', [0, 1], ids=['in time', 'late'])
@@ -95,6 +106,44 @@ def test_a_planted_fault_is_named(arm):
     status = watched(arm('ur5e'), other_sign)
     assert level_of(status) == ERROR
     assert values_of(status)['cause'] == 'joint_sign'
+    assert 'elbow_joint' in status.message
+
+
+def test_a_zero_that_slips_is_named_until_it_is_back(arm):
+    def slipped(q):
+        return q + np.radians([0.0, 0.0, 0.3, 0.0, 0.0, 0.0])
+
+    source = SecondSource(arm('ur5e'))
+    source.say(40)
+    status = source.status(lambda status: values_of(status)['smallest jumps found'])
+    assert level_of(status) == OK, status.message
+    assert 'no jump in' in status.message
+    assert 'elbow_joint 0.0' in values_of(status)['smallest jumps found']
+    source.say(16, slipped)
+    status = source.status(lambda status: level_of(status) != OK)
+    assert level_of(status) == WARN, status.message
+    assert 'zero of joint elbow_joint +0.3' in status.message
+    values = values_of(status)
+    assert values['jump'] == 'elbow_joint'
+    assert float(values['jump (rad, m or s)']) == pytest.approx(math.radians(0.3), rel=0.02)
+    assert 10 <= int(values['jump, poses ago']) <= 18
+    source.say(30, slipped)
+    assert values_of(source.status())['jump'] == 'elbow_joint'
+    source.say(24)
+    assert level_of(source.status(lambda status: level_of(status) == OK)) == OK
+
+
+def test_a_joint_of_wrong_sign_that_begins_to_move_is_no_slip(arm):
+    source = SecondSource(arm('ur5e'))
+    still, moved = np.array([1, 1, 0, 1, 1, 1]), np.array([1, 1, -1, 1, 1, 1])
+    uniform = source.random.uniform
+    source.random = type('Still', (), {'uniform': lambda *a: uniform(*a[1:]) * still})()
+    source.say(40)
+    assert level_of(source.status()) == OK
+    source.random = np.random.default_rng(5)
+    source.say(60, lambda q: q * moved)
+    status = source.status(lambda status: 'joint_sign' in values_of(status)['cause'])
+    assert level_of(status) == ERROR
     assert 'elbow_joint' in status.message
 
 

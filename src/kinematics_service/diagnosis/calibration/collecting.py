@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...formats.recordings.block import Flags
 from ...kernel import Floats
 from ...robot.robot import Robot
 
@@ -27,6 +28,16 @@ class CollectedPoses(NamedTuple):
     rates: Floats
     poses: Floats
     stamps: tuple[int, ...]
+
+    def at(self, rows: slice | Flags) -> 'CollectedPoses':
+        """Return some of the poses."""
+        q, rates, poses = (values[rows] for values in self[:3])
+        return CollectedPoses(q, rates, poses, tuple(np.array(self.stamps)[rows].tolist()))
+
+    def followed_by(self, other: 'CollectedPoses') -> 'CollectedPoses':
+        """Return these poses and others behind them."""
+        q, rates, poses = (np.concatenate(pair) for pair in zip(self[:3], other[:3]))
+        return CollectedPoses(q, rates, poses, (*self.stamps, *other.stamps))
 
 
 def table_of(poses: CollectedPoses, joint_names: Sequence[str]) -> str:
@@ -110,6 +121,12 @@ class PoseCollector:
             np.array([one.pose for one in pairs]),
             tuple(one.stamp for one in pairs),
         )
+
+    def taken(self) -> CollectedPoses:
+        """Return the poses but the last, which may be replaced by a slower one, and drop them."""
+        poses = self.collected().at(slice(-1))
+        del self._pairs[:-1]
+        return poses
 
     def _match(self, stamp: int, pose: Floats) -> None:
         later: tuple[int, Floats] | None = None

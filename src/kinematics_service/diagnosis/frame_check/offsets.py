@@ -115,10 +115,10 @@ def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = STE
     """
     scale = scale_of(B)[:, None, None]
     X, Y = _closed_form(A, B, scale) if begin is None else (begin.X, begin.Y)
-    fit = _fit(A, B, X, Y, scale)
+    fit = fit_at(A, B, X, Y, scale)
     for _ in range(steps):
         step = solved(jacobian(A, fit, scale), residual(fit, scale))
-        new = _fit(A, B, *_moved(fit, step, scale), scale)
+        new = fit_at(A, B, *moved_offsets(fit.X, fit.Y, step, scale), scale)
         gained = np.max(1.0 - new.score / np.maximum(fit.score, 1e-300), initial=0.0)
         fit = _better(fit, new)
         if gained < ENOUGH:
@@ -126,7 +126,8 @@ def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = STE
     return fit
 
 
-def _fit(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
+def fit_at(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
+    """Return the fit with offsets that are given; scale (H, 1, 1) is the length of one rad."""
     M = X[:, None] @ A @ Y[:, None]
     position = B[..., :3, 3] - M[..., :3, 3]
     rotation = rotation_vector(B[..., :3, :3] @ np.swapaxes(M[..., :3, :3], -1, -2))
@@ -224,8 +225,9 @@ def free_directions(J: Floats) -> Floats:
     return np.asarray(vectors[:, ~(values > LEFT_ALONE**2 * values[-1])].T)
 
 
-def _moved(fit: Fit, step: Floats, scale: Floats) -> tuple[Floats, Floats]:
-    return _small(step[:, :6], scale) @ fit.X, fit.Y @ _small(step[:, 6:12], scale)
+def moved_offsets(X: Floats, Y: Floats, step: Floats, scale: Floats) -> tuple[Floats, Floats]:
+    """Return offsets (H, 4, 4) after steps (H, 12), in the columns of `jacobian`."""
+    return _small(step[:, :6], scale) @ X, Y @ _small(step[:, 6:12], scale)
 
 
 def _small(step: Floats, scale: Floats) -> Floats:
@@ -252,7 +254,7 @@ def _translated(A: Floats, B: Floats, scale: Floats, RX: Floats, RY: Floats) -> 
     rest = B[..., :3, 3] - np.einsum('hij,hnj->hni', RX, A[..., :3, 3])
     t = solved(M.reshape(len(A), -1, 6), rest.reshape(len(A), -1))
     X[:, :3, 3], Y[:, :3, 3] = t[:, :3], t[:, 3:]
-    return _fit(A, B, X, Y, scale)
+    return fit_at(A, B, X, Y, scale)
 
 
 def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:

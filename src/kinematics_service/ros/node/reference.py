@@ -1,10 +1,14 @@
 """
-A second source of the tool's pose, compared with the node's: a frame check while the node runs.
+Compare poses of a second source with those of the node: a frame check, then a test for jumps.
+
+Once poses fit the robot file, each new one is tested for a jump of a joint's zero, of base, tool
+or lag (`diagnosis/calibration/zero_jump.py`). While they do not fit, the newest are diagnosed.
 """
 
 import threading
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,19 +30,23 @@ from ..parameters.settings import ReferenceLimits
 
 if TYPE_CHECKING:
     from ...diagnosis.calibration.collecting import CollectedPoses, PoseCollector
+    from ...diagnosis.calibration.zero_jump import JumpDetector, Watched
     from ...diagnosis.frame_check.diagnosis import FrameDiagnosis
+    from ...diagnosis.frame_check.judgement import FrameLimits
     from ...diagnosis.frame_check.other_robots import FirstLook
 
-# Number of poses kept.
+# Poses kept in step with the joints, at most.
 MOST = 256
 # The joints' path is kept in steps of this (ns), and this number of them, to find a lag.
 WAY_STEP, WAY = 10_000_000, 6_000
-# Number of poses that the first diagnosis needs; the next one needs this many times as many, but
-# no more than so many new ones: an arm that is bumped into is told of within a round of work.
-FIRST, AGAIN, LATEST = 20, 1.25, 64
+# Poses of the first diagnosis, and new ones before the next while something is wrong.
+FIRST = 20
+# The newest poses, which a diagnosis is made of.
+NEWEST = 64
 # So many tell whether this is the robot of the file.
 FIRST_LOOK = 10
-
+# A jump makes poses look wrong in one of these ways, too: then the jump is reported.
+LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'time_lag')
 
 # What helps where poses remain far off and no mistake explains it.
 ADVICE = 'calibrate --live collects poses for a robot file of this very arm'
@@ -48,7 +56,8 @@ class Reference:
     """
     Collects poses of a second source with the joint positions at their stamps, and compares them.
 
-    Both must have the same clock. The comparison takes some 20 ms, so it has a thread of its own.
+    Both must have the same clock. The work has a thread of its own: it takes 20 ms for a diagnosis
+    and 0.5 ms for a new pose.
     The first few poses are compared as they are, and the log says whether they are of this robot.
 
     Parameters
@@ -74,11 +83,10 @@ class Reference:
         self._node, self._robot, self._limits = node, robot, limits
         self._poses: PoseCollector | None = None
         self._way: deque[tuple[int, Floats]] = deque(maxlen=WAY)
-        self._due, self._is_looked_at = FIRST, False
+        self._is_looked_at = False
         self._refused = ''
         self._thread: threading.Thread | None = None
-        self._found: FrameDiagnosis | None = None
-        self._notice: StatusText | None = None
+        self._examined: Examined | None = None
         self._first_look: FirstLook | None = None
         self._subscription = node.create_subscription(
             PoseStamped,
@@ -95,10 +103,10 @@ class Reference:
 
     def forget(self) -> None:
         """Start again: the stamps or the arm have changed."""
-        self._notice = self._found = self._first_look = None
+        self._examined = self._first_look = None
         self.is_there = False
         self._way.clear()
-        self._poses, self._due, self._is_looked_at = None, FIRST, False
+        self._poses, self._is_looked_at = None, False
         self._thread = None  # what it finds is about the time before
 
     def _on_pose(self, data: bytes) -> None:
@@ -141,14 +149,14 @@ class Reference:
         """Return the status of the frames, None if there is no second source."""
         busy = self._thread is not None and self._thread.is_alive()
         count = 0 if self._poses is None else self._poses.different
-        if self._poses is not None and count >= self._due and not busy:
-            self._due = min(int(count * AGAIN), count + LATEST) + 1
-            self._begin(self._diagnose, self._robot(), self._poses.collected(), list(self._way))
-        if self._found is not None:
+        if self._poses is not None and count > FIRST and not busy:
+            new = self._poses.taken()
+            if new.stamps:
+                before, way = self._examined, list(self._way)
+                self._begin(self._examine, self._robot(), self._limits(), before, new, way)
+        if self._examined is not None:
             # Judged each time: the limits may have changed.
-            return frames_status(self._found, self._limits())
-        if self._notice is not None:
-            return self._notice
+            return frames_status(self._examined, self._limits())
         if self._refused:
             return StatusText(
                 Level.WARN, f'pose of {self.topic_name} refused: {self._refused}', ()
@@ -167,41 +175,142 @@ class Reference:
         if threading.current_thread() is self._thread:
             self._first_look = found
 
-    def _diagnose(
-        self, robot: Robot, poses: 'CollectedPoses', way: list[tuple[int, Floats]]
+    def _examine(
+        self,
+        robot: Robot,
+        limits: ReferenceLimits,
+        before: 'Examined | None',
+        new: 'CollectedPoses',
+        way: list[tuple[int, Floats]],
     ) -> None:
-        # Imported if there is a second source: most nodes have none.
-        from ...diagnosis.frame_check.diagnosis import diagnose_frames
-
-        stamps = np.array(poses.stamps)
-        rising = np.argsort(stamps, kind='stable')
-        stamps = stamps[rising]
-        times = np.array([state[0] for state in way])
-        motion = (times - stamps[0]) * 1e-9, np.array([state[1] for state in way])
-        try:
-            found: FrameDiagnosis | None = diagnose_frames(
-                robot,
-                poses.q[rising],
-                poses.poses[rising],
-                (stamps - stamps[0]) * 1e-9,
-                motion=motion if len(way) > 1 else None,
-            )
-            notice = None
-        except KinematicsError as error:
-            found, notice = None, StatusText(Level.WARN, str(error), ())
+        found = examined(robot, limits, before, new, way)
         if threading.current_thread() is self._thread:
-            self._found, self._notice = found, notice
+            self._examined = found
 
 
-def frames_status(found: 'FrameDiagnosis', limits: ReferenceLimits) -> StatusText:
-    """Return how far the robot file is from what was heard, judged by limits."""
+@dataclass(frozen=True)
+class Examined:
+    """
+    The diagnosis of a second source and its test for jumps.
+
+    Attributes
+    ----------
+    unseen
+        Number of poses since the last diagnosis.
+    newest
+        The newest poses.
+    diagnosis
+        The last one while nothing had jumped; a sentence if there is none.
+    since_jump
+        The last one of the poses since a jump.
+    detector, watched
+        The test for jumps and its result; None as long as a cause is named.
+    """
+
+    unseen: int
+    newest: 'CollectedPoses'
+    diagnosis: 'FrameDiagnosis | str'
+    since_jump: 'FrameDiagnosis | str' = ''
+    detector: 'JumpDetector | None' = None
+    watched: 'Watched | None' = None
+
+
+def examined(
+    robot: Robot,
+    limits: ReferenceLimits,
+    before: Examined | None,
+    new: 'CollectedPoses',
+    way: list[tuple[int, Floats]],
+) -> Examined:
+    """Return what new poses add to what was known before."""
+    if before is None:
+        return restarted(robot, limits, None, new, way)
+    watched = before.detector.observe(new) if before.detector else None
+    newest = watched.recent if watched else before.newest.followed_by(new).at(slice(-NEWEST, None))
+    now = replace(before, newest=newest, unseen=before.unseen + len(new.stamps), watched=watched)
+    if watched and not watched.jump:
+        now = replace(now, since_jump='')
+    if min(now.unseen, len(newest.stamps)) < FIRST:
+        return now
+    if watched and watched.jump:
+        return replace(now, unseen=0, since_jump=diagnosed(robot, newest, way))
+    # Imported if there is a second source: most nodes have none.
+    from ...diagnosis.frame_check.other_robots import left_by
+
+    left = left_by(robot, newest.q, newest.poses)
+    fits = left is not None and judge_of(limits).of(left) == Level.OK
+    if fits and frames_status(now, limits).level == Level.OK:
+        return now
+    return restarted(robot, limits, now, newest, way)
+
+
+def restarted(
+    robot: Robot,
+    limits: ReferenceLimits,
+    before: Examined | None,
+    newest: 'CollectedPoses',
+    way: list[tuple[int, Floats]],
+) -> Examined:
+    """Return what the newest poses say alone; a test goes on if it has the same level before."""
+    # Imported if there is a second source: most nodes have none.
+    from ...diagnosis.calibration.zero_jump import JumpDetector
+
+    found = diagnosed(robot, newest.at(slice(-NEWEST, None)), way)
+    if isinstance(found, str) or found.cause is not None or robot.chain.loops:
+        return Examined(0, newest.at(slice(-NEWEST, None)), found)
+    if before and before.detector and not isinstance(before.diagnosis, str):
+        one, other = (judge_of(limits).level(x) for x in (before.diagnosis, found))
+        if one == other != Level.ERROR:
+            return replace(before, unseen=0, diagnosis=found)
+    detector = JumpDetector(robot, newest.at(slice(FIRST)))
+    watched = detector.observe(newest.at(slice(FIRST, None)))
+    return Examined(0, newest, found, detector=detector, watched=watched)
+
+
+def diagnosed(
+    robot: Robot, poses: 'CollectedPoses', way: list[tuple[int, Floats]]
+) -> 'FrameDiagnosis | str':
+    """Return the diagnosis of poses, or why there is none; `way` are joint positions at stamps."""
+    # Imported if there is a second source: most nodes have none.
+    from ...diagnosis.frame_check.diagnosis import diagnose_frames
+
+    stamps = np.array(poses.stamps)
+    rising = np.argsort(stamps, kind='stable')
+    stamps = stamps[rising]
+    times = np.array([state[0] for state in way])
+    motion = (times - stamps[0]) * 1e-9, np.array([state[1] for state in way])
+    try:
+        return diagnose_frames(
+            robot,
+            poses.q[rising],
+            poses.poses[rising],
+            (stamps - stamps[0]) * 1e-9,
+            motion=motion if len(way) > 1 else None,
+        )
+    except KinematicsError as error:
+        return str(error)
+
+
+def judge_of(limits: ReferenceLimits) -> 'FrameLimits':
+    """Return the limits as the frame check has them."""
     from ...diagnosis.frame_check.errors import PoseLimit
     from ...diagnosis.frame_check.judgement import FrameLimits
 
-    judge = FrameLimits(
+    return FrameLimits(
         PoseLimit(limits.position_warn, limits.angle_warn),
         PoseLimit(limits.position_stop, limits.angle_stop),
     )
+
+
+def frames_status(known: Examined, limits: ReferenceLimits) -> StatusText:
+    """Return how far the robot file is from what was heard, and what has jumped since."""
+    judge, watched, found = judge_of(limits), known.watched, known.diagnosis
+    jump = watched.jump if watched else None
+    cause = None if isinstance(known.since_jump, str) else known.since_jump.cause
+    if jump and cause and cause.key not in LOOKS_OF_A_JUMP:
+        jump, found = None, known.since_jump
+    if isinstance(found, str):
+        return StatusText(Level.WARN, found, ())
     level, sentence = judge.level(found), judge.sentence(found)
     if level != Level.OK and found.cause is None:
         sentence = f'{sentence}: {ADVICE}'
@@ -220,6 +329,14 @@ def frames_status(found: 'FrameDiagnosis', limits: ReferenceLimits) -> StatusTex
         ('error from (rms)', judge.bad.in_words()),
         ('likely, not decisive', found.likely[0].sentence if found.likely else ''),
     ]
+    if watched:
+        values += watched.values()
+        if jump:
+            far = jump.position > limits.position_stop or jump.angle > limits.angle_stop
+            level, sentence = Level.ERROR if far else Level.WARN, jump.sentence
+        elif found.cause is None and (watched.fails or level == Level.OK):
+            sentence += f'; {watched.sentence()}'
+            level = max(level, Level.WARN if watched.fails else Level.OK)
     return StatusText(level, sentence, tuple(values))
 
 
