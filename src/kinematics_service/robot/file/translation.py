@@ -18,10 +18,13 @@ class RobotText(NamedTuple):
     ----------
     doubts
         What was most likely meant otherwise there.
+    remarks
+        Sentences for those who check the file.
     """
 
     text: str
     doubts: tuple[Fault, ...]
+    remarks: tuple[str, ...] = ()
 
 
 # Takes the bytes of a file, its name for messages, and the links at which the arm begins and ends,
