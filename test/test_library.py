@@ -119,9 +119,34 @@ def test_a_robot_given_by_its_file_is_read_again_when_that_has_changed(tmp_path)
     assert ks.forward_kinematics(file, [0, 0])[0, 3] == pytest.approx(2.5)
 
 
+@pytest.mark.parametrize(
+    ('typed', 'hint'),
+    [
+        ('ur5', 'there is no ur5; ur5e is another arm'),
+        ('so100', 'there is no so100; so101 is another arm'),
+        ('ur16e', 'ur10e is another arm'),
+        ('xarm5', 'is another arm'),
+        ('crx10ia', 'crx10ia_l is another arm'),
+        ('panda2', 'panda is another arm'),
+        ('puma650', "did you mean 'puma560'?"),
+        ('pumma560', "did you mean 'puma560'?"),
+        ('puma_560', "did you mean 'puma560'?"),
+        ('pandda', "did you mean 'panda'?"),
+        ('craig', "did you mean 'craig_3r'?"),
+        ('iiwa14', "did you mean 'kuka_iiwa14'?"),
+    ],
+)
+def test_another_model_of_a_maker_is_no_typing_error(typed, hint):
+    with pytest.raises(ks.RobotNotFoundError) as caught:
+        ks.load_robot(typed)
+    assert hint in str(caught.value)
+    assert ('did you mean' in hint) == ('did you mean' in str(caught.value))
+
+
 def test_what_is_no_robot_is_refused_with_what_may_be_given():
-    with pytest.raises(ks.RobotNotFoundError, match="did you mean 'ur5e'"):
-        ks.jacobian('ur5', [0.0] * 6)
+    for typed in ('ur-5e', 'UR5E', 'ur5f'):
+        with pytest.raises(ks.RobotNotFoundError, match="did you mean 'ur5e'"):
+            ks.jacobian(typed, [0.0] * 6)
     for wrong in (5, None, b'ur5e'):
         with pytest.raises(TypeError, match='robot must be a Robot, the name of a bundled robot'):
             ks.jacobian(wrong, [0.0] * 6)

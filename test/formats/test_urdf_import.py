@@ -479,8 +479,8 @@ REFUSED = {
     ),
     'a name with a comma': (
         small(('j,k', 'revolute', 'a', 'b', LIMIT)),
-        "<text>:3: <joint name='j,k'>: a robot file takes no joint whose name has white space, "
-        'commas, control characters, or more than 256 characters',
+        "<text>:3: <joint name='j,k'>: a robot file takes no joint whose name has commas, "
+        'control characters, or more than 256 characters: rename it',
     ),
 }
 
@@ -600,10 +600,10 @@ def tree_of(*joints):
     [
         (HAND[:3], 'base', 'tool', ''),
         (HAND, 'base', 'tool', 'camera (1)'),
-        # Like fingers end no arm; one jaw alone is the longest chain.
+        # Neither fingers nor one jaw end an arm.
         ((*HAND, *FINGERS), 'base', 'tool', 'left_finger (3), right_finger (3), camera (1)'),
         ((*HAND[:2], *FINGERS), 'base', 'wrist', 'left_finger (3), right_finger (3)'),
-        ((*HAND, FINGERS[0]), 'base', 'left_finger', 'tool (2), camera (1)'),
+        ((*HAND, FINGERS[0]), 'base', 'tool', 'left_finger (3), camera (1)'),
         # Two arms of one trunk: the first.
         (
             (
@@ -711,7 +711,9 @@ def test_a_long_way_is_not_taken_for_a_table_that_is_not_exact(farthest):
     )
     found = ks.import_urdf(text)
     assert found.robot.limits[:2].tolist() == [[-farthest, farthest]] * 2
-    assert not found.doubts
+    # Other than the unit.
+    assert [doubt.where for doubt in found.doubts] == ["<joint name='x'>"]
+    assert f'a stroke to {farthest:g} m' in found.doubts[0].message
 
 
 def test_links_with_a_leading_slash_lose_it():

@@ -209,7 +209,7 @@ WRONG = {
     'cell: a\narms: {}': 'arms: a cell has at least one arm',
     'cell: a': "the key 'arms' is missing (a cell needs: cell, arms)",
     'cell: a b\narms: {l: {robot: ur5e}}': "cell: 'a b' is not a name of letters, digits and",
-    'cell: a\narms: {l: {robot: ur5}}': "arms.l.robot: no robot 'ur5': did you mean 'ur5e'?",
+    'cell: a\narms: {l: {robot: ur5}}': "arms.l.robot: no robot 'ur5': there is no ur5; ur5e is",
     'cell: a\narms: {l: {robot: none.yaml}}': 'no such file',
     'cell: a\narms: {l: {robot: ur5e}, r: {robot: ur10e}}': (
         "arms.r.joint_prefix: l and r both have a joint 'elbow_joint': give each arm a "

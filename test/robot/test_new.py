@@ -119,7 +119,8 @@ def test_the_screen_gets_the_file_alone(capsys):
          "--units: 'cm' is none of rad, deg, m, mm; write them as deg,mm"),
         (['arm', '--units', 'm,mm'], '--units: m and mm exclude each other; write one'),
         (['arm', '--from', 'ur5'],
-         f"--from: no robot 'ur5': did you mean 'ur5e'? give a robot file, a URDF or one of: "
+         f"--from: no robot 'ur5': there is no ur5; ur5e is another arm; give a "
+         'robot file, a URDF or one of: '
          f'{", ".join(ks.bundled_robots())}'),
         (['arm', '--from', 'other.yaml'],
          '--from: other.yaml is a file: copy it, or name a bundled robot'),

@@ -489,8 +489,7 @@ def test_all_faults_at_once_in_the_order_of_the_file() -> None:
     assert faults(text) == [
         "robot.yaml:1: robot: 'craig 3r' is not a name of letters, digits and underscores",
         'robot.yaml:4: constants.L2: division by zero',
-        "robot.yaml:6: joints[0].name: 'a,b' holds a comma or white space, "
-        'which no joint name may',
+        "robot.yaml:6: joints[0].name: 'a,b' holds a comma, which no joint name may",
         "robot.yaml:11: links[1].alpha: unknown name 'p1' (known: pi, L1, L3)",
         "robot.yaml:12: links[2].thata: unknown key, did you mean 'theta'? "
         '(accepted: a, alpha, d, theta)',
@@ -809,3 +808,13 @@ print(*sorted({{'sympy', 'rclpy', 'scipy', 'matplotlib'}} & sys.modules.keys()))
         [sys.executable, '-c', program], capture_output=True, text=True, check=True, timeout=60
     )
     assert done.stdout.strip() == ''
+
+
+def test_a_name_with_spaces_is_that_of_joint_states():
+    (joint,) = parse_robot(
+        'robot: arm\nconvention: standard\n'
+        'joints: [{name: Revolute 2, variable: q2, type: revolute}]\n'
+        'links: [{a: 1, alpha: 0, d: 0, theta: q2}]\n',
+        'arm.yaml',
+    ).joints
+    assert (joint.name, joint.variable) == ('Revolute 2', 'q2')

@@ -9,6 +9,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
 
+from geometry_msgs.msg import PoseStamped
 from node_process import processor_seconds
 from ros_harness import LATCHED, RELIABLE, START, STEP, Arm, Peer, joint_state
 from std_msgs.msg import Float64, Float64MultiArray, String
@@ -325,3 +326,36 @@ def test_an_arm_of_sixty_joints_answers_and_ends_at_a_signal(peer, process, tmp_
     assert not distances
     running.popen.send_signal(signal.SIGTERM)
     assert running.wait() == 0
+
+
+def test_a_urdf_1_2_with_spaces_in_names_is_answered_and_doubted(peer, process, tmp_path):
+    path = tmp_path / 'arm.urdf'
+    text = urdf(limit=LIMIT.replace('"2"', '"180"').replace('"-2"', '"-180"'))
+    turned = '<origin quat_xyzw="0 0 0.7071 0.7071"/>'
+    for old, new in (
+        ('<robot ', '<robot version="1.2" '),
+        ('"q1"', '"Revolute 1"'),
+        ('"q2"', '"Revolute 2"'),
+        ('effort', 'jerk="9" torque="1" effort'),
+        ('<child link="upper"/>', f'<child link="upper"/>{turned}'),
+    ):
+        text = text.replace(old, new)
+    path.write_text(text)
+    running = process('--robot', str(path), ready=False)
+    running.wait_until_ready()
+    peer.spin_until(lambda: 'are these degrees?' in running.stderr, 'the question')
+    for phrase in ("<joint name='Revolute 1'>: limits of 28.6479 turns", "attribute 'torque'"):
+        assert phrase in running.stderr
+    poses = peer.listen('/kinematics/pose', PoseStamped)
+    jacobians = peer.listen('/kinematics/jacobian', Float64MultiArray)
+    states, stamp = peer.speaker('/joint_states'), START
+
+    def came():
+        nonlocal stamp
+        stamp += STEP
+        states.publish(joint_state(['Revolute 2', 'Revolute 1'], Q[::-1], stamp=stamp))
+        return poses and jacobians
+
+    peer.spin_until(came, 'answers')
+    assert jacobians[0].layout.dim[1].label == 'Revolute 1,Revolute 2'
+    assert is_at(poses[0], place((Q[0] + math.pi / 2, Q[1])))

@@ -180,7 +180,7 @@ def _node(
 
     --robot-description [TOPIC] takes the URDF that the robot itself publishes, usually on
     /robot_description, and each newer one. --base LINK and --tip LINK choose the arm of a URDF;
-    without them it is the longest chain of moving joints.
+    without them it is the longest chain up to a hand.
 
     \b
     Examples:

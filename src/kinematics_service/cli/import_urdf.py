@@ -33,7 +33,7 @@ def import_urdf(
         'The link that is the tool.',
         'LINK',
         default='',
-        shown='the end of the longest chain of moving joints',
+        shown='the hand, or the end of the longest chain',
     ),
     tips: Optional[str] = option(
         'The tools of several arms, with commas: a cell is made of them.', 'LINKS'
@@ -46,7 +46,7 @@ def import_urdf(
         'Convention of the table.', default=ImportedConvention.standard
     ),
     round_angles: bool = flag(
-        '--round-angles', 'Read 1.5708 and the like as the part of pi they round.'
+        '--round-angles', 'Read 1.5708 as pi/2, and an axis without the noise of CAD programs.'
     ),
     point: Optional[list[str]] = option('A link that becomes a point; repeatable.', 'LINK'),
 ) -> None:
@@ -63,9 +63,10 @@ def import_urdf(
       kinematics_service import --urdf a.urdf --tips left_tool,right_tool --out cell.yaml
       kinematics_service import --ur-calibration calibration.conf --robot ur5e --out my_ur5e.yaml
 
-    Names, limits, velocities and joints that mimic are kept. The robot file is compared with
-    the plain product of the URDF's joints over 1000 random configurations; the worst error
-    is printed and written into the file. xacro files are expanded first: xacro FILE > arm.urdf
+    Names, limits, velocities, accelerations and joints that mimic are kept. The robot file is
+    compared with the plain product of the URDF's joints over 1000 random configurations; the worst
+    error is printed and written into the file. xacro files are expanded first: xacro FILE >
+    arm.urdf
 
     --tips makes the file of a cell, whose arms are chains of the URDF with a common base. Joints
     that move several of them, such as that of a torso, are named there.
@@ -93,6 +94,8 @@ def import_urdf(
     _write(out, found.text, f'{found.robot.name}: {found.certificate}')
     for doubt in found.doubts:
         print(doubt_text(doubt), file=sys.stderr)
+    for remark in found.remarks:
+        print(remark, file=sys.stderr)
 
 
 def _import_ur_calibration(file: Path, robot: str, out: str) -> None:

@@ -2,6 +2,7 @@
 
 import difflib
 import os
+import re
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
@@ -115,13 +116,26 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
     looks_like_a_path = text.endswith(YAML) or bool(translator_of(text)) or path.name != text
     if path.exists() or looks_like_a_path:
         return RobotSource(path)
-    near = difflib.get_close_matches(text, bundled, n=1)
+    near = difflib.get_close_matches(text.lower(), bundled, n=1)
     hint = f'did you mean {near[0]!r}? ' if near else ''
+    if near and _other_model(text, near[0]):
+        hint = f'there is no {text}; {near[0]} is another arm; '
     raise RobotNotFoundError(
         f'no robot {text!r}: {hint}give a robot file, a URDF or one of: {", ".join(bundled)}',
         text,
         tuple(bundled),
     )
+
+
+def _other_model(text: str, name: str) -> bool:
+    # Whether two names differ as models of a maker do: by a digit, unless two are exchanged, or by
+    # letters behind the number that one of them lacks (ur5 and ur5e).
+    (digits, behind), (others, other_behind) = (
+        (sorted(re.findall(r'\d', one)), re.sub(r'^.*\d|[\W_]', '', one.lower()))
+        for one in (text, name)
+    )
+    lacks = behind.startswith(other_behind) or other_behind.startswith(behind)
+    return bool(digits) and (digits != others or (lacks and behind != other_behind))
 
 
 def split_ends(name: str) -> tuple[str, str, str]:

@@ -352,7 +352,7 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
     ----------
     name
         A path such as `config/craig_3r.yaml`, or a bundled name such as `puma560`. Of a URDF
-        `arm.urdf` is the longest chain of moving joints, `arm.urdf:BASE:TIP` that between two
+        `arm.urdf` is the longest chain up to a hand, `arm.urdf:BASE:TIP` that between two
         links. Of a cell `cell.yaml` is the motion of the second arm's tool as the first arm's
         tool sees it, `cell.yaml:BASE:TIP` that between two arms, or points of arms such as
         `left/elbow`; where BASE is the frame of the cell it is one arm.

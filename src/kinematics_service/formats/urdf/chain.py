@@ -18,7 +18,7 @@ from ...robot.file.text.entries import did_you_mean, meant_by
 from ...robot.file.text.fault_report import quoted
 from .document import XmlElement
 from .elements import EXTENSION
-from .joints import MOVING, Angle, JointLimits, UrdfJoint, read_joint
+from .joints import MOVING, JointLimits, UrdfJoint, read_joint
 from .tree import UrdfTree, end_of
 
 
@@ -79,6 +79,8 @@ class UrdfChain:
         The constant motion after the last joint.
     mimics
         The joints of the chain that follow others.
+    joints
+        Those of the way, fixed ones too, and those beside it that they mimic.
     """
 
     robot: str
@@ -88,6 +90,7 @@ class UrdfChain:
     motions: tuple[MovingJoint, ...]
     end: Floats
     mimics: tuple[MimicFormula, ...]
+    joints: tuple[UrdfJoint, ...]
 
     def poses(self, q: Floats) -> Floats:
         """Return the tip in the base, shape (k, 4, 4), at positions q, shape (k, n), rad or m."""
@@ -108,9 +111,11 @@ def moved(turns: bool, axis: Floats, position: Floats) -> Floats:
     return T
 
 
-def read_chain(tree: UrdfTree, base: str, tip: str, angle: Angle = float) -> UrdfChain:
+def read_chain(tree: UrdfTree, base: str, tip: str, rounds: bool = False) -> UrdfChain:
     """
     Return the chain between two links; the base need not be above the tip.
+
+    `rounds`: angles and axes are taken for those that they round.
 
     Raises
     ------
@@ -119,7 +124,7 @@ def read_chain(tree: UrdfTree, base: str, tip: str, angle: Angle = float) -> Urd
     """
     elements = tree.way(base, tip)
     up = len(elements.up)
-    way = [_joint(element, angle) for element in (*elements.up, *elements.down)]
+    way = [_joint(tree, element, rounds) for element in (*elements.up, *elements.down)]
     leaders = {joint.name: _followed(tree, joint) for joint in way if joint.type in MOVING}
     moving = [joint for joint in way if joint.name in leaders and leaders[joint.name].multiplier]
     names = list(dict.fromkeys(leaders[joint.name].mimics for joint in moving))
@@ -145,19 +150,24 @@ def read_chain(tree: UrdfTree, base: str, tip: str, angle: Angle = float) -> Urd
                 )
                 still = np.eye(4)
         still = still @ after
-    variables = [_variable(tree, name, moving, leaders) for name in names]
+    actuated = {name: _joint(tree, tree.joints[name]) for name in names}
+    variables = [_variable(actuated[name], moving, leaders) for name in names]
+    joints = {**actuated, **{joint.name: joint for joint in way}}
     mimics = tuple(
         MimicFormula(one.name, one.mimics, one.multiplier, one.offset, one.type == 'prismatic')
         for one in (leaders[joint.name] for joint in moving if joint.mimics)
     )
     robot = tree.root.attributes.get('name', '')
     base, tip = base.removeprefix('/'), tip.removeprefix('/')
-    return UrdfChain(robot, base, tip, tuple(variables), tuple(motions), still, mimics)
+    return UrdfChain(
+        *(robot, base, tip, tuple(variables), tuple(motions), still, mimics),
+        tuple(joints.values()),
+    )
 
 
-def _joint(element: XmlElement, angle: Angle = float) -> UrdfJoint:
+def _joint(tree: UrdfTree, element: XmlElement, rounds: bool = False) -> UrdfJoint:
     try:
-        return read_joint(element, angle)
+        return read_joint(element, tree.version, rounds)
     except UrdfError as error:
         raise UrdfError(str(error) + _links_of(element)) from None
 
@@ -186,7 +196,7 @@ def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
                 leader.element, f'it mimics {leader.mimics!r}, and there is no such joint{hint}'
             )
         factor, offset = factor * leader.multiplier, factor * leader.offset + offset
-        leader = _joint(tree.joints[leader.mimics])
+        leader = _joint(tree, tree.joints[leader.mimics])
         if leader.type not in MOVING:
             _refuse(joint.element, f'it mimics {leader.name!r}, which is {leader.type}')
     return replace(joint, mimics=leader.name, multiplier=factor, offset=offset)
@@ -195,15 +205,15 @@ def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
 def _ordered(root: XmlElement, names: list[str]) -> list[str]:
     # The order of the chain, unless a file of this package names another one.
     extension = root.first(EXTENSION)
-    named = [] if extension is None else extension.attributes.get('joint_order', '').split()
+    text = '' if extension is None else extension.attributes.get('joint_order', '')
+    named = text.split(',' if ',' in text else None)
     return sorted(names, key=named.index) if set(names) <= set(named) else names
 
 
 def _variable(
-    tree: UrdfTree, name: str, moving: Sequence[UrdfJoint], leaders: dict[str, UrdfJoint]
+    leader: UrdfJoint, moving: Sequence[UrdfJoint], leaders: dict[str, UrdfJoint]
 ) -> Variable:
-    leader = _joint(tree.joints[name])
-    turns = leader.type != 'prismatic'
+    name, turns = leader.name, leader.type != 'prismatic'
     ours = [joint for joint in moving if leaders[joint.name].mimics == name]
     others = [joint for joint in ours if (joint.type != 'prismatic') != turns]
     if others and (not turns or len(others) == len(ours)):

@@ -20,7 +20,14 @@ from ...typography import listed
 MAX_DEPTH = 64
 MAX_ELEMENTS = 200_000
 MOST_LISTED = 30  # names in a message
+MISPLACED = expat.errors.codes[expat.errors.XML_ERROR_MISPLACED_XML_PI]
 BLANK_BEGINNING = re.compile(rb'\A(\s+)(<\?xml\b[^>]*\?>)')
+DECLARED = re.compile(rb'\A<\?xml\b[^>]*?\bencoding\s*=\s*["\']([\w.-]+)["\']')
+# Encodings that expat cannot read, having several bytes a character, by what Python calls them or
+# the larger one that files declared so are in.
+CODECS = dict.fromkeys(('gb2312', 'gbk', 'gb18030'), 'gb18030')
+CODECS |= dict.fromkeys(('shift_jis', 'x_sjis', 'windows_31j', 'cp932'), 'cp932')
+CODECS |= {name: name for name in ('utf_8', 'big5', 'euc_kr', 'euc_jp')}
 
 
 @dataclass(frozen=True)
@@ -125,18 +132,20 @@ class _XmlReader:
         self.open: list[tuple[str, dict[str, str], int, list[XmlElement]]] = []
         self.root: XmlElement | None = None
         self.elements = 0
-        self.parser = expat.ParserCreate()
-        self.parser.StartDoctypeDeclHandler = self._doctype
-        self.parser.StartElementHandler = self._start
-        self.parser.EndElementHandler = self._end
 
     def read(self, content: bytes) -> XmlElement:
         # The parsers of ROS accept blank lines before the declaration: here they follow it.
-        content = BLANK_BEGINNING.sub(rb'\2\1', content)
+        content, encoding = self._in_utf_8(BLANK_BEGINNING.sub(rb'\2\1', content))
+        self.parser = expat.ParserCreate(encoding)
+        self.parser.StartDoctypeDeclHandler = self._doctype
+        self.parser.StartElementHandler = self._start
+        self.parser.EndElementHandler = self._end
         try:
             self.parser.Parse(content, True)
         except expat.ExpatError as error:
             reason = expat.errors.messages.get(error.code, 'malformed')
+            if error.code == MISPLACED:
+                reason += '; delete what stands before <?xml, or delete <?xml ...?>'
             self._refuse(error.lineno, f'not valid XML: {reason}')
         except UrdfError:
             raise  # from a handler; it is a ValueError, too
@@ -144,6 +153,27 @@ class _XmlReader:
             self._refuse(0, f'not valid XML: {error}')  # an encoding that does not exist
         assert self.root is not None  # expat accepts no document without one
         return self.root
+
+    def _in_utf_8(self, content: bytes) -> tuple[bytes, str | None]:
+        # Returns bytes and their encoding, None if expat finds it. Valid UTF-8 is read as that,
+        # also if it declares another encoding: a message has been decoded.
+        found = DECLARED.match(content)
+        declared = found[1].decode('ascii') if found else 'UTF-8'
+        codec = CODECS.get(declared.lower().replace('-', '_'))
+        if b'\0' in content:  # UTF-16
+            return content, None
+        line = 0
+        for one in ('utf-8', codec):
+            try:
+                return (content.decode(one).encode('utf-8'), 'utf-8') if one else (content, None)
+            except UnicodeDecodeError as error:
+                line = content.count(b'\n', 0, error.start) + 1
+        return self._refuse(
+            line,
+            f'not {declared} text: name its encoding in the first line, such as <?xml '
+            'version="1.0" encoding="Shift_JIS"?>, or convert it, such as by '
+            f'iconv -f SHIFT_JIS -t UTF-8 {self.file} > utf8.urdf',
+        )
 
     def _refuse(self, line: int, message: str) -> NoReturn:
         raise UrdfError(str(Fault(self.file, line, '', message)))

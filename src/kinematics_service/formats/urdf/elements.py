@@ -7,6 +7,8 @@ from ...robot.file.parts.quantities import LARGEST
 
 # URDF requires numbers that a robot file may lack: the largest that a robot file accepts.
 UNLIMITED = LARGEST
+# The versions of URDF that urdfdom 6.0 reads; a file without a version is of the first.
+VERSIONS = ('1.0', '1.1', '1.2')
 # If the order of the joints in the robot file is not that of the chain, the root has this element
 # with the attribute joint_order; readers of URDF skip elements they do not know.
 EXTENSION = 'kinematics_service'

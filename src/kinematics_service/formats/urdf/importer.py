@@ -4,6 +4,7 @@ import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path, PurePath
 from typing import Literal
 
@@ -21,9 +22,9 @@ from ...version import __version__
 from .certificate import Certificate, certify, configurations
 from .chain import UrdfChain, read_chain
 from .document import XmlElement, parse_urdf, read_urdf
+from .doubts import chain_doubts, chain_remarks
 from .ends import chain_ends
 from .points import points_text
-from .quantity import as_rounded_part_of_pi
 from .robot_text import robot_file_text
 from .table import modified, table_of
 from .tree import UrdfTree, read_tree
@@ -32,7 +33,8 @@ from .tree import UrdfTree, read_tree
 # thousands of random chains.
 ACCEPTED = 1e-10
 LONGEST_NAME = 256  # of a robot file
-NOT_IN_JOINTS, NOT_IN_FRAMES = r'[,\s]', r'\s'
+# The label of a Jacobian joins joint names by commas.
+NOT_IN_JOINTS, NOT_IN_FRAMES = ',', r'\s'
 
 
 @dataclass(frozen=True)
@@ -49,9 +51,11 @@ class UrdfImport:
     certificate
         How exact it is.
     doubts
-        What is most likely meant otherwise: limits that are none, one of several tips.
+        Parts that are not read, numbers that are hardly in m or rad, and other possible tips.
     mimics
         Joints of the chain that follow others.
+    remarks
+        Limits that a robot file has no place for, and angles that are rounded.
     """
 
     text: str
@@ -59,6 +63,7 @@ class UrdfImport:
     certificate: Certificate
     doubts: tuple[Fault, ...]
     mimics: tuple[MimicFormula, ...]
+    remarks: tuple[str, ...]
 
 
 TableConvention = Literal['standard', 'modified']
@@ -82,15 +87,16 @@ def import_urdf(
         Path of the file; or its text, such as the parameter `robot_description` of
         robot_state_publisher. A str with a `<` is a text.
     base, tip
-        Links: they become the base frame and the tool frame. Default: the root, and the end of the
-        longest chain of moving joints.
+        Links: they become the base frame and the tool frame. Default: the root, and the hand or
+        the end of the longest chain of moving joints.
     name
         Name of the robot; default: that in the URDF.
     convention
         Convention of the table.
     round_angles
-        Take an angle for the part of pi whose rounding it is, `1.5708` for pi/2. The certificate
-        compares with the file as it is written, and so shows what that changes.
+        Take an angle for the part of pi whose rounding it is, `1.5708` for pi/2, and an axis
+        without the noise of a CAD program, `2e-08 0 -1` for `0 0 -1`. The certificate compares
+        with the file as it is written, and so shows what that changes.
     points
         Links that become points of the robot file; they are fixed to what the chain moves.
 
@@ -128,7 +134,7 @@ def urdf_as_robot_file(content: bytes, file: str, base: str, tip: str) -> RobotT
     """
     root = parse_urdf(content, file)
     found = _imported(root, f'URDF {PurePath(file).name}', base, tip)
-    return RobotText(found.text, found.doubts, found.mimics)
+    return RobotText(found.text, found.doubts, found.mimics, found.remarks)
 
 
 def _imported(
@@ -142,13 +148,12 @@ def _imported(
     points: Sequence[str] = (),
 ) -> UrdfImport:
     tree = read_tree(root)
-    base, tip, choice = chain_ends(tree, base, tip)
+    base, tip, choices = chain_ends(tree, base, tip)
     try:
         chain = read_chain(tree, base, tip)
     except UrdfError as error:
-        if choice is None:
-            raise
-        raise UrdfError(f'{error}; {choice.message}') from None
+        messages = [str(error), *(choice.message for choice in choices)]
+        raise UrdfError('; '.join(messages)) from None
     _check_names(tree, chain)
     for count, most, what in (
         (len(chain.variables), MAX_JOINTS, 'joints'),
@@ -160,12 +165,8 @@ def _imported(
                 f'and a robot file at most {most}'
             )
 
-    def way_to(link: str) -> UrdfChain:
-        if round_angles:
-            return read_chain(tree, base, link, as_rounded_part_of_pi)
-        return read_chain(tree, base, link)
-
-    meant = way_to(tip)
+    rounded = read_chain(tree, base, tip, rounds=True)
+    meant = rounded if round_angles else chain
     table = table_of(meant)
     if convention == 'modified':
         table = modified(table)
@@ -184,11 +185,16 @@ def _imported(
     robot = _robot(root, text('not yet measured'))
     certificate = certify(chain, robot)
     _judge(certificate, chain, round_angles)
+    way_to = partial(read_chain, tree, base, rounds=round_angles)
     section = points_text(robot, meant, points, way_to, ACCEPTED * _size(chain))
     written = text(str(certificate)) + section
-    every = (choice, *(variable.limits.doubt for variable in chain.variables))
-    doubts = tuple(one for one in every if one)
-    return UrdfImport(written, _robot(root, written), certificate, doubts, chain.mimics)
+    doubts = chain_doubts(tree, chain, robot.description.warnings)
+    return UrdfImport(
+        *(written, _robot(root, written), certificate),
+        (*choices, *doubts),
+        chain.mimics,
+        chain_remarks(tree, meant, rounded),
+    )
 
 
 def _check_names(tree: UrdfTree, chain: UrdfChain) -> None:
@@ -197,10 +203,10 @@ def _check_names(tree: UrdfTree, chain: UrdfChain) -> None:
     for element, refused in (*joints, *links):
         name = element.attributes['name']
         if not name.isprintable() or re.search(refused, name) or len(name) > LONGEST_NAME:
-            commas = 'commas, ' if ',' in refused else ''
+            what = 'commas' if refused == NOT_IN_JOINTS else 'white space'
             element.refuse(
-                f'a robot file takes no {element.tag} whose name has white space, {commas}control '
-                f'characters, or more than {LONGEST_NAME} characters'
+                f'a robot file takes no {element.tag} whose name has {what}, control characters, '
+                f'or more than {LONGEST_NAME} characters: rename it'
             )
 
 

@@ -12,6 +12,8 @@ DECIMALS = 12  # a value that is this round within ROUND_OFF is taken as round
 PARTS = 12  # of pi: 15 degrees, the angles that arms are built of
 # Largest error of a rounded part of pi, in units of its last digit and in rad.
 LAST_DIGITS, ROUNDED = 2.5, 1e-3
+# rad: what CAD programs leave of a right angle, computed with 32 bits (6e-8) and a few products.
+CAD_NOISE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -46,10 +48,14 @@ def as_rounded_part_of_pi(text: str) -> float:
     Return an angle, and for one that is a part of pi rounded to its digits, that part.
 
     `1.57`, `1.5707` (cut off) and `1.570796325` (half of a rounded pi) are pi/2; an angle with as
-    many digits that differs earlier, such as a calibrated one, stays as it is.
+    many digits that differs earlier, such as a calibrated one, stays as it is. The noise of CAD
+    programs goes, -9.4e-08 for 0.
     """
-    value = float(text)
-    decimals = len(text.partition('.')[2])
+    near = min(LAST_DIGITS * 10.0 ** -len(text.partition('.')[2]), ROUNDED)
+    return part_of_pi(float(text), CAD_NOISE if 'e' in text.lower() else max(near, CAD_NOISE))
+
+
+def part_of_pi(value: float, near: float = CAD_NOISE) -> float:
+    """Return the part of pi within `near` (rad) of an angle, or the angle itself."""
     exact = round(value / math.pi * PARTS) * math.pi / PARTS
-    near = min(LAST_DIGITS * 10.0**-decimals, ROUNDED)
-    return exact if 'e' not in text.lower() and abs(exact - value) < near else value
+    return exact if abs(exact - value) < near else value

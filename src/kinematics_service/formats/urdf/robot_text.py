@@ -85,11 +85,12 @@ def _joint(joint: Variable, variable: str, moves: bool) -> str:
     if variable != joint.name:
         entry.append(f'variable: {variable}')
     entry.append(f'type: {joint.type}')
-    lower, upper, velocity, _ = joint.limits
+    lower, upper, velocity, acceleration, _ = joint.limits
     if not math.isinf(lower) or not math.isinf(upper):
         entry.append(f'limits: [{_limit(lower)}, {_limit(upper)}]')
-    if math.isfinite(velocity):
-        entry.append(f'velocity: {number_text(velocity)}')
+    for key, rate in (('velocity', velocity), ('acceleration', acceleration)):
+        if math.isfinite(rate):
+            entry.append(f'{key}: {number_text(rate)}')
     if not moves:
         entry.append('unused: true')
     return f'  - {{{", ".join(entry)}}}'

@@ -10,6 +10,7 @@ from ...errors import UrdfError
 from ...robot.file.text.entries import did_you_mean, meant_by
 from ...robot.file.text.fault_report import quoted
 from .document import XmlElement, listed_names
+from .elements import VERSIONS
 
 
 class UrdfWay(NamedTuple):
@@ -39,6 +40,12 @@ class UrdfTree:
     links: Mapping[str, XmlElement]
     joints: Mapping[str, XmlElement]
     above: Mapping[str, Sequence[XmlElement]]
+
+    @property
+    def version(self) -> str:
+        """Return the version of the file; the newest in place of one that is not known."""
+        written = self.root.attributes.get('version', VERSIONS[0])
+        return written if written in VERSIONS else VERSIONS[-1]
 
     def way(self, base: str, tip: str) -> UrdfWay:
         """

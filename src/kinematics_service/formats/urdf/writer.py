@@ -52,7 +52,7 @@ def export_urdf(robot: AnyRobot, names: FrameNames = AS_IN_THE_FILE) -> str:
     for sentence in (*_about(robot, plan), *loops):
         root.append(ElementTree.Comment(_comment(sentence)))
     if plan.joint_order:
-        ElementTree.SubElement(root, EXTENSION, joint_order=' '.join(plan.joint_order))
+        ElementTree.SubElement(root, EXTENSION, joint_order=','.join(plan.joint_order))
     for name, colour in COLOURS.items():
         material = ElementTree.SubElement(root, 'material', name=f'{robot.name}_{name}')
         ElementTree.SubElement(material, 'color', rgba=_texts(colour))

@@ -111,11 +111,12 @@ def text_of(file: str) -> str:
 
 def described(translated: RobotText, file: str, content: bytes) -> RobotDescription:
     """Return what a robot says that was translated from the content of a file."""
-    # What the reader doubts has lines and keys of a text that nobody sees.
+    # The reader's own doubts and remarks have lines and keys of a text that nobody sees.
     return replace(
         parse_robot(translated.text, file),
         warnings=translated.doubts,
         mimics=translated.mimics,
+        remarks=translated.remarks,
         sha256=hashlib.sha256(content).hexdigest(),
     )
 

@@ -21,11 +21,14 @@ class RobotText(NamedTuple):
         What was most likely meant otherwise there.
     mimics
         Joints that follow others there.
+    remarks
+        Sentences for those who check the file.
     """
 
     text: str
     doubts: tuple[Fault, ...]
     mimics: tuple[MimicFormula, ...] = ()
+    remarks: tuple[str, ...] = ()
 
 
 # Takes the bytes of a file, its name for messages, and the links at which the arm begins and ends,

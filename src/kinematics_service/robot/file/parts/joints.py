@@ -87,9 +87,9 @@ def joint_type_of(entry: JointEntry) -> JointType | None:
 
 
 def _check_name(name: str, seen: dict[str, int], index: int, at: Place) -> None:
-    if ',' in name or any(character.isspace() for character in name):
+    if ',' in name:
         # The Jacobian's label joins the names by commas.
-        at.fault(f'{quoted(name)} holds a comma or white space, which no joint name may')
+        at.fault(f'{quoted(name)} holds a comma, which no joint name may')
     if name in seen:
         at.fault(f'{quoted(name)} is already the name of joints[{seen[name]}]')
     seen.setdefault(name, index)
