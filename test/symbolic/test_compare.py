@@ -195,6 +195,71 @@ def test_e2_7_four_points_are_not_the_singular_set():
     assert whole.remarks[0].startswith('not complete: ')
 
 
+# Right lines that leave out a part of the singular set: an isolated zero on a grid of any step, a
+# double zero, a factor, a branch of an equation, a slide beyond 2 m.
+INCOMPLETE = [
+    ('planar_2r', ['q2 = 0']),
+    ('planar_2r', ['q2 = 2*k*pi']),
+    ('planar_2r', ['cos(q2) = 1']),
+    ('planar_2r', ['q2 = pi', 'cos(q2) = -1']),
+    ('planar_3r', ['q2 = 0']),
+    ('scara_hsr065', ['q2 = 0']),
+    ('spherical_rrp', ['d3 = 0']),
+    ('spherical_rrp', ['theta2 = k*pi']),
+    ('spherical_rrp', ['sin(theta2) = 0']),
+    ('spherical_rrp', ['d3 = 0', 'theta2 = 0']),
+    ('craig_3r', ['sin(q3) = 0']),
+    ('craig_3r', ['L1 + L2*c2 + L3*c23 = 0', 'q3 = 0']),
+    ('craig_3r', ['q3 = k*pi', 'q3 = -q2 + acos(-(L1 + L2*c2)/L3)']),
+    ('anthropomorphic_3r', ['theta3 = k*pi']),
+    ('anthropomorphic_3r', ['L2*c2 + L3*c23 = 0', 'theta3 = 2*k*pi']),
+]
+COMPLETE = [
+    ('planar_2r', ['sin(q2) = 0']),
+    ('planar_2r', ['q2 = 0', 'q2 = pi']),
+    ('planar_2r', ['tan(q2/2)*cos(q2/2)^2 = 0']),
+    ('planar_3r', ['q2 = k*pi']),
+    ('spherical_rrp', ['d3 = 0', 'theta2 = k*pi']),
+    ('spherical_rrp', ['d3*sin(theta2) = 0']),
+    ('craig_3r', ['q3 = k*pi', 'L1 + L2*c2 + L3*c23 = 0']),
+    ('anthropomorphic_3r', ['sin(theta3)*(L2*c2 + L3*c23) = 0']),
+]
+
+
+def claimed(name, lines):
+    return verdicts(name, '\n'.join(f'singular: {line}' for line in lines))
+
+
+@pytest.mark.parametrize(('name', 'lines'), INCOMPLETE)
+def test_an_incomplete_singular_set_is_named_with_a_pose(name, lines):
+    *each, whole = claimed(name, lines)
+    assert [one.status for one in each] == ['agrees'] * len(lines)
+    assert whole.status == 'differs'
+    assert whole.remarks[0].startswith('not complete: ')
+
+
+@pytest.mark.parametrize(('name', 'lines'), COMPLETE)
+def test_a_complete_singular_set_agrees(name, lines):
+    assert {one.status for one in claimed(name, lines)} == {'agrees'}
+
+
+@pytest.mark.parametrize('line', ['sin(q1) = 0', 'q1 + q2 = k*pi', 'sin(q2) = 0.1'])
+def test_an_equation_that_is_not_singular_differs(line):
+    equation, _ = claimed('planar_2r', [line])
+    assert (equation.status, equation.remarks[0][:12]) == ('differs', 'not singular')
+
+
+def test_an_equation_without_zeros_has_no_pose():
+    equation, _ = claimed('planar_2r', ['cos(q2) = 2'])
+    assert equation.remarks[0].startswith('no pose of this family')
+
+
+def test_each_factor_of_a_six_joint_arm_is_needed():
+    wrist, shoulder = 'q5 = k*pi', 'a2*c2 + a3*c23 + d5*sin(q2 + q3 + q4) = 0'
+    assert claimed('ur5e', ['q3 = k*pi', wrist, shoulder])[-1].status == 'agrees'
+    assert claimed('ur5e', ['q3 = k*pi', wrist])[-1].status == 'differs'
+
+
 @pytest.mark.slow
 def test_what_is_no_rotation_is_said():
     (mirror,) = verdicts('offset_stanford_printed', read('e3_5'))
@@ -485,9 +550,10 @@ FAULTS = {
     'q1 = a\na = b\nb = a': "3:5: 'a' is defined by itself",
     'at: q9=1\nT=[1]': "1:5: at: 'q9' is neither a joint nor a constant",
     'point: T\nq1 = x': '2:1: point: ',
-    'singular: foo = 1': '1:11: expected JOINT = VALUE',
+    'singular: foo = 1': "1:11: unknown name 'foo'",
+    'singular: L1 = 1': '1:11: a singular set is written with joints',
     'L1 = x\nq1 = L1': '1:1: L1 is a constant of the robot: give it a number',
-    'singular: q1 = x': '1:11: a singular value is made of joints, constants',
+    'singular: q1 = x': '1:11: a singular set is written with joints',
     'at: q1 = x\nT = [1]': '1:5: at: q1 must be a number',
     'q1 = 9^99': '1:7: an exponent must be a number of at most 24',
     'q1 = 9^9^9': "1:9: '^' was not expected here",

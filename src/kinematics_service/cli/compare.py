@@ -57,7 +57,8 @@ def compare(
       s_o1, D_1                 o_0 - o_n; dT/dq1 with the rotation taken out
       q2 = ...                  inverse kinematics; those of one file: of one solution
       lhs = rhs                 an equation, such as tan(q1) = y/x
-      singular: q3 = k*pi       a family of singular poses; all such lines together: all of them
+      singular: q3 = k*pi       a family of singular poses, or L2*c2 + L3*c23 = 0; all such lines
+                              together must be all singular poses
     Recipes work too: J_w = [z_0, z_1, z_2], J_1 = [cross(z_0, o_3 - o_0); z_0].
     With closed loops formulas are of joints and passive joints, also psi1 = ...
     Settings, for what follows them:

@@ -1,10 +1,10 @@
 """The exact derivation of an arm: what a textbook does by hand, for every robot file."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import comb
-from typing import Any
+from typing import Any, NamedTuple
 
 import sympy
 
@@ -16,6 +16,7 @@ from . import jacobian as ways
 from .algebra.arithmetic import Arithmetic, arithmetic_of
 from .algebra.matrices import Matrix
 from .algebra.names import Names, names_of
+from .algebra.numeric import Numbers
 from .closed_loops import LoopEquations, closed_determinant, loops_of
 from .determinant import Minors, minors_of, simplest_view
 from .frames import Frames, frames_of
@@ -327,12 +328,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
     columns = independent_columns(sampler)
     square = n == len(sampler.rows)
     tell('determinant')
-    minors: Minors | None = None
-    if comb(len(columns), rank) * comb(len(sampler.rows), rank) <= MOST_MINORS:
-        # Sums of squared minors depend on the point, unless six rows have full rank: their ratios
-        # do not.
-        view = simplest_view(exact.J, exact.frames, arithmetic, sampler.rows, columns, rank == 6)
-        minors = minors_of(view, sampler.rows, columns, rank)
+    minors = _minors(exact, columns)
     names = [v.name for v in arithmetic.names.variables]
     dependent = tuple(_dependent(sampler, names)) if rank < min(n, len(sampler.rows)) else ()
     if minors is None:
@@ -369,6 +365,57 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
     crossings = crossings_of(product, factors, search, J_t)
     complete = product.complete and not rests
     return SingularSet(determinant, factors, crossings, rank, dependent, complete)
+
+
+def _minors(exact: Exact, columns: Sequence[int]) -> Minors | None:
+    sampler, rank = exact.sampler, exact.sampler.generic_rank
+    if comb(len(columns), rank) * comb(len(sampler.rows), rank) > MOST_MINORS:
+        return None
+    # Sums of squared minors depend on the point, unless six rows have full rank: their ratios
+    # do not.
+    view = simplest_view(exact.J, exact.frames, exact.arithmetic, sampler.rows, columns, rank == 6)
+    return minors_of(view, sampler.rows, columns, rank)
+
+
+class DeterminantFactors(NamedTuple):
+    """
+    The factors of a determinant, which vanish exactly at the singular poses.
+
+    Attributes
+    ----------
+    sampler
+        The arm.
+    functions
+        The factors as functions of joint positions in the file's units, of size 1.
+    expressions
+        The same in symbols.
+    """
+
+    sampler: PoseSampler
+    functions: tuple[Numbers, ...]
+    expressions: tuple[Any, ...]
+
+
+def determinant_factors(robot: Robot) -> DeterminantFactors:
+    """
+    Return the factors of the determinant of an open arm whose task Jacobian is square.
+
+    Raises
+    ------
+    DerivationError
+        An angle is no fraction of a joint's, or the pose is too long.
+    """
+    names = names_of(robot.description, None)
+    arithmetic = arithmetic_of(robot.description, names)
+    frames = frames_of(robot.description, arithmetic)
+    writer, sampler = writer_of(frames, arithmetic), sampler_of(robot, arithmetic)
+    exact = Exact(arithmetic, frames, writer, sampler, ways.geometric(frames, arithmetic))
+    minors = _minors(exact, independent_columns(sampler))
+    assert minors is not None  # one determinant
+    product, _ = product_of(minors, arithmetic)
+    search, values = FamilySearch(sampler, arithmetic), [f.value for f in product.factors]
+    functions = tuple(map(search.numbers, values))
+    return DeterminantFactors(sampler, functions, tuple(map(writer.expression, values)))
 
 
 def _dependent(sampler: PoseSampler, names: list[str]) -> list[str]:

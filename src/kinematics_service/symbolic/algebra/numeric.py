@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -27,6 +27,16 @@ def values_of(arithmetic: Arithmetic) -> Any:
         number = float(generator.meaning.subs(dict(names.values)))
         values[k] = np.exp(1j * number) if generator.kind == 'fixed_angle' else number
     return values
+
+
+class DifferentiableFunction(Protocol):
+    """A function of joint positions, shape (..., n), and its gradient."""
+
+    def __call__(self, q: Floats) -> Floats:
+        """Return the values at q, shape (...,)."""
+
+    def gradient(self, q: Floats) -> Floats:
+        """Return the derivatives by each joint, shape (..., n)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +150,7 @@ def sum_of(value: Laurent, arithmetic: Arithmetic, values: Any) -> Sum:
     return Sum(c, turns.T, exponents[:, lengths])
 
 
-def poses_on(functions: Sequence[Numbers], starts: Floats, scale: Floats) -> Floats:
+def poses_on(functions: Sequence[DifferentiableFunction], starts: Floats, scale: Floats) -> Floats:
     """
     Return poses where every function is 0: the ends of Newton's smallest steps.
 
@@ -150,7 +160,7 @@ def poses_on(functions: Sequence[Numbers], starts: Floats, scale: Floats) -> Flo
         What must vanish.
     starts : shape (N, n)
     scale : shape (n,)
-        What counts as one unit of each joint, so that metres and radians compare.
+        One unit of each joint, so that metres and radians compare; 0 for a joint that is held.
     """
     q = np.array(starts)
     if not functions:
@@ -164,7 +174,9 @@ def poses_on(functions: Sequence[Numbers], starts: Floats, scale: Floats) -> Flo
     return np.asarray(q[np.max(np.abs(f), axis=-1) < CONVERGED])
 
 
-def values_and_gradients(functions: Sequence[Numbers], q: Floats) -> tuple[Floats, Floats]:
+def values_and_gradients(
+    functions: Sequence[DifferentiableFunction], q: Floats
+) -> tuple[Floats, Floats]:
     """Return what functions are at poses (N, n), shape (N, m), and their gradients (N, m, n)."""
     f = np.stack([function(q) for function in functions], axis=-1)
     return f, np.stack([function.gradient(q) for function in functions], axis=-2)

@@ -1,27 +1,40 @@
-"""Claims about where an arm is singular: is each claimed pose singular, and is any left out."""
+"""
+Claims about where an arm is singular: is each claimed pose singular, and is any left out.
 
-from collections.abc import Sequence
+Newton's method with least-norm steps projects random poses onto the zeros of each factor of the
+exact determinant. Every branch of the zeros that some start reaches must lie in a claimed family.
+"""
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from typing import Any
 
 import numpy as np
 import sympy as sp  # type: ignore[import-untyped]
 
+from ....errors import DerivationError
 from ....kinematics.forward import jacobian
 from ....kinematics.task_jacobian import task_jacobian
 from ....robot.robot import Robot
-from ...algebra.numeric import bisected
-from ..arm.numbers import Evaluation, Floats
+from ...algebra.numeric import poses_on
+from ...derivation import determinant_factors
+from ..arm.numbers import DEGREE, Evaluation, Floats
 from .names import FormulaNames
 from .poses import SEED, poses_for
 from .statements import Statement
 
+# Random poses from which each claim and each factor is searched.
 DRAWS = 200
-SEARCHES = 60
-GRID = 181
-# Smallest singular value, relative to the largest, of a pose found by bisection.
-SINGULAR = 1e-7
-NEAR = 1e-5  # rad or m, of a claimed value
+# Singular value k, relative to the largest, below which J has rank k - 1: Newton's poses are
+# exact to 1e-9.
+SINGULAR_VALUE_RATIO = 1e-7
+# Distance (rad or m) within which a pose belongs to a claimed family: Newton's poses are exact to
+# 1e-6 at a double zero.
+CLAIM_TOLERANCE = 1e-5
+# Step of central differences (rad or m): round-off and the third derivative are both below 1e-9.
+DIFFERENCE_STEP = 1e-6
+# The integer k of `q3 = k*pi`: whole turns of a sixth of a turn, both ways.
+INTEGERS = np.arange(-6.0, 7.0)
 
 
 @dataclass(frozen=True)
@@ -34,99 +47,152 @@ class Claim:
     remarks: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class _Equation:
+    # A function of N poses (N, n) that vanishes where the equation holds.
+    function: Callable[[Floats], Floats]
+
+    def __call__(self, q: Floats) -> Floats:
+        return self.function(q)
+
+    def gradient(self, q: Floats) -> Floats:
+        steps = DIFFERENCE_STEP * np.eye(q.shape[-1])
+        differences = [self.function(q + h) - self.function(q - h) for h in steps]
+        return np.stack(differences, axis=-1) / (2.0 * DIFFERENCE_STEP)
+
+
 def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement]) -> list[Claim]:
     """Return for each claimed family whether it is singular, and last whether all are claimed."""
     judged = [_sound(robot, names, claim) for claim in claims]
     if robot.task.structurally_deficient or len(robot.task.rows) != robot.dof:
         return judged
-    missing = _missing(robot, names, claims)
-    remark = 'every singular pose that was found is claimed'
-    if missing is not None:
-        pose = ', '.join(f'{s} = {v:.4f}' for s, v in zip(names.table.variables, missing))
-        remark = f'not complete: {pose} is singular too, and is not claimed'
-    whole = Claim('the singular set', claims[-1].line, missing is None, (remark,))
-    return [*judged, whole]
-
-
-def _task_jacobian(robot: Robot, q: Floats) -> Floats:
-    return task_jacobian(robot.task, jacobian(robot, q))
-
-
-def _determinant(robot: Robot, q: Floats, joint: int, value: float) -> float:
-    q[joint] = value
-    return float(np.linalg.det(_task_jacobian(robot, q)))
+    return [*judged, _whole(robot, names, claims)]
 
 
 def _smallness(robot: Robot, q: Floats) -> Floats:
-    values = np.linalg.svd(_task_jacobian(robot, q), compute_uv=False)
+    values = np.linalg.svd(task_jacobian(robot.task, jacobian(robot, q)), compute_uv=False)
     return np.asarray(values[..., robot.task.generic_rank - 1] / values[..., 0])
 
 
-def _draws(robot: Robot, names: FormulaNames, claim: Statement, count: int) -> Floats:
-    poses = poses_for(robot, names, claim.settings, frozenset(), (), count)
+def _draws(robot: Robot, names: FormulaNames, claim: Statement) -> Floats:
+    poses = poses_for(robot, names, claim.settings, frozenset(), (), DRAWS)
     return np.stack([poses.values[s] for s in names.table.variables], axis=-1)
 
 
+def _in_words(names: FormulaNames, pose: Floats) -> str:
+    return ', '.join(f'{s} = {v:.4f}' for s, v in zip(names.table.variables, pose))
+
+
+# Soundness: poses of the family are singular
+
+
 def _sound(robot: Robot, names: FormulaNames, claim: Statement) -> Claim:
-    q = _draws(robot, names, claim, DRAWS)
-    for joint, values in _claimed_values(names, claim, q):
-        q[:, joint] = values
-    q = q[np.isfinite(q).all(axis=1)]  # a family need not exist for all of the other joints
+    q = _draws(robot, names, claim)
+    integers = np.random.default_rng(SEED).integers(-2, 3, len(q)).astype(float)
+    free = np.ones(robot.dof)
+    for joint, value in claim.conditions:
+        if joint >= 0:
+            q[:, joint] = _value(names, claim, value, integers)(q) * _unit(names, claim, joint)
+            free[joint] = 0.0
+    equations = [
+        _Equation(_value(names, claim, value, integers))
+        for joint, value in claim.conditions
+        if joint < 0
+    ]
+    if equations:
+        q = poses_on(equations, q, free)
+    # A family need not exist for all values of the other joints.
+    q = q[np.isfinite(q).all(axis=1)]
+    q = q[_belongs(names, claim, q)] if equations else q
     if not len(q):
         remark = f'no pose of this family was found in {DRAWS} draws: it has no real values there'
         return Claim(claim.name, claim.line, False, (remark,))
-    singular = _smallness(robot, q) < SINGULAR
+    singular = _smallness(robot, q) < SINGULAR_VALUE_RATIO
     if singular.all():
         return Claim(claim.name, claim.line, True, ('every pose of this family is singular',))
-    pose = q[int(np.argmin(singular))]
-    text = ', '.join(f'{s} = {v:.4f}' for s, v in zip(names.table.variables, pose))
-    return Claim(claim.name, claim.line, False, (f'not singular: {text} has full rank',))
+    pose = _in_words(names, q[int(np.argmin(singular))])
+    return Claim(claim.name, claim.line, False, (f'not singular: {pose} has full rank',))
 
 
-def _claimed_values(names: FormulaNames, claim: Statement, q: Floats) -> list[tuple[int, Floats]]:
-    rng = np.random.default_rng(SEED)
-    values = {s: q[:, k] for k, s in enumerate(names.table.variables)}
-    for symbol in names.table.constants:
-        if symbol in names.table.derived:
-            values[symbol] = Evaluation(values, len(q)).of(names.table.derived[symbol])
-        else:
-            values[symbol] = np.full(len(q), names.table.given[symbol])
-    values[sp.Symbol('k')] = rng.integers(-2, 3, len(q)).astype(float)
-    evaluation = Evaluation(values, len(q), claim.settings.degrees)
-    scale = [
-        np.pi / 180 if claim.settings.degrees and not slides else 1.0
-        for slides in names.table.slides
-    ]
-    return [(joint, evaluation.of(value) * scale[joint]) for joint, value in claim.conditions]
+def _value(
+    names: FormulaNames, claim: Statement, value: Any, integers: Floats | float
+) -> Callable[[Floats], Floats]:
+    # An expression of a claim as a function of poses, with one integer k for each.
+    table = names.table
+
+    def function(q: Floats) -> Floats:
+        values = {s: q[:, k] for k, s in enumerate(table.variables)}
+        for symbol in table.constants:
+            if symbol in table.derived:
+                values[symbol] = Evaluation(values, len(q)).of(table.derived[symbol])
+            else:
+                values[symbol] = np.full(len(q), table.given[symbol])
+        values[sp.Symbol('k')] = np.broadcast_to(integers, len(q))
+        return Evaluation(values, len(q), claim.settings.degrees).of(value)
+
+    return function
 
 
-def _is_claimed(names: FormulaNames, claims: Sequence[Statement], q: Floats) -> bool:
-    for claim in claims:
-        copies = np.repeat(q[None], 5, axis=0)
-        holds = True
-        for joint, values in _claimed_values(names, claim, copies):
-            gap = q[joint] - values
-            if not names.table.slides[joint]:
-                gap = np.remainder(gap + np.pi, 2 * np.pi) - np.pi
-            holds = holds and bool(np.min(np.abs(gap)) < NEAR)
-        if holds:
-            return True
-    return False
+def _unit(names: FormulaNames, claim: Statement, joint: int) -> float:
+    turns = not names.table.slides[joint]
+    return DEGREE if turns and claim.settings.degrees else 1.0
 
 
-def _missing(robot: Robot, names: FormulaNames, claims: Sequence[Statement]) -> Floats | None:
-    # Along one joint at a time, where the determinant changes sign or touches zero.
-    starts = _draws(robot, names, claims[0], SEARCHES)
-    for index, start in enumerate(starts):
-        joint = index % robot.dof
-        line = np.repeat(start[None], GRID, axis=0)
-        low, high = (-2.0, 2.0) if robot.prismatic[joint] else (-np.pi, np.pi)
-        line[:, joint] = np.linspace(low, high, GRID)
-        determinant = np.linalg.det(_task_jacobian(robot, line))
-        at = partial(_determinant, robot, start.copy(), joint)
-        for k in np.flatnonzero(determinant[:-1] * determinant[1:] < 0.0):
-            q: Floats = start.copy()
-            q[joint] = bisected(at, float(line[k, joint]), float(line[k + 1, joint]))
-            if _smallness(robot, q[None])[0] < SINGULAR and not _is_claimed(names, claims, q):
-                return q
-    return None
+# Completeness: zeros of each factor are claimed
+
+
+def _is_claimed(names: FormulaNames, claims: Sequence[Statement], q: Floats) -> Any:
+    # Which of N poses belong to a claimed family, shape (N,).
+    return np.any([_belongs(names, claim, q) for claim in claims], axis=0)
+
+
+def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> Any:
+    holds = np.ones(len(q), dtype=bool)
+    for joint, value in claim.conditions:
+        gaps = [
+            _gap(names, claim, joint, _value(names, claim, value, k), q) for k in INTEGERS.tolist()
+        ]
+        holds &= np.min(gaps, axis=0) <= CLAIM_TOLERANCE
+    return holds
+
+
+def _gap(
+    names: FormulaNames,
+    claim: Statement,
+    joint: int,
+    function: Callable[[Floats], Floats],
+    q: Floats,
+) -> Floats:
+    # Distance of poses to a condition (rad or m), of an equation to first order; inf where it has
+    # no value.
+    if joint < 0:
+        equation = _Equation(function)
+        slope = np.linalg.norm(equation.gradient(q), axis=-1)
+        gap = np.abs(equation(q)) / np.maximum(slope, np.finfo(float).tiny)
+    else:
+        gap = np.abs(q[:, joint] - function(q) * _unit(names, claim, joint))
+        if not names.table.slides[joint]:
+            gap = np.abs(np.remainder(gap + np.pi, 2 * np.pi) - np.pi)
+    return np.where(np.isfinite(gap), gap, np.inf)
+
+
+def _whole(robot: Robot, names: FormulaNames, claims: Sequence[Statement]) -> Claim:
+    name, line = 'the singular set', claims[-1].line
+    try:
+        factors = determinant_factors(robot)
+    except DerivationError as error:
+        remark = f'it is not decided whether other poses are singular: {error}'
+        return Claim(name, line, True, (remark,))
+    starts = factors.sampler.random(DRAWS)
+    for function, expression in zip(factors.functions, factors.expressions):
+        zeros = factors.sampler.whole(poses_on([function], starts, np.ones(robot.dof)))
+        left_out = zeros[~_is_claimed(names, claims, zeros)]
+        left_out = left_out[_smallness(robot, left_out) < SINGULAR_VALUE_RATIO]
+        if len(left_out):
+            remark = (
+                f'not complete: {expression} = 0 at {_in_words(names, left_out[0])}, which is '
+                'singular too, and is not claimed'
+            )
+            return Claim(name, line, False, (remark,))
+    remark = 'every zero of every factor of the determinant is claimed'
+    return Claim(name, line, True, (remark,))

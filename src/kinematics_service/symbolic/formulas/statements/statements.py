@@ -42,7 +42,8 @@ class Statement:
     left
         The left side of an equation.
     conditions
-        Of a claim, pairs of a joint index and an expression in k.
+        Of a claim, pairs of a joint index and the joint's value, with the integer k; of an
+        equation in several joints, -1 and what is 0.
     decimals
         Decimal places of a formula that is nothing but numbers, else None.
     inexact
@@ -234,20 +235,27 @@ class _Reader:
             joint = None
             if condition.left.kind == 'name':
                 joint = self.names.joint(condition.left.text)
-            if joint is None:
-                message = "expected JOINT = VALUE, such as 'singular: q3 = k*pi'"
-                raise condition.left.at.fault(message)
+            table = self.names.table
             value = self._value(condition.right, replace(context, integers=True))
             self._refuse_matrix(value, condition)
-            table = self.names.table
+            if joint is None:
+                left = self._value(condition.left, replace(context, integers=True))
+                self._refuse_matrix(left, condition)
+                value = left - value
             known = {*table.variables, *table.constants, sp.Symbol('k')}
-            if value.free_symbols - known:
-                message = 'a singular value is made of joints, constants and the integer k'
+            if value.free_symbols - known or (
+                joint is None and not value.free_symbols & {*table.variables}
+            ):
+                message = (
+                    'a singular set is written with joints, constants and the integer k, such as '
+                    "'singular: q3 = k*pi' or 'singular: L2*cos(q2) + L3*cos(q2 + q3) = 0'"
+                )
                 raise condition.left.at.fault(message)
-            conditions.append((joint, value))
+            conditions.append((-1 if joint is None else joint, value))
         statement = self._made('claim', raw, sp.Integer(0), conditions=tuple(conditions))
         text = ', '.join(
-            f'{self.names.table.variables[joint]} = {value}' for joint, value in conditions
+            f'{value} = 0' if joint < 0 else f'{table.variables[joint]} = {value}'
+            for joint, value in conditions
         )
         return replace(statement, name=f'singular: {text}', decimals=None)
 
