@@ -66,7 +66,7 @@ FORMS = {
         lambda i, a, al, d: f'{i};{comma(a * 1000)};{al},0;{comma(d * 1000)};θ{i}*',
     ),
     'tabs of a spreadsheet, with a typographic minus': lines(
-        'θ\tα\tr\td', lambda i, a, al, d: f'θ_{i}\t{al}°\t{a!r}\t{d!r}'.replace('-', '−')
+        'θ\tα\ta\td', lambda i, a, al, d: f'θ_{i}\t{al}°\t{a!r}\t{d!r}'.replace('-', '−')
     ),
     'columns by spaces': lines(
         'a       alpha   d   theta', lambda i, a, al, d: f'{a!r}   {al}   {d!r}   0 + q{i}'

@@ -22,12 +22,14 @@ class Constant:
     A named number of the file.
 
     Its value is in the file's units, unlike everything else here: whether a constant is a
-    length, an angle, or a ratio shows only where it is used.
+    length, an angle, or a ratio shows only where it is used. A letter has no value in the file;
+    a generic number stands in for it.
     """
 
     name: str
     text: str
     value: float
+    letter: bool = False
 
 
 @dataclass(frozen=True)
@@ -457,6 +459,11 @@ class RobotDescription:
     loops: tuple[LoopDescription, ...] = ()
     parts: tuple[str, ...] = field(default=(), compare=False)
     speed_limits: tuple[SpeedLimit, ...] = ()
+
+    @property
+    def letters(self) -> str:
+        """Return the names of the constants without a value, joined by commas."""
+        return ', '.join(constant.name for constant in self.constants if constant.letter)
 
     @property
     def radians(self) -> float:

@@ -94,6 +94,8 @@ class Quantities:
         Names met so far.
     strange
         Names met so far that nothing in the file explains.
+    letters
+        Constants without a value: what uses them has no size that could be judged.
     """
 
     top: Place
@@ -105,6 +107,7 @@ class Quantities:
     all_names_known: bool = True
     used: set[str] = field(default_factory=set)
     strange: set[str] = field(default_factory=set)
+    letters: frozenset[str] = frozenset()
 
     def fixed(
         self, text: str | None, kind: Kind, at: Place, *, usual: bool = True
@@ -171,7 +174,7 @@ class Quantities:
                 )
                 return None
         if expression:
-            self._warn_of_units(expression.affine.constant, kind, at)
+            self._warn_of_units(expression, kind, at)
         return expression
 
     def function(self, text: str | None, at: Place) -> str | None:
@@ -239,9 +242,10 @@ class Quantities:
         except ExpressionError as error:
             at.fault(str(error))
             return None
+        expression = Expression(text, affine)
         if usual:
-            self._warn_of_units(affine.constant, kind, at)
-        return Expression(text, affine)
+            self._warn_of_units(expression, kind, at)
+        return expression
 
     def _in_si(self, affine: Affine, kind: Kind) -> Affine:
         coefficients = []
@@ -253,7 +257,10 @@ class Quantities:
             coefficients.append((variable, factor))
         return Affine(self.units.to_si(affine.constant, kind), tuple(coefficients))
 
-    def _warn_of_units(self, value: float, kind: Kind, at: Place) -> None:
+    def _warn_of_units(self, expression: Expression, kind: Kind, at: Place) -> None:
+        value = expression.affine.constant
+        if self.letters & names_in(expression.text):
+            return
         if kind == 'length' and self.units.length == 'm' and abs(value) > LONG:
             at.warn(f'a length of {number(value)} m: {MILLIMETRES}')
         if kind == 'angle' and self.units.angle == 'rad' and abs(value) > TURN:

@@ -1,0 +1,54 @@
+"""The cells of a pasted table: what a cell says as an expression, and in which unit."""
+
+import re
+from typing import NamedTuple
+
+from ...robot.file.text.expression_syntax import ARGUMENTS_OF
+from ...typography import DEGREE
+
+# What a cell of LaTeX, Markdown or a program holds, and what it means.
+PLAIN = tuple(
+    (re.compile(pattern), plain)
+    for pattern, plain in (
+        (r'</?\w+[^<>]*>', ''),
+        (r'\\[dt]?frac\s*(\\[a-z]+|\d)\s*(\w)', r'\\frac{\1}{\2}'),
+        (r'\\[dt]?frac\{(\\?\w+)\}\{(\w+)\}', r'\1/\2'),
+        (r'\\[dt]?frac\{([^{}]*)\}\{([^{}]*)\}', r'(\1)/(\2)'),
+        (r'\^\s*\{?\s*\\circ\s*\}?|\\(?:text)?degree|\\deg\b', DEGREE),
+        (r'\^\s*\{?\s*(?:\*|\\ast|\\star)\s*\}?', '*'),  # marks the joint's variable
+        (r'\\(?:text|math)\w*\{([^{}]*)\}', r'\1'),
+        (r'\\(?:cdot|times)\b', '*'),
+        (r'\\(?:left|right|quad|[,;:! ])', ' '),
+        (r'\\(?=[A-Za-z])|[${}]', ''),
+        (r'(?<=\d)\s*(?=pi\b)', '*'),
+        (r'\b(?:numpy|np|jnp|math|sympy|sp|sy|torch|std|cmath)\.(?=[a-z])', ''),
+        (r'\bM_PI_([24])\b', r'pi/\1'),
+        (r'\b(?:M_PI|PI|Pi)\b', 'pi'),
+        (r"\bsym\(\s*'?(\w+)'?\s*\)", r'\1'),
+        (r'\b(?:deg2rad|radians|toRadians|d2r|DEG2RAD)\(\s*([-+]?[\d.]+)\s*\)', rf'\1{DEGREE}'),
+        (r'(?<=[\d.])\s*\*\s*(?:DEG2RAD|deg2rad|D2R|d2r)\b', DEGREE),
+        (r'(?<=[\d.])\s*(?:degrees|degree|deg)\b', DEGREE),
+        (r'(?<=\w)\(t\)', ''),
+        (r'(?<=\d)f\b', ''),
+    )
+)
+INDEX = re.compile(r'\b([A-Za-z_]\w*)[\[(](\d+)[\])]')
+
+
+class PastedRow(NamedTuple):
+    """The cells of a row, and its line in the text."""
+
+    line: int
+    cells: tuple[str, ...]
+
+
+def plain_cell(text: str) -> str:
+    """Return a cell without marks of LaTeX, Markdown and programs; `q(1)` is `q1`."""
+    for pattern, plain in PLAIN:
+        text = pattern.sub(plain, text)
+    text = INDEX.sub(_indexed, text).strip(' \t\n`"\'')
+    return text.strip('* ') if text.startswith('*') else text
+
+
+def _indexed(found: re.Match[str]) -> str:
+    return found[0] if found[1] in ARGUMENTS_OF else found[1] + found[2]

@@ -1,0 +1,122 @@
+"""A table of named numbers: dictionaries, YAML, JSON, TOML, vectors, substitutions of sympy."""
+
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from .cells import PastedRow, plain_cell
+from .heads import head_of
+from .pasted import cells_of, without_comments
+from .report import TableReport
+
+PAIR = re.compile(
+    r"""["']?(?<![\w.])(?P<owner>[\w.]+(?:\[\w+\]|\(\w+\))?\.)?(?P<key>[A-Za-z_]\w*)["']?[ \t]*"""
+    r"""(?::|=>?)[ \t]*(?P<value>\[[^\[\]]*\]|"[^"\n]*"|'[^'\n]*'"""
+    r"""|(?:[^,;\n{}\[\]()"']|\([^()\n]*\)|\[\w+\])*)"""
+)
+ITEM = re.compile(r'(?m)^[ \t]*- ')
+BLOCK_LIST = re.compile(r'(?m)^([ \t]*)(\w+):[ \t]*\n((?:[ \t]*- [^\n:]*(?:\n|\Z))+)')
+# What stands between two numbers of different rows.
+BETWEEN_ROWS = re.compile(r'[{}()]|\[\[|(?m:^[ \t]*-[ \t])|(?m:^[ \t]*[\w"\']+:[ \t]*$)|(?m:^\[)')
+NUMBERED = re.compile(r'(alpha|theta|th|[a-z])_?(\d+)')
+
+
+class _Pair(NamedTuple):
+    start: int
+    end: int
+    owner: str
+    key: str
+    value: str
+
+
+def rows_of_records(text: str, report: TableReport) -> list[PastedRow]:
+    """Return the rows of numbers with names under their heads; none in another table."""
+    text = _with_lists(text)
+    pairs = _pairs(text)
+    keys = [head_of(pair.key).meaning for pair in pairs]
+    if 'alpha' not in keys or not {'a', 'd', 'r'} & set(keys):
+        return []
+    is_vector = pairs[keys.index('alpha')].value.startswith('[')
+    known = [pair for pair, key in zip(pairs, keys) if key]
+    rows = _vectors(text, known, report) if is_vector else _sequence(text, known)
+    if len(rows) < 3 and not is_vector:
+        return []
+    if others := sorted({pair.key for pair, key in zip(pairs, keys) if not key}):
+        report.note(f'left out: {", ".join(others)}')
+    return rows
+
+
+def rows_of_substitutions(text: str) -> list[PastedRow]:
+    """Return the rows of numbers by names with indices, such as `alpha0: 0, a0: 0, d1: 0.75`."""
+    text = without_comments(text)
+    pairs = [pair for pair in _pairs(text) if NUMBERED.fullmatch(pair.key)]
+    return _numbered(text, pairs) if sum('alpha' in pair.key for pair in pairs) > 1 else []
+
+
+def _with_lists(text: str) -> str:
+    # Lists of YAML that have a line for each number become lists in brackets.
+    return BLOCK_LIST.sub(
+        lambda found: f'{found[1]}{found[2]}: [{", ".join(ITEM.sub("", found[3]).split())}]\n',
+        without_comments(text),
+    )
+
+
+def _pairs(text: str) -> list[_Pair]:
+    return [
+        _Pair(one.start(), one.end(), one['owner'] or '', one['key'].lower(), one['value'].strip())
+        for one in PAIR.finditer(text)
+        if one['value'].strip()
+    ]
+
+
+def _row(text: str, pair: _Pair, cells: Sequence[str]) -> PastedRow:
+    return PastedRow(text.count('\n', 0, pair.start) + 1, tuple(map(plain_cell, cells)))
+
+
+def _vectors(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[PastedRow]:
+    vectors = {pair.key: cells_of(pair.value[1:-1]) for pair in pairs if pair.value[:1] == '['}
+    lengths = {key: len(cells) for key, cells in vectors.items()}
+    if len(set(lengths.values())) > 1:
+        counts = ', '.join(f'{key} has {count}' for key, count in lengths.items())
+        report.refuse(f'vectors of different lengths: {counts}')
+    heads = PastedRow(0, tuple(vectors))
+    return [heads, *(_row(text, pairs[0], cells) for cells in zip(*vectors.values()))]
+
+
+def _sequence(text: str, pairs: Sequence[_Pair]) -> list[PastedRow]:
+    rows: list[tuple[_Pair, dict[str, str]]] = []
+    end = 0
+    for pair in pairs:
+        parted = not rows or BETWEEN_ROWS.search(text, end, pair.start)
+        if parted or pair.owner != rows[-1][0].owner or pair.key in rows[-1][1]:
+            rows.append((pair, {}))
+        rows[-1][1][pair.key] = pair.value
+        end = pair.end
+    numbers = {'a', 'r', 'alpha', 'd', 'theta'}
+    rows = [row for row in rows if numbers & {head_of(key).meaning for key in row[1]}]
+    heads = list(dict.fromkeys(key for _, values in rows for key in values))
+    body = [_row(text, pair, [values.get(key, '') for key in heads]) for pair, values in rows]
+    return [PastedRow(0, tuple(heads)), *body]
+
+
+def _numbered(text: str, pairs: Sequence[_Pair]) -> list[PastedRow]:
+    # alpha0, a0, d1, q1: those of the link before are Craig's. What is left out stays a letter.
+    found = {(pair.key.rstrip('0123456789').rstrip('_'), _index(pair)): pair for pair in pairs}
+    names = {name for name, _ in found}
+    angle = next((name for name in ('theta', 'th', 'q') if name in names), 'q')
+    first = {name: min(k for one, k in found if one == name) for name in names}
+    before = first['alpha'] == 0 and first.get('d', first.get(angle, 0)) == 1
+    last = max(k for name, k in found if name == 'd') if 'd' in names else len(found)
+    heads = ('alpha(i-1)', 'a(i-1)', 'd', 'theta') if before else ('alpha', 'a', 'd', 'theta')
+    rows = [PastedRow(0, heads)]
+    for k in range(first.get('d', 1), last + 1):
+        cells = [
+            found[name, i].value if (name, i) in found else f'{name}{i}'
+            for name, i in (('alpha', k - before), ('a', k - before), ('d', k), (angle, k))
+        ]
+        rows.append(_row(text, found.get(('alpha', k - before), pairs[0]), cells))
+    return rows
+
+
+def _index(pair: _Pair) -> int:
+    return int(re.sub(r'.*?(\d+)$', r'\1', pair.key))
