@@ -22,7 +22,7 @@ PLAIN = tuple(
         (r'\\(?=[A-Za-z])|[${}]', ''),
         (r'(?<=\d)\s*(?=pi\b)', '*'),
         (r'\b(?:numpy|np|jnp|math|sympy|sp|sy|torch|std|cmath)\.(?=[a-z])', ''),
-        (r'\bM_PI_([24])\b', r'pi/\1'),
+        (r'\b(?:M_PI|pi)_([2-9])\b', r'pi/\1'),
         (r'\b(?:M_PI|PI|Pi)\b', 'pi'),
         (r"\bsym\(\s*'?(\w+)'?\s*\)", r'\1'),
         (r'\b(?:deg2rad|radians|toRadians|d2r|DEG2RAD)\(\s*([-+]?[\d.]+)\s*\)', rf'\1{DEGREE}'),

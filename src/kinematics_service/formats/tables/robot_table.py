@@ -94,7 +94,8 @@ def read_table(
     joints = [_joint(row, angle, report) for row in arm if row.variable]
     report.raise_faults()
     ends = list(end_lines(plain, script.settings if script else {}, constants, report))
-    _say_columns(heads, report)
+    if not script:
+        _say_columns(heads, report)
     source = ''.join(c if c.isprintable() else '?' for c in PurePath(file).name)
     lines = [
         f'robot: {name}',
@@ -274,7 +275,7 @@ def _constants(
 
 def _joint(moved: MovingRow, angle: str, report: TableReport) -> str:
     row, label = moved.row, re.sub(r'\s+', '_', moved.row.cells.get('joint', ''))
-    named = label and not label.isdecimal()
+    named = re.search('[A-Za-z]', label)  # 0->1 is a number
     entry = [f'name: {scalar(label) if named else moved.variable}']
     entry += [f'variable: {moved.variable}'] if named else []
     entry.append(f'type: {"revolute" if moved.place == "theta" else "prismatic"}')

@@ -97,12 +97,12 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
 def _matrix_links(text: str) -> list[_LinkCall]:
     # SerialLink(dh) takes rows of theta, d, a, alpha, sigma, offset.
     found = OF_MATRIX.search(text)
-    blocks = [block for block in blocks_of(text) if found and block.name in (found[1], '')]
-    if not found or len(blocks) != 1:
+    blocks = blocks_of(text) if found else []
+    named = [block for block in blocks if found and block.name == found[1]]
+    named = named or [block for block in blocks if len(block.rows) > 1]
+    if len(named) != 1:
         return []
-    return [
-        _LinkCall(row.line, '', 'Link', dict(zip(VECTOR, row.cells))) for row in blocks[0].rows
-    ]
+    return [_LinkCall(row.line, '', 'Link', dict(zip(VECTOR, row.cells))) for row in named[0].rows]
 
 
 def _refuse_other_orders(text: str, targets: list[str], report: TableReport) -> None:

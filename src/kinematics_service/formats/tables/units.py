@@ -23,6 +23,7 @@ NUMBER = re.compile(r'(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
 MARKED = re.compile(rf'({NUMBER.pattern})\s*\*?\s*(mm|cm|m|inch|in|rad(?:ians?)?)\b')
 # A number that is a term of its own, without a mark of its unit.
 TERM = re.compile(rf'(?<![*/])(?<![*/]\s){NUMBER.pattern}(?!\s*(?:[*/{DEGREE}\w(.]))')
+DEGREE_DECIMALS = 9  # 29.999999999999996 is 30
 LIMITS_TURNS = re.compile(r'-?(?:[3-9]\d|\d{3,})(?:\.\d*)?')  # limits of 30 rad are in degrees
 
 
@@ -141,10 +142,12 @@ def in_unit(cell: str, unit: str) -> str:
     return MARKED.sub(number, cell)
 
 
-def rounded(cell: str) -> str:
+def rounded(cell: str, unit: str) -> str:
     """Return an angle whose numbers such as 1.5708 are the parts of pi that they round."""
 
     def part(found: re.Match[str]) -> str:
+        if unit == 'deg':
+            return number_text(round(float(found[0]), DEGREE_DECIMALS))
         text = angle_of(as_rounded_part_of_pi(found[0])).text
         return text if 'pi' in text else found[0]
 

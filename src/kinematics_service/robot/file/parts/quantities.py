@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
@@ -26,6 +26,7 @@ LONG = 20.0  # m: no link is as long
 TURN = 2.0 * math.pi + 0.02  # rad, with two printed digits
 QUARTERS = [k * math.pi / 2.0 for k in range(1, 5)]
 ROUNDED = 0.005  # 1.57, 3.14, 4.71, 6.28 are so near to them
+DECIMALS = re.compile(r'(?<![\w.])(\d\.(\d{2,9}))(?!\w)')  # with more they are exact
 
 INFINITE = re.compile(r'[-+]?\.?(inf|Inf|INF)')
 NOT_A_NUMBER = re.compile(r'[-+]?\.?(nan|NaN|NAN)')
@@ -265,10 +266,23 @@ class Quantities:
             at.warn(f'a length of {number(value)} m: {MILLIMETRES}')
         if kind == 'angle' and self.units.angle == 'rad' and abs(value) > TURN:
             at.warn(f'{number(value)} rad is more than a turn: {DEGREES}')
+        if kind == 'angle' and self.units.angle == 'rad' and at.path[0] == 'links':
+            for digits, k in rounded_quarters(expression.text):
+                part = 'pi' if k == 2 else '2*pi' if k == 4 else f'{k}*pi/2'.removeprefix('1*')
+                at.remark(f'{digits} looks like {part} rounded: then write {part}')
         if kind == 'angle' and self.units.angle == 'deg' and at.path[0] != 'known_poses':
             degrees = math.degrees(value)
             if any(abs(abs(degrees) - quarter) < ROUNDED for quarter in QUARTERS):
                 at.warn(f'{number(degrees)} deg: {RADIANS}')
+
+
+def rounded_quarters(text: str) -> Iterator[tuple[str, int]]:
+    """Yield numbers such as 1.57 and 1.5708, and how many quarter turns (rad) they round."""
+    for digits, decimals in DECIMALS.findall(text):
+        for k, quarter in enumerate(QUARTERS, 1):
+            cut = math.floor(quarter * 10 ** len(decimals)) / 10 ** len(decimals)
+            if float(digits) in (cut, round(quarter, len(decimals))):
+                yield digits, k
 
 
 def _check_size(affine: Affine, kind: Kind) -> None:
