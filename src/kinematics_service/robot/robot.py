@@ -419,10 +419,9 @@ def as_robot(robot: AnyRobot) -> Robot:
 
 def robot_in_letters(robot: AnyRobot) -> Robot:
     """Return a robot as `as_robot` does, also if constants of its file have no value."""
-    if isinstance(robot, Robot) or not isinstance(robot, str | os.PathLike):
+    if not isinstance(robot, str | os.PathLike) or os.fspath(robot) in bundled_robots():
         return as_robot(robot)
-    description = read_robot(find_robot(robot))
-    return build_robot(description, in_letters=True) if description.letters else as_robot(robot)
+    return build_robot(read_robot(find_robot(robot)), in_letters=True)
 
 
 def _state_of(file: str | os.PathLike[str]) -> tuple[int, int, int]:

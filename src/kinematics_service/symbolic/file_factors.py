@@ -7,8 +7,8 @@ import sympy
 from sympy.printing.str import StrPrinter
 
 from ..errors import DerivationError, ExpressionError
-from ..robot.file.text.expression_syntax import MAX_CHARACTERS, syntax_tree
 from ..robot.file.reader import parse_robot
+from ..robot.file.text.expression_syntax import MAX_CHARACTERS, syntax_tree
 from ..robot.robot import Robot, build_robot
 from .derivation import Derivation
 from .singular_set import evaluated, file_factors

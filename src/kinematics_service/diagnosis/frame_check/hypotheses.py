@@ -235,7 +235,8 @@ def exchanges_of(robot: Robot) -> Iterator[Hypothesis]:
         for step, where in ((1, 'high'), (-1, 'low')):
             other = np.array(table)
             other[:, j] = np.roll(table[:, j], step, axis=0)
-            said = f'column {" and ".join(names[one] for one in j)} of the table is one row too {where}'
+            said = ' and '.join(names[one] for one in j)
+            said = f'column {said} of the table is one row too {where}'
             yield from _with_numbers(robot, rows, other, said, tried)
     slots = list(itertools.product(range(count), range(len(names))))
     for (k, i), (m, j) in itertools.combinations(slots, 2):

@@ -17,7 +17,7 @@ ANGLE = re.compile(r'(?:theta|th|t|phi|psi|q|joint|j)_?\d+', re.IGNORECASE)
 SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)  # other symbols in d are lengths
 LENGTH = re.compile(r'[adlhb]_?\d+', re.IGNORECASE)
 # The star of a book marks a variable: `theta3* - 90` is no product.
-STARRED = re.compile(r'\b(?!pi\b)([A-Za-z]\w*)\s*\*+\s*(?=[-+]|$)')
+STARRED = re.compile(r'\b(?!pi\b)([A-Za-z]\w*)\s*\*+\s*(?=(?P<sign>-)|[+]|$)')
 TYPES = {
     **dict.fromkeys(('r', 'rot', 'rotary', 'revolute', 'rotational', '0'), 'theta'),
     **dict.fromkeys(('p', 'prismatic', 'linear', 'sliding', 'translational', '1'), 'd'),
@@ -48,29 +48,34 @@ class MovingRow(NamedTuple):
     place: str
 
 
-def without_stars(rows: Sequence[NumberedRow], constants: Collection[str]) -> set[str]:
+def without_stars(
+    rows: Sequence[NumberedRow], constants: Collection[str], report: TableReport
+) -> set[str]:
     """Remove the stars that mark variables, and return the names that had one."""
-    starred = set[str]()
-
-    def bare(found: re.Match[str]) -> str:
-        if found[1] in constants:
-            return found[0]
-        starred.add(found[1])
-        return f'{found[1]} '
-
-    for row in rows:
-        for place in OWN:
-            row.cells[place] = STARRED.sub(bare, row.cells.get(place, '')).strip()
-    return starred
+    found = [
+        (row, place, star)
+        for row in rows
+        for place in OWN
+        for star in STARRED.finditer(row.cells.setdefault(place, ''))
+        if star[1] not in constants
+    ]
+    # `q2*-1` alone may be a product.
+    if found and all(star[0].endswith('*') and star['sign'] for _, _, star in found):
+        row, place, _ = found[0]
+        message = f'{row.cells[place]}: a product, or a variable with its star? Write it without *'
+        report.fault(message, row.line, f'row {row.number}, column {place}')
+    for row, place, star in found:
+        row.cells[place] = row.cells[place].replace(star[0], f'{star[1]} ').strip()
+    if found:
+        report.note('a star marks the variable of a joint')
+    return {star[1] for _, _, star in found}
 
 
 def moving_rows(
     rows: Sequence[NumberedRow], constants: Collection[str], report: TableReport
 ) -> list[MovingRow]:
     """Return the rows with their variables; what is wrong or was assumed is reported."""
-    starred = without_stars(rows, constants)
-    if starred:
-        report.note('a star marks the variable of a joint')
+    starred = without_stars(rows, constants, report)
     constants = {*constants, *_lengths(rows, constants, starred, report)}
     joints = [row for row in rows if not NOT_A_JOINT.fullmatch(row.cells.get('joint', ''))]
     taken = {name for row in rows for place in OWN for name in _moving(row, place, constants)}
@@ -89,7 +94,7 @@ def moving_rows(
         known = [before.variable for before in arm if before.variable]
         free = f'q{len(known) + 1}'
         own = _moving(row, place, constants) if place else frozenset()
-        new = sorted(name for name in own - {MARK} if _bare(name) not in map(_bare, known))
+        new = sorted(name for name in own - {MARK} if bare(name) not in map(bare, known))
         if len(new) > 1 and len(angles := list(filter(ANGLE.fullmatch, new))) == 1:
             new = angles  # beside letters without a value
         free = f'joint_{free}' if free in taken else free
@@ -129,6 +134,8 @@ def _lengths(
         names = _moving(row, 'd', constants) - {MARK} - turning
         if 'type' in row.cells:
             slides = TYPES.get(row.cells['type'].lower()) == 'd'
+        elif NOT_A_JOINT.fullmatch(row.cells.get('joint', '')):
+            slides = False
         else:
             slides = not _moving(row, 'theta', constants) and not (
                 starred and not names & set(starred)
@@ -157,11 +164,14 @@ def _moving(row: NumberedRow, place: str, constants: Collection[str]) -> frozens
     # The names of variables in a cell, MARK for the row's own.
     text = _marked(row, place, constants)
     names = names_in(text).difference(constants, ('pi',))
-    sliding = frozenset(filter(SLIDING.fullmatch, names)) if place == 'd' else names
+    told = TYPES.get(row.cells.get('type', '').lower()) == 'd'
+    sliding = names if place == 'theta' or told else filter(SLIDING.fullmatch, names)
+    sliding = frozenset(sliding)
     return sliding | {MARK} if MARK in text else sliding
 
 
-def _bare(name: str) -> str:
+def bare(name: str) -> str:
+    """Return a name without underscores: `theta_1` and `theta1` are one."""
     return name.replace('_', '')
 
 

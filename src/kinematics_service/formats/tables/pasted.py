@@ -14,6 +14,8 @@ from .report import TableReport
 
 BARS = str.maketrans(dict.fromkeys('│┃║┆┊╎', '|'))
 RULE = re.compile(r'[-+=:|\s\u2500-\u257f]*')  # a line between rows
+# Base and tool of a printed robot.
+ENDS = re.compile(r'(?m)^\W*(?:base|tool)\s*\|(?:\s*t\s*=[^|\n]*)?\s*\|?\s*$')
 LATEX_ONLY = re.compile(
     r'(?<!\\)%.*|\\(?:begin|end)\{\w+\*?\}(?:\[\w\])?(?:\{(?:[^{}]|\{[^{}]*\})*\})*'
     r'|\\(?:hline|toprule|midrule|bottomrule|centering)|\\(?:cline|caption|label)\{[^{}]*\}'
@@ -47,7 +49,7 @@ def without_comments(text: str) -> str:
 def rows_of(text: str, report: TableReport) -> list[PastedRow]:
     """Return the rows of a table that hold anything, lines between them left out."""
     # Tables of programs in boxes end with their last line.
-    text = re.split('[└┗╚╰]', text, maxsplit=1)[0]
+    text = ENDS.sub('', re.split('[└┗╚╰]', text, maxsplit=1)[0])
     if '&' in text and '\\\\' in text:
         return _plain(_latex(text))
     blocks = blocks_of(text)
@@ -115,16 +117,6 @@ def cells_of(text: str) -> list[str]:
     return re.split(r'\s+', packed) if packed else []
 
 
-def closing(text: str, start: int) -> int:
-    """Return where the bracket that opens at `start` is closed, or the end of the text."""
-    depth = 0
-    for k in range(start, len(text)):
-        depth += (text[k] in OPENED) - (text[k] in ')]}')
-        if depth == 0:
-            return k
-    return len(text)
-
-
 def _groups(text: str) -> Iterator[tuple[int, int, int]]:
     # Begin and end of what is in brackets and no call's, and the begin of what it is within; the
     # inner ones first.
@@ -176,7 +168,9 @@ def _read_lines(text: str, report: TableReport) -> list[PastedRow]:
     text = '\n'.join(kept)
     filled = [line for line in kept if not RULE.fullmatch(line)]
     try:
-        return _plain(_lines(text, delimiter_of(filled)))
+        rows = _plain(_lines(text, delimiter_of(filled)))
+        aligned = _plain(_lines(text, ' ')) if find_heads(rows) is None else rows
+        return rows if find_heads(aligned) is None else aligned
     except csv.Error as error:
         report.refuse(f'cannot be read as a table: {error}')
 
@@ -192,6 +186,7 @@ def _lines(text: str, delimiter: str) -> Iterator[PastedRow]:
         return
     # Cells such as `q1 + 90` hold spaces: then more than one is between the columns, or none
     # around the sign.
+    lines = {n: re.sub(r',\s+', ',', line) for n, line in lines.items()}
     packed = {n: re.sub(r'(?<=\w)\s+([-+*/])\s+(?=\w)', r'\1', line) for n, line in lines.items()}
     ways = [
         [PastedRow(n, tuple(re.split(gap, line.strip()))) for n, line in way.items()]

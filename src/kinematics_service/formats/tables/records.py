@@ -18,6 +18,9 @@ ITEM = re.compile(r'(?m)^[ \t]*- ')
 BLOCK_LIST = re.compile(r'(?m)^([ \t]*)(\w+):[ \t]*\n((?:[ \t]*- [^\n:]*(?:\n|\Z))+)')
 # What stands between two numbers of different rows.
 BETWEEN_ROWS = re.compile(r'[{}()]|\[\[|(?m:^[ \t]*-[ \t])|(?m:^[ \t]*[\w"\']+:[ \t]*$)|(?m:^\[)')
+OTHER_LIST = re.compile(r'\][^\[]*:\s*\[|(?m:^[ \t]*\w+:[ \t]*\n[ \t]*-[ \t])')
+TOML_LISTS = re.compile(r'(?m)^\[\[([\w.]+)\]\]')
+SEVERAL = 'there are several tables: leave one in the text'
 NUMBERED = re.compile(r'(alpha|theta|th|[a-z])_?(\d+)')
 
 
@@ -38,7 +41,7 @@ def rows_of_records(text: str, report: TableReport) -> list[PastedRow]:
         return []
     is_vector = pairs[keys.index('alpha')].value.startswith('[')
     known = [pair for pair, key in zip(pairs, keys) if key]
-    rows = _vectors(text, known, report) if is_vector else _sequence(text, known)
+    rows = _vectors(text, known, report) if is_vector else _sequence(text, pairs, report)
     if len(rows) < 3 and not is_vector:
         return []
     if others := sorted({pair.key for pair, key in zip(pairs, keys) if not key}):
@@ -46,11 +49,12 @@ def rows_of_records(text: str, report: TableReport) -> list[PastedRow]:
     return rows
 
 
-def rows_of_substitutions(text: str) -> list[PastedRow]:
+def rows_of_substitutions(text: str, report: TableReport) -> list[PastedRow]:
     """Return the rows of numbers by names with indices, such as `alpha0: 0, a0: 0, d1: 0.75`."""
     text = without_comments(text)
     pairs = [pair for pair in _pairs(text) if NUMBERED.fullmatch(pair.key)]
-    return _numbered(text, pairs) if sum('alpha' in pair.key for pair in pairs) > 1 else []
+    several = sum('alpha' in pair.key for pair in pairs) > 1
+    return _numbered(text, pairs, report) if several else []
 
 
 def _with_lists(text: str) -> str:
@@ -74,7 +78,10 @@ def _row(text: str, pair: _Pair, cells: Sequence[str]) -> PastedRow:
 
 
 def _vectors(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[PastedRow]:
-    vectors = {pair.key: cells_of(pair.value[1:-1]) for pair in pairs if pair.value[:1] == '['}
+    pairs = [pair for pair in pairs if pair.value.startswith('[')]
+    vectors = {pair.key: cells_of(pair.value[1:-1]) for pair in pairs}
+    if len(vectors) < len(pairs):
+        report.refuse(SEVERAL)
     lengths = {key: len(cells) for key, cells in vectors.items()}
     if len(set(lengths.values())) > 1:
         counts = ', '.join(f'{key} has {count}' for key, count in lengths.items())
@@ -83,15 +90,22 @@ def _vectors(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[Pas
     return [heads, *(_row(text, pairs[0], cells) for cells in zip(*vectors.values()))]
 
 
-def _sequence(text: str, pairs: Sequence[_Pair]) -> list[PastedRow]:
+def _sequence(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[PastedRow]:
     rows: list[tuple[_Pair, dict[str, str]]] = []
     end = 0
     for pair in pairs:
+        if rows and OTHER_LIST.search(text, end, pair.start):
+            report.refuse(SEVERAL)
+        if not head_of(pair.key).meaning:
+            end = pair.end
+            continue
         parted = not rows or BETWEEN_ROWS.search(text, end, pair.start)
         if parted or pair.owner != rows[-1][0].owner or pair.key in rows[-1][1]:
             rows.append((pair, {}))
         rows[-1][1][pair.key] = pair.value
         end = pair.end
+    if len(set(TOML_LISTS.findall(text))) > 1:
+        report.refuse(SEVERAL)
     numbers = {'a', 'r', 'alpha', 'd', 'theta'}
     rows = [row for row in rows if numbers & {head_of(key).meaning for key in row[1]}]
     heads = list(dict.fromkeys(key for _, values in rows for key in values))
@@ -99,9 +113,11 @@ def _sequence(text: str, pairs: Sequence[_Pair]) -> list[PastedRow]:
     return [PastedRow(0, tuple(heads)), *body]
 
 
-def _numbered(text: str, pairs: Sequence[_Pair]) -> list[PastedRow]:
+def _numbered(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[PastedRow]:
     # alpha0, a0, d1, q1: those of the link before are Craig's. What is left out stays a letter.
     found = {(pair.key.rstrip('0123456789').rstrip('_'), _index(pair)): pair for pair in pairs}
+    if len({(pair.key, pair.value) for pair in pairs}) > len(found):
+        report.refuse(SEVERAL)
     names = {name for name, _ in found}
     angle = next((name for name in ('theta', 'th', 'q') if name in names), 'q')
     first = {name: min(k for one, k in found if one == name) for name in names}

@@ -5,20 +5,21 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import PurePath
 
 from ...errors import Fault, RobotFileError
+from ...robot.file.parts.quantities import rounded_quarters
 from ...robot.file.reader import parse_robot
-from ...robot.file.text.expression_syntax import ARGUMENTS_OF, names_in
+from ...robot.file.text.expression_syntax import names_in
 from ...robot.file.translation import RobotText
 from ...robot.file.writing.writer import scalar
 from ...typography import DEGREE, plain_names
 from .cells import PastedRow
 from .heads import ANGLES, Head, find_heads, head_of, with_r, with_unit_row
-from .moving_rows import ZERO, MovingRow, NumberedRow, moving_rows
+from .moving_rows import ZERO, MovingRow, NumberedRow, bare, moving_rows
 from .pasted import plain_text, rows_of, without_comments
 from .records import rows_of_records, rows_of_substitutions
 from .report import TableReport
 from .script import constants_of, end_lines
 from .toolbox import toolbox_links
-from .units import LIMITS_TURNS, NUMBER, in_one_unit, in_unit, is_quarter, rounded
+from .units import LIMITS_TURNS, NUMBER, TERM, in_one_unit, in_unit, is_quarter, rounded
 
 HOW = (
     'such as --columns a,alpha,d,theta (known are also offset, type, joint, limits, min, max; '
@@ -70,7 +71,7 @@ def read_table(
     """
     report = TableReport(file)
     plain = plain_text(text)
-    script = toolbox_links(plain, report)
+    script = None if columns else toolbox_links(plain, report)
     constants = constants_of(without_comments(plain), report)
     rows = script.rows if script else _rows(plain, columns, report)
     heads, body = _headed(rows, columns, report)
@@ -87,13 +88,25 @@ def read_table(
         in_one_unit(kind, given, heads, numbered, constants, report)
         for kind in ('angles', 'lengths')
     )
-    if round_angles:
-        for row in numbered:
-            row.cells |= {name: rounded(row.cells[name]) for name in ANGLES if row.cells.get(name)}
+    short: list[str] = []
+    for row in numbered:
+        cells = {name: row.cells[name] for name in ANGLES if row.cells.get(name)}
+        if round_angles:
+            row.cells.update({name: rounded(cell, angle) for name, cell in cells.items()})
+        elif angle == 'rad':
+            short += [digits for cell in cells.values() for digits, _ in rounded_quarters(cell)]
+    if short:
+        report.note(f'{min(short)} looks like a part of pi rounded (--round-angles reads it so)')
     arm = moving_rows(numbered, constants, report)
-    joints = [_joint(row, angle, report) for row in arm if row.variable]
+    ends = [end for row in arm if row.place == 'theta' for end in _limits(row.row.cells)]
+    in_degrees = angle == 'rad' and any(map(LIMITS_TURNS.fullmatch, ends))
+    if in_degrees:
+        report.note('limits are taken to be in deg: no joint makes as many turns')
+    joints = [
+        _joint(row, 'as deg' if in_degrees else angle, report) for row in arm if row.variable
+    ]
     report.raise_faults()
-    ends = list(end_lines(plain, script.settings if script else {}, constants, report))
+    ends = list(end_lines(plain, script.settings if script else {}, report))
     if not script:
         _say_columns(heads, report)
     source = ''.join(c if c.isprintable() else '?' for c in PurePath(file).name)
@@ -122,7 +135,7 @@ def _rows(text: str, columns: str | None, report: TableReport) -> Sequence[Paste
         return records
     rows = rows_of(text, report)
     if find_heads(rows) is None and columns is None:
-        return rows_of_substitutions(text) or rows
+        return rows_of_substitutions(text, report) or rows
     return rows
 
 
@@ -133,12 +146,14 @@ def _headed(
     at = find_heads(rows)
     if at is None and columns is None:
         report.refuse(f'no row says what the columns hold: say it, {HOW}')
-    words = rows[at].cells if at is not None else ()
+    words: Sequence[str] = rows[at].cells if at is not None else ()
     heads: Sequence[Head] = [head_of(word) for word in words]
     body = rows if at is None else rows[at + 1 :]
-    if body and len(body[0].cells) == len(heads) + 1 and _are_counted(body):
-        # Rows of a printed frame of data are numbered, and no head says it.
-        body = [row._replace(cells=row.cells[1:]) for row in body]
+    if len(heads) > 3 and all(len(row.cells) == len(heads) + 1 for row in body):
+        # Rows of a printed frame of data have names or numbers, and no head says it.
+        heads, words = [Head('joint'), *heads], ['', *words]
+    if any(find_heads([row]) is not None for row in body):
+        report.refuse('there are several tables: leave one in the text')
     if body and (known := with_unit_row(heads, body[0])):
         heads, body = known, body[1:]
     if columns is not None:
@@ -156,11 +171,6 @@ def _headed(
     if not body:
         report.refuse('there are no rows below the heads')
     return heads, body
-
-
-def _are_counted(body: Sequence[PastedRow]) -> bool:
-    first = [row.cells[0] for row in body]
-    return any(first == [str(k) for k in range(n, n + len(body))] for n in (0, 1))
 
 
 def _refuse_unheaded(
@@ -262,8 +272,8 @@ def _constants(
         if name in used:
             used += names_in(text)
             kept.insert(0, f'  {name}: {scalar(text)}')
-    known = {'pi', *ARGUMENTS_OF, *constants, *(row.variable for row in arm)}
-    letters = [name for name in dict.fromkeys(used) if name not in known]
+    known = {bare(name) for name in ('pi', *constants, *(row.variable for row in arm))}
+    letters = [name for name in dict.fromkeys(used) if bare(name) not in known]
     if letters:
         report.note(
             f'{", ".join(letters)}: letters without a value; write it into constants for all '
@@ -297,8 +307,8 @@ def _limits(cells: Mapping[str, str], angle: str = '') -> list[str]:
         scaled = SCALED.fullmatch(text)
         before, inside, after = scaled.groups('') if scaled else ('', text, '')
         ends = [f'{before}{end}{after}' for end in BETWEEN.split(inside.strip('()[] '))]
-    if angle == 'rad' and any(re.fullmatch(LIMITS_TURNS, end) for end in ends):
-        return [end + DEGREE if end not in ZERO else end for end in ends]  # 170 rad are 27 turns
+    if angle == 'as deg':
+        return [TERM.sub(rf'\g<0>{DEGREE}', end) for end in ends]
     return [in_unit(end, angle) for end in ends]
 
 

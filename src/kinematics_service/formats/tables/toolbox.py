@@ -27,6 +27,7 @@ LATER = re.compile(
 )
 # A matrix in the place of links.
 OF_MATRIX = re.compile(r'\bSerialLink\s*\(\s*(\w+|(?=\[))\s*[,)\[]')
+LATER_OF_LINKS = re.compile(r'\w+[\[(]\w+[\])]\.\w+\s*=\s*[^;\n]+')
 # What a link has besides, of its dynamics and its looks, is not of the table.
 KNOWN = {*VECTOR, 'mdh', 'flip', 'qlim', 'name', 'mesh', 'm', 'r', 'I', 'Jm', 'G', 'B', 'Tc'}
 LEFT = re.compile(r"\([^()]*\balpha\b'?\s*[=,]")  # numbers of a link that is none
@@ -77,7 +78,7 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
             named[target][key] = value
         elif re.search(rf'\b{re.escape(target)}\s*=\s*(?:SerialLink|DHRobot)', text) is None:
             report.refuse(f'{target}.{key} is set, and {target} is no link of this text')
-    settings = settings_of(text, named, report)
+    settings = settings_of(LATER_OF_LINKS.sub('', LINK.sub('', text)), report)
     if offset := settings.get('offset'):
         cells = cells_of(re.sub(r'.*?\[|\].*', '', offset))
         if len(cells) != len(links):
@@ -124,7 +125,7 @@ def _values(text: str, line: int, report: TableReport) -> dict[str, str]:
     values = dict.fromkeys(OPTION.findall(text), '1')
     rest = OPTION.sub('', text)
     if vector := re.match(r'\s*\[([^\]]*)\]', rest):
-        elements = cells_of(vector[1])
+        elements = cells_of(vector[1].replace(',', ' '))
         if not 4 <= len(elements) <= len(VECTOR):
             message = 'numbers, and theta d a alpha are expected, then sigma and offset'
             report.fault(f'{len(elements)} {message}', line)

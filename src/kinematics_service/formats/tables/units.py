@@ -5,7 +5,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from decimal import Decimal
 
-from ...robot.file.parts.quantities import LONG, QUARTERS, TURN
+from ...robot.file.parts.quantities import LONG, QUARTERS, TURN, rounded_quarters
 from ...robot.file.text.expression_syntax import names_in
 from ...typography import DEGREE, number_text
 from ..urdf.quantity import angle_of, as_rounded_part_of_pi
@@ -148,7 +148,8 @@ def rounded(cell: str, unit: str) -> str:
     def part(found: re.Match[str]) -> str:
         if unit == 'deg':
             return number_text(round(float(found[0]), DEGREE_DECIMALS))
-        text = angle_of(as_rounded_part_of_pi(found[0])).text
+        quarters = [k * math.pi / 2.0 for _, k in rounded_quarters(found[0])]
+        text = angle_of(*quarters or [as_rounded_part_of_pi(found[0])]).text
         return text if 'pi' in text else found[0]
 
     return TERM.sub(part, cell)
