@@ -230,13 +230,11 @@ def exchanges_of(robot: Robot) -> Iterator[Hypothesis]:
     tried = {table.tobytes()}
     names, count = rows[0].names, len(rows)
     angles = [motion.turns for motion in rows[0].motions]
-    columns = [[j] for j in range(len(names))]
-    for j in [*columns, [names.index(name) for name in ('a', 'alpha') if name in names]]:
+    for column, name in enumerate(names):
         for step, where in ((1, 'high'), (-1, 'low')):
             other = np.array(table)
-            other[:, j] = np.roll(table[:, j], step, axis=0)
-            said = ' and '.join(names[one] for one in j)
-            said = f'column {said} of the table is one row too {where}'
+            other[:, column] = np.roll(table[:, column], step)
+            said = f'column {name} of the table is one row too {where}'
             yield from _with_numbers(robot, rows, other, said, tried)
     slots = list(itertools.product(range(count), range(len(names))))
     for (k, i), (m, j) in itertools.combinations(slots, 2):

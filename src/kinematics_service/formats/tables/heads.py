@@ -94,7 +94,7 @@ def find_heads(rows: Sequence[PastedRow]) -> int | None:
     """Return which row holds the heads: the first with alpha and another quantity, or None."""
     for index, row in enumerate(rows):
         meanings = {head_of(cell).meaning for cell in row.cells}
-        if 'alpha' in meanings and meanings & {'a', 'd', 'r', 'theta'}:
+        if 'alpha' in meanings and meanings & {'a', 'd', 'r', 'theta', 'offset'}:
             return index
     return None
 

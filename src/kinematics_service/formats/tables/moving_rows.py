@@ -122,7 +122,7 @@ def sum_of(variable: str, constant: str) -> str:
 def _lengths(
     rows: Sequence[NumberedRow],
     constants: Collection[str],
-    starred: Collection[str],
+    starred: set[str],
     report: TableReport,
 ) -> set[str]:
     # Names in d that are letters for lengths: beside a joint that turns, whose number they have,
@@ -132,14 +132,9 @@ def _lengths(
     found = set[str]()
     for row in rows:
         names = _moving(row, 'd', constants) - {MARK} - turning
-        if 'type' in row.cells:
-            slides = TYPES.get(row.cells['type'].lower()) == 'd'
-        elif NOT_A_JOINT.fullmatch(row.cells.get('joint', '')):
-            slides = False
-        else:
-            slides = not _moving(row, 'theta', constants) and not (
-                starred and not names & set(starred)
-            )
+        turns = bool(_moving(row, 'theta', constants) or (starred and not names & starred))
+        turns = turns or bool(NOT_A_JOINT.fullmatch(row.cells.get('joint', '')))
+        slides = not turns if 'type' not in row.cells else _place(row, (), None, False) == 'd'
         found |= {one for one in names if not slides or (_number(one) or '-') in numbers}
         if slides and names - found and row is rows[-1] and found and not starred:
             report.fault(
@@ -238,7 +233,8 @@ def _judge_fixed(
     fixed = [one.row for one in arm if not one.place and one.row in joints]
     fixed = [row for row in fixed if 'type' not in row.cells]
     moving = [one.variable for one in arm if one.variable]
-    skipped = any(_number(name) not in ('', str(k)) for k, name in enumerate(moving, 1))
+    numbers = [int(number) for number in map(_number, moving) if number]
+    skipped = numbers != list(range(numbers[0], numbers[0] + len(numbers))) if numbers else False
     for row in fixed:
         where = f'row {row.number}, column theta'
         if row is arm[-1].row or not skipped and len(fixed) < len(moving):

@@ -3,7 +3,7 @@
 import csv
 import html
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from ...typography import plain_names
@@ -58,8 +58,6 @@ def rows_of(text: str, report: TableReport) -> list[PastedRow]:
         named = ', '.join(f'{one.name or "one"} in line {one.rows[0].line}' for one in tables)
         report.refuse(f'there are several tables: leave one in the text ({named})')
     lines = [] if tables else _read_lines(text, report)
-    if not tables and find_heads(lines) is None and find_heads(_turned(lines)) is not None:
-        return _turned(lines)
     if not tables and (len(blocks) != 1 or find_heads(lines) is not None):
         return lines
     return [*remark_heads(text), *(tables or blocks)[0].rows]
@@ -138,13 +136,6 @@ def _name(before: str) -> str:
 def _plain(rows: Iterator[PastedRow]) -> list[PastedRow]:
     plain = (PastedRow(line, tuple(map(plain_cell, cells))) for line, cells in rows)
     return [row for row in plain if any(row.cells)]
-
-
-def _turned(rows: Sequence[PastedRow]) -> list[PastedRow]:
-    # A table that has a column for each joint.
-    if not rows or len({len(row.cells) for row in rows}) > 1:
-        return []
-    return [PastedRow(rows[0].line, cells) for cells in zip(*(row.cells for row in rows))]
 
 
 def _latex(text: str) -> Iterator[PastedRow]:

@@ -31,8 +31,10 @@ BETWEEN = re.compile(r'\s*(?:,|;|\.\.\.?|…|\bto\b|~)\s*|\s+')
 SCALED = re.compile(r'(?:(.*\*))?\s*(?:array\()?\[(.*)\]\)?\s*([*/].*)?')
 PLACE = re.compile(r'(links|joints)\[(\d+)\](?:\.(\w+))?.*')
 # The words of a title that name a convention.
-MODIFIED = re.compile(r'\b(?:modified|craig|mdh|proximal)\b', re.IGNORECASE)
-STANDARD = re.compile(r'\b(?:standard|classic|classical|distal|spong)\b', re.IGNORECASE)
+TITLES = {
+    'modified': re.compile(r'\b(?:modified|craig|mdh|proximal)\b', re.IGNORECASE),
+    'standard': re.compile(r'\b(?:standard|classic|classical|distal|spong)\b', re.IGNORECASE),
+}
 
 
 def read_table(
@@ -77,8 +79,8 @@ def read_table(
     heads, body = _headed(rows, columns, report)
     heads, khalil = with_r(heads, report)
     _refuse_unheaded(heads, body, report)
-    said = khalil or (script.convention if script else _said_convention(heads, plain))
-    chosen = _convention(said, convention, report)
+    said = script.convention if script else khalil
+    chosen = _convention(said, heads, plain, convention, report)
     numbered = _numbered(heads, body, report)
     report.raise_faults()
     if columns is None and not script:
@@ -98,15 +100,15 @@ def read_table(
     if short:
         report.note(f'{min(short)} looks like a part of pi rounded (--round-angles reads it so)')
     arm = moving_rows(numbered, constants, report)
-    ends = [end for row in arm if row.place == 'theta' for end in _limits(row.row.cells)]
-    in_degrees = angle == 'rad' and any(map(LIMITS_TURNS.fullmatch, ends))
+    limits = [end for row in arm if row.place == 'theta' for end in _limits(row.row.cells)]
+    in_degrees = angle == 'rad' and any(map(LIMITS_TURNS.fullmatch, limits))
     if in_degrees:
         report.note('limits are taken to be in deg: no joint makes as many turns')
     joints = [
         _joint(row, 'as deg' if in_degrees else angle, report) for row in arm if row.variable
     ]
     report.raise_faults()
-    ends = list(end_lines(plain, script.settings if script else {}, report))
+    ends = '\n'.join(end_lines(plain, script.settings if script else {}, report))
     if not script:
         _say_columns(heads, report)
     source = ''.join(c if c.isprintable() else '?' for c in PurePath(file).name)
@@ -115,12 +117,12 @@ def read_table(
         f'source: {scalar(source)}',
         f'convention: {chosen}',
         f'units: {{angle: {angle}, length: {length}}}',
-        *_constants(constants, arm, report),
+        *_constants(constants, arm, ends, report),
         'joints:',
         *joints,
         'links:',
         *(_link(row, angle) for row in arm),
-        *ends,
+        *([ends] if ends else []),
     ]
     written = '\n'.join([*lines, ''])
     try:
@@ -144,6 +146,8 @@ def _headed(
 ) -> tuple[Sequence[Head], Sequence[PastedRow]]:
     # What the columns hold, and the rows below the heads.
     at = find_heads(rows)
+    if at is None and columns and rows and not re.search(r'\d', ''.join(rows[0].cells)):
+        at = 0  # words that are not understood
     if at is None and columns is None:
         report.refuse(f'no row says what the columns hold: say it, {HOW}')
     words: Sequence[str] = rows[at].cells if at is not None else ()
@@ -191,18 +195,13 @@ def _refuse_unheaded(
             report.refuse(f'{head.meaning} is not 0: the arm branches, and a table is one chain')
 
 
-def _said_convention(heads: Sequence[Head], text: str) -> str:
+def _convention(
+    said: str, heads: Sequence[Head], text: str, given: str | None, report: TableReport
+) -> str:
     if any(head.before and head.meaning in ('a', 'alpha') for head in heads):
-        return 'modified'
-    words = [
-        name
-        for name, word in (('modified', MODIFIED), ('standard', STANDARD))
-        if word.search(text)
-    ]
-    return words[0] if len(words) == 1 else ''
-
-
-def _convention(said: str, given: str | None, report: TableReport) -> str:
+        said = 'modified'
+    named = [name for name, words in TITLES.items() if words.search(text)]
+    said = said or (named[0] if len(named) == 1 else '')
     if said and given and said != given:
         report.refuse(f'--convention {given}: the table itself is {said}')
     if not (said or given):
@@ -259,10 +258,10 @@ def _numbered(
 
 
 def _constants(
-    constants: Mapping[str, str], arm: Sequence[MovingRow], report: TableReport
+    constants: Mapping[str, str], arm: Sequence[MovingRow], ends: str, report: TableReport
 ) -> Iterator[str]:
     # Those that are used, by others too, and letters without a value.
-    used: list[str] = []
+    used = sorted(names_in(ends) - {'base', 'tool', 'xyz', 'rpy', 'pi'})
     for row in arm:
         cells = [row.row.cells[name] for name in ('a', 'alpha')]
         for text in (*cells, row.d, row.theta, *_limits(row.row.cells)):

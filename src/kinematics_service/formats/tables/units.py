@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from decimal import Decimal
 
 from ...robot.file.parts.quantities import LONG, QUARTERS, TURN, rounded_quarters
@@ -36,26 +36,30 @@ def in_one_unit(
     report: TableReport,
 ) -> str:
     """Return the unit of all angles, or of all lengths, and write their cells in it."""
-    meanings, accepted, largest = KINDS[kind]
+    meanings, accepted, _ = KINDS[kind]
     said = {head.meaning: head.unit for head in heads if head.meaning in meanings and head.unit}
     chosen = {*said.values(), *set(given).intersection(accepted)}
     if set(given).intersection(accepted) and len(chosen) > 1:
         report.refuse(f'{kind} in {" and in ".join(sorted(chosen))}: write them in one')
     cells = [(row, name) for row in rows for name in meanings if row.cells.get(name)]
-    texts = [_with_constants(row.cells[name], constants) for row, name in cells]
     if len(chosen) == 1 and chosen <= set(accepted):
         (unit,) = chosen
     elif chosen:
-        unit = accepted[kind == 'lengths' and chosen != {'m', 'inch'}]
-    elif kind == 'angles':
-        unit = _angle_unit(texts, report)
-    else:
-        unit = _length_unit(texts, largest, report)
-    if len(chosen) > 1:
+        unit = accepted[kind == 'lengths']
         report.note(f'{kind} in {" and ".join(sorted(chosen))} are written in {unit}')
+    else:
+        unit = _told_unit(
+            kind, [_with_constants(r.cells[name], constants) for r, name in cells], report
+        )
     for row, name in cells:
-        own = said.get(name, unit if len(chosen) < 2 else '')
-        row.cells[name] = _in_unit(row, name, own, unit, report)
+        own, cell = said.get(name, unit if len(chosen) < 2 else ''), row.cells[name]
+        if own != unit and TERM.search(cell) and cell not in ZERO:
+            if not own:
+                report.fault(
+                    'no unit is said: write it into the heads', row.line, f'column {name}'
+                )
+            cell = TERM.sub(rf'\g<0>{DEGREE if own == "deg" else own}', cell)
+        row.cells[name] = in_unit(cell, unit)
     return unit
 
 
@@ -63,67 +67,42 @@ def _with_constants(cell: str, constants: Mapping[str, str]) -> str:
     return ' '.join([cell, *(constants.get(name, '') for name in sorted(names_in(cell)))])
 
 
-def _plain(texts: Sequence[str]) -> Iterator[str]:
-    # Numbers whose unit nothing tells. A factor, as in 26.45*0.0254, is shorter than the product.
+def _told_unit(kind: str, texts: Sequence[str], report: TableReport) -> str:
+    # By marks of cells, such as degree signs and parts of pi, and by the size of plain numbers.
+    _, (small, large), most = KINDS[kind]
+    marks: dict[str, str] = {}
+    plain: list[str] = []
     for text in texts:
-        if 'pi' not in names_in(text):
-            yield from (found for found in TERM.findall(text) if float(found))
-
-
-def _angle_unit(texts: Sequence[str], report: TableReport) -> str:
-    plain = sorted(_plain(texts), key=float)
-    in_degrees = next((text for text in texts if DEGREE in text), '').strip()
-    in_radians = next((text for text in texts if 'pi' in names_in(text)), '').strip()
-    in_radians = in_radians or next((one for one in plain if is_quarter(one)), '')
-    if plain and float(plain[-1]) > TURN:
-        other, number = in_radians, plain[-1]
-    else:
-        other, number = in_degrees, plain[0] if plain else ''
-    if other and number and number != other:
+        if kind == 'angles':
+            found = [('deg', DEGREE in text), ('rad', 'pi' in names_in(text))]
+        else:
+            found = [(unit if unit == 'm' else 'mm', True) for _, unit in MARKED.findall(text)]
+        marks |= {unit: text.strip() for unit, there in found if there}
+        # A factor, as in 26.45*0.0254, is longer than the product.
+        if kind == 'lengths' or 'pi' not in names_in(text):
+            plain += [number for number in TERM.findall(text) if float(number)]
+    plain.sort(key=float)
+    is_large = bool(plain) and float(plain[-1]) > most
+    if kind == 'angles' and is_large and (quarters := list(filter(is_quarter, plain))):
+        marks.setdefault('rad', quarters[0])
+    other = marks.get(small if is_large else large)
+    number = plain[-1 if is_large else 0] if plain else ''
+    if number and other:
         report.refuse(
-            f'{number} beside {other}: which unit has {number}? --units deg takes plain numbers '
-            'in degrees, --units rad in radians; signs and parts of pi are read as they are'
+            f'{number} beside {other}: which unit has {number}? --units {small} or --units '
+            f'{large} says that of plain numbers; signs and parts of pi are read as they are'
         )
-    if in_degrees and not in_radians:
-        unit, why = 'deg', ', as the degree signs say'
-    elif plain and float(plain[-1]) > TURN:
-        unit, why = 'deg', f': {float(plain[-1]):g} rad are not meant'
-    else:
-        unit, why = 'rad', ''
-    report.note(f'angles are taken to be in {unit}{why} (--units says otherwise)')
+    unit = large if is_large or (large in marks and small not in marks) else small
+    why = f': {float(number):g} {small} are not meant' if is_large else ''
+    if unit == 'deg' and not is_large:
+        why = ', as the degree signs say'
+    report.note(f'{kind} are taken to be in {unit}{why} (--units says otherwise)')
     return unit
 
 
 def is_quarter(number: str) -> bool:
     """Return whether a number is a quarter turn in radians, as far as its digits go."""
     return '.' in number and as_rounded_part_of_pi(number) in QUARTERS
-
-
-def _length_unit(texts: Sequence[str], largest: float, report: TableReport) -> str:
-    marks = {unit[:2] for text in texts for _, unit in MARKED.findall(text)}
-    numbers = list(_plain([text for text in texts if not re.search('[*/]', text)]))
-    plain = [float(number) for number in numbers]
-    if marks and plain:
-        report.refuse(
-            f'{numbers[0]} beside a length in {min(marks)}: which unit has {numbers[0]}? --units '
-            'm or --units mm says that of plain numbers'
-        )
-    if marks:
-        return 'm' if marks == {'m'} else 'mm'
-    unit, why = 'm', ''
-    if plain and max(plain) > largest:
-        unit, why = 'mm', f': {max(plain):g} m are not meant'
-    report.note(f'lengths are taken to be in {unit}{why} (--units says otherwise)')
-    return unit
-
-
-def _in_unit(row: NumberedRow, name: str, own: str, unit: str, report: TableReport) -> str:
-    cell = row.cells[name]
-    if own != unit and TERM.search(cell) and cell not in ZERO:
-        if not own:
-            report.fault('no unit is said: write it into the heads', row.line, f'column {name}')
-        cell = TERM.sub(lambda found: f'{found[0]}{DEGREE if own == "deg" else own}', cell)
-    return in_unit(cell, unit)
 
 
 def in_unit(cell: str, unit: str) -> str:
