@@ -70,9 +70,13 @@ def pi(angle, word='pi'):
 
 
 def plus(name, offset):
-    return name if offset in ('0', '') else f'{name} {offset[0]} {offset[1:]}' if (
-        offset[0] == '-'
-    ) else f'{name} + {offset}'
+    return (
+        name
+        if offset in ('0', '')
+        else f'{name} {offset[0]} {offset[1:]}'
+        if (offset[0] == '-')
+        else f'{name} + {offset}'
+    )
 
 
 ADT = 'a,alpha,d,theta'
@@ -244,12 +248,21 @@ def test_khalil_writes_d_along_x(head):
     names = [own.get(name, name) for name in names]
     text = f'{head}\n'
     for i, (d, alpha, r, offset) in enumerate(KHALIL, 1):
-        cells = {'j': i, 'a': i - 1, 'alpha': pi(alpha), 'd': d, 'r': r, 'theta': plus(f'q{i}', pi(offset))}
+        cells = {
+            'j': i,
+            'a': i - 1,
+            'alpha': pi(alpha),
+            'd': d,
+            'r': r,
+            'theta': plus(f'q{i}', pi(offset)),
+        }
         text += ';'.join(str(cells.get(name, 0)) for name in names) + '\n'
     robot, notes = read(text)
     same(robot, modified=True, rows=KHALIL)
     assert any('Khalil: d is along x' in note for note in notes)
-    assert '--convention standard: the table itself is modified' in faults(text, convention='standard')
+    assert '--convention standard: the table itself is modified' in faults(
+        text, convention='standard'
+    )
 
 
 def test_khalil_beside_others_is_asked_for_and_branches_are_refused():
@@ -260,7 +273,9 @@ def test_khalil_beside_others_is_asked_for_and_branches_are_refused():
         read('θ,d,r,α\nq1,0.1,0,90\nq2,0,0.3,0\n', columns=columns)
     tree = 'j,ant,sigma,gamma,b,alpha,d,theta,r\n1,0,0,0,0,0,0,t1,1\n2,1,0,0,0,0,1,t2,0\n3,1,0,0,0,0,1,t3,0\n'
     assert 'the links before are 0, 1, 1: the arm branches' in faults(tree)
-    assert 'gamma is not 0' in faults(tree.replace('3,1,0,0', '3,2,0,1').replace('3,2,0,1', '3,2,0,0.5'))
+    assert 'gamma is not 0' in faults(
+        tree.replace('3,1,0,0', '3,2,0,1').replace('3,2,0,1', '3,2,0,0.5')
+    )
 
 
 @pytest.mark.parametrize(
@@ -331,7 +346,9 @@ def test_substitutions_have_the_indices_of_the_book():
 
 def test_given_columns_keep_units_and_indices_of_the_heads():
     text = 'i | alpha(i-1) | len (mm) | offset (mm) | angle\n---|---|---|---|---\n'
-    text += lines(lambda i, a, al, d, o: f"{i}|{al}°|{1000 * a:g}|{1000 * d:g}|{plus(f'q{i}', f'{o}°')}")
+    text += lines(
+        lambda i, a, al, d, o: f'{i}|{al}°|{1000 * a:g}|{1000 * d:g}|{plus(f"q{i}", f"{o}°")}'
+    )
     robot, notes = read(text, columns='joint,alpha,a,d,theta')
     same(robot, modified=True)
     assert 'the columns are read as joint, alpha(i-1), a [mm], d [mm], theta' in notes
@@ -366,12 +383,14 @@ DHRobot: arm, 4 joints (RRRR), dynamics, standard DH parameters
 
 
 def boxed(base='', tool=''):
-    rows = lines(lambda i, a, al, d, o: f"│ {plus(f'q{i}', f'{o}°')} │ {d} │ {a} │ {al}° │")
+    rows = lines(lambda i, a, al, d, o: f'│ {plus(f"q{i}", f"{o}°")} │ {d} │ {a} │ {al}° │')
     return BOX.format(rows=rows, base=base, tool=tool)
 
 
 def test_base_and_tool_of_a_printed_robot_are_read():
-    robot, notes = read(boxed('t = 1, 0, -0.5; rpy/xyz = 0°, 0°, 0°', 't = 0, 0, 0.2; rpy/xyz = 0°, 0°, 90°'))
+    robot, notes = read(
+        boxed('t = 1, 0, -0.5; rpy/xyz = 0°, 0°, 0°', 't = 0, 0, 0.2; rpy/xyz = 0°, 0°, 90°')
+    )
     for q in Q:
         right = shift(x=1, z=-0.5) @ product(ROWS, q) @ shift(z=0.2) @ turn('x', math.pi / 2)
         assert np.abs(ks.forward_kinematics(robot, q) - right).max() < ROUND_OFF
@@ -379,8 +398,16 @@ def test_base_and_tool_of_a_printed_robot_are_read():
     assert not [note for note in notes if 'convention' in note]
     same(read(boxed())[0])
     assert 'several angles' in faults(boxed('t = 1, 0, 0; rpy/xyz = 10°, 0°, 90°'))
-    ascii_box = boxed(tool='t = 0, 0, 0.2; rpy/xyz = 0°, 0°, 0°').translate(str.maketrans('┌┬┐├┼┤└┴┘─', '+++++++++-'))
-    assert read(ascii_box.partition('\n+------+-----')[0] + '\n| tool | t = 0, 0, 0.2; rpy/xyz = 0°, 0°, 0° |\n')[0].description.tool.motion.matrix[2, 3] == 0.2
+    ascii_box = boxed(tool='t = 0, 0, 0.2; rpy/xyz = 0°, 0°, 0°').translate(
+        str.maketrans('┌┬┐├┼┤└┴┘─', '+++++++++-')
+    )
+    assert (
+        read(
+            ascii_box.partition('\n+------+-----')[0]
+            + '\n| tool | t = 0, 0, 0.2; rpy/xyz = 0°, 0°, 0° |\n'
+        )[0].description.tool.motion.matrix[2, 3]
+        == 0.2
+    )
 
 
 @pytest.mark.parametrize(
@@ -393,8 +420,18 @@ def test_base_and_tool_of_a_printed_robot_are_read():
     ],
 )  # fmt: skip
 def test_base_and_tool_of_a_script_are_read(script):
-    links = lines(lambda i, a, al, d, o: f"L({i}) = Link('d', {d}, 'a', {a}, 'alpha', {pi(al)}, 'offset', {pi(o)});", 'h = 0.2;\n')
-    calls = lines(lambda i, a, al, d, o: f'RevoluteDH(d={d}, a={a}, alpha={pi(al)}, offset={pi(o)})', '[', ']', ',\n')
+    links = lines(
+        lambda i, a, al, d, o: (
+            f"L({i}) = Link('d', {d}, 'a', {a}, 'alpha', {pi(al)}, 'offset', {pi(o)});"
+        ),
+        'h = 0.2;\n',
+    )
+    calls = lines(
+        lambda i, a, al, d, o: f'RevoluteDH(d={d}, a={a}, alpha={pi(al)}, offset={pi(o)})',
+        '[',
+        ']',
+        ',\n',
+    )
     robot, _ = read('h = 0.2\n' * ('{calls}' in script) + script.format(links=links, calls=calls))
     for q in Q:
         right = shift(x=1, z=-0.5) @ product(ROWS, q) @ shift(z=0.2) @ turn('x', math.pi / 2)
@@ -404,26 +441,43 @@ def test_base_and_tool_of_a_script_are_read(script):
 def test_what_is_dropped_is_named():
     _, notes = read("L(1)=Link('d',1);L(2)=Link('a',1);R=SerialLink(L);R.qlim=[-1 1;-2 2];")
     assert any('qlim of the robot is not read' in note for note in notes)
-    _, notes = read('dh:\n  - {a: 0, alpha: 1, d: 2, mass: 3}\n  - {a: 1, alpha: 0, d: 0, mass: 4}\n')
+    _, notes = read(
+        'dh:\n  - {a: 0, alpha: 1, d: 2, mass: 3}\n  - {a: 1, alpha: 0, d: 0, mass: 4}\n'
+    )
     assert 'left out: mass' in notes
     _, notes = read('q1 = 0.3\na,alpha,d,theta\n0,0,1,q1\n1,0,0,q2\n')
     assert 'the values of q1 are left out: joints move' in notes
 
 
 def test_limits_have_their_own_heads_and_unit():
-    for low, high in (('min_theta', 'max_theta'), ('limit_min', 'limit_max'), ('lower limit', 'upper limit'), ('q_min', 'q_max')):
-        robot, notes = read(f'a,alpha,d,theta,{low},{high}\n0,pi/2,1,q1,-170,170\n1,0,0,q2,-20,90\n')
+    for low, high in (
+        ('min_theta', 'max_theta'),
+        ('limit_min', 'limit_max'),
+        ('lower limit', 'upper limit'),
+        ('q_min', 'q_max'),
+    ):
+        robot, notes = read(
+            f'a,alpha,d,theta,{low},{high}\n0,pi/2,1,q1,-170,170\n1,0,0,q2,-20,90\n'
+        )
         assert robot.limits == pytest.approx(np.radians([[-170, 170], [-20, 90]]), rel=1e-15)
         assert any('limits are taken to be in deg' in note for note in notes)
-    robot, _ = read('{"j": [{"a": 0, "alpha": 0, "d": 1, "limits": [-1, 2]}, {"a": 1, "alpha": 0, "d": 0, "limits": [-3, 3]}]}')
+    robot, _ = read(
+        '{"j": [{"a": 0, "alpha": 0, "d": 1, "limits": [-1, 2]}, {"a": 1, "alpha": 0, "d": 0, "limits": [-3, 3]}]}'
+    )
     assert robot.limits.tolist() == [[-1, 2], [-3, 3]]
 
 
 def test_letters_without_a_value_become_constants():
-    found = read_table('i,a,alpha,d,theta\n1,0,90,d1,θ1\n2,a2,0,0,θ2+β\nEE,0,0,L_t,0\n', 'dh.txt', 'arm')
+    found = read_table(
+        'i,a,alpha,d,theta\n1,0,90,d1,θ1\n2,a2,0,0,θ2+β\nEE,0,0,L_t,0\n', 'dh.txt', 'arm'
+    )
     assert '\nconstants:\n  d1:\n  a2:\n  beta:\n  L_t:\n' in found.text
-    assert any('d1, a2, beta, L_t: letters without a value' in note.message for note in found.doubts)
-    with pytest.raises(RobotFileError, match='constants: d1, a2, beta, L_t: no value; write a number'):
+    assert any(
+        'd1, a2, beta, L_t: letters without a value' in note.message for note in found.doubts
+    )
+    with pytest.raises(
+        RobotFileError, match='constants: d1, a2, beta, L_t: no value; write a number'
+    ):
         ks.robot_from_text(found.text)
     values = found.text
     for name, value in (('d1', 0.4), ('a2', 0.3), ('beta', 30), ('L_t', 0.1)):
@@ -439,7 +493,10 @@ def test_rounded_parts_of_pi_are_named_and_read_on_request():
         robot, notes = read(text)
         assert robot.description.links[0]['alpha'].text == digits
         assert any(f'{digits} looks like' in note for note in notes)
-        assert any(f'links[0].alpha: {digits} looks like pi/2 rounded' in one for one in robot.description.remarks)
+        assert any(
+            f'links[0].alpha: {digits} looks like pi/2 rounded' in one
+            for one in robot.description.remarks
+        )
         robot, notes = read(text, round_angles=True)
         same(robot, rows=((0, 90, 0.4, 0), (0.3, -90, 0, 180)))
     for exact in ('1.5707963267948966', '1.5712', '1.2'):

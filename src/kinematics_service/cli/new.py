@@ -72,11 +72,11 @@ def new(
     for you to change.
 
     With --table it is the robot of a table: rows of a spreadsheet (commas, semicolons or tabs), of
-    a text, of Markdown or LaTeX, a matrix of MATLAB or Python, named numbers of YAML, JSON or TOML,
-    or the links of Corke's toolbox. The heads of the columns say what they hold, in any order;
-    without heads --columns does. Theta or d moves: the one with the variable, or the empty one. A
-    letter becomes a constant without a value. The command says how it read the table, refuses a
-    table with two readings, and checks the result.
+    a text, of Markdown or LaTeX, a matrix of MATLAB or Python, named numbers of YAML, JSON or
+    TOML, or the links of Corke's toolbox. The heads of the columns say what they hold, in any
+    order; without heads --columns does. Theta or d moves: the one with the variable, or the empty
+    one. A letter becomes a constant without a value. The command says how it read the table,
+    refuses a table with two readings, and checks the result.
     """
     if not re.fullmatch(r'[A-Za-z0-9_]+', name):
         raise WrongUsage(f'NAME: {name!r} is not a name of letters, digits and underscores')

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from ...robot.file.text.expression_syntax import ARGUMENTS_OF
 from ...typography import DEGREE
 
-# What a cell of LaTeX, Markdown or a program holds, and what it means.
+# Marks of LaTeX, Markdown and programs in a cell, and the plain signs they stand for.
 PLAIN = tuple(
     (re.compile(pattern), plain)
     for pattern, plain in (

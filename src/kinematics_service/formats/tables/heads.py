@@ -1,4 +1,4 @@
-"""What the columns of a table hold: the words over them, and their units."""
+"""The heads of a table: which quantity stands in a column, in which unit."""
 
 import re
 from collections.abc import Iterable, Sequence

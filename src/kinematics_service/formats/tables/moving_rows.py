@@ -16,7 +16,7 @@ OWN = {
 ANGLE = re.compile(r'(?:theta|th|t|phi|psi|q|joint|j)_?\d+', re.IGNORECASE)
 SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)  # other symbols in d are lengths
 LENGTH = re.compile(r'[adlhb]_?\d+', re.IGNORECASE)
-# The star of a book marks a variable: `theta3* - 90` is no product.
+# A star marks the variable of a joint: `theta3* - 90` means theta3 - 90.
 STARRED = re.compile(r'\b(?!pi\b)([A-Za-z]\w*)\s*\*+\s*(?=(?P<sign>-)|[+]|$)')
 TYPES = {
     **dict.fromkeys(('r', 'rot', 'rotary', 'revolute', 'rotational', '0'), 'theta'),

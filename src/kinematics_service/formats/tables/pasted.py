@@ -27,7 +27,7 @@ OPENED = '([{'
 NAMED = re.compile(r'([A-Za-z_]\w*)(?:\[\w*\])*\s*[=:(]+\s*(?:[\w.]+\(\s*)?$')
 
 
-class Block(NamedTuple):
+class ScriptMatrix(NamedTuple):
     """A matrix of a script: its name, or '', and its rows."""
 
     name: str
@@ -64,7 +64,7 @@ def rows_of(text: str, report: TableReport) -> list[PastedRow]:
 
 
 def remark_heads(text: str) -> list[PastedRow]:
-    """Return the heads that stand in a comment, such as `# theta, a, d, alpha of each joint`."""
+    """Return the heads in a comment, such as `# theta, a, d, alpha of each joint`."""
     for found in REMARK.finditer(text):
         words = re.findall(r'[a-z]+', found[0].lower())
         heads = [word for word in words if MEANINGS.get(word) in ('a', 'alpha', 'd', 'theta')]
@@ -73,16 +73,16 @@ def remark_heads(text: str) -> list[PastedRow]:
     return []
 
 
-def blocks_of(text: str) -> list[Block]:
+def blocks_of(text: str) -> list[ScriptMatrix]:
     """Return the matrices of a text: rows in brackets of their own, or ends of rows within."""
     text = re.sub(r'\.\.\.[ \t]*\n', ' ', without_comments(text))
     groups = list(_groups(text))
-    blocks: list[Block] = []
+    blocks: list[ScriptMatrix] = []
     inner: dict[int, list[PastedRow]] = {}
     for start, end, parent in groups:
         inside, line = text[start + 1 : end], text.count('\n', 0, start) + 1
         if start in inner:
-            blocks.append(Block(_name(text[:start]), inner[start]))
+            blocks.append(ScriptMatrix(_name(text[:start]), inner[start]))
             continue
         ends = list(re.finditer(r';\s*|(?<![,;\s])[ \t]*\n\s*', inside))
         if text[start] == '[' and any(inside[one.end() :].strip() for one in ends):
@@ -94,11 +94,11 @@ def blocks_of(text: str) -> list[Block]:
                 if inside[first:last].strip()
             ]
             if min(len(row.cells) for row in rows) > 2:
-                blocks.append(Block(_name(text[:start]), _plain(iter(rows))))
+                blocks.append(ScriptMatrix(_name(text[:start]), _plain(iter(rows))))
         elif len(cells := cells_of(inside)) > 2 and (parent >= 0 or not _name(text[:start])):
             inner.setdefault(parent, []).extend(_plain(iter([PastedRow(line, tuple(cells))])))
     alone = inner.pop(-1, None)
-    return [*blocks, Block('', alone)] if alone else blocks
+    return [*blocks, ScriptMatrix('', alone)] if alone else blocks
 
 
 def cells_of(text: str) -> list[str]:

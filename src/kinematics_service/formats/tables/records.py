@@ -16,7 +16,7 @@ PAIR = re.compile(
 )
 ITEM = re.compile(r'(?m)^[ \t]*- ')
 BLOCK_LIST = re.compile(r'(?m)^([ \t]*)(\w+):[ \t]*\n((?:[ \t]*- [^\n:]*(?:\n|\Z))+)')
-# What stands between two numbers of different rows.
+# Signs between two numbers of different rows.
 BETWEEN_ROWS = re.compile(r'[{}()]|\[\[|(?m:^[ \t]*-[ \t])|(?m:^[ \t]*[\w"\']+:[ \t]*$)|(?m:^\[)')
 OTHER_LIST = re.compile(r'\][^\[]*:\s*\[|(?m:^[ \t]*\w+:[ \t]*\n[ \t]*-[ \t])')
 TOML_LISTS = re.compile(r'(?m)^\[\[([\w.]+)\]\]')
@@ -114,7 +114,7 @@ def _sequence(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[Pa
 
 
 def _numbered(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[PastedRow]:
-    # alpha0, a0, d1, q1: those of the link before are Craig's. What is left out stays a letter.
+    # alpha0, a0, d1, q1 are Craig's indices. A number that is not given stays a letter.
     found = {(pair.key.rstrip('0123456789').rstrip('_'), _index(pair)): pair for pair in pairs}
     if len({(pair.key, pair.value) for pair in pairs}) > len(found):
         report.refuse(SEVERAL)

@@ -1,4 +1,4 @@
-"""What a script or a printed robot says besides its table: constants, base, tool, offsets."""
+"""The constants of a script, and base, tool and offsets of its robot or a printed one."""
 
 import re
 from collections.abc import Iterator, Mapping

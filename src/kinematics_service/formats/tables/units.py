@@ -1,4 +1,4 @@
-"""The unit of the angles and of the lengths of a table: said, marked, or told by their size."""
+"""The unit of the angles and of the lengths of a table: from heads, marks, or their size."""
 
 import math
 import re
@@ -13,7 +13,7 @@ from .heads import Head
 from .moving_rows import ZERO, NumberedRow
 from .report import TableReport
 
-# What is an angle, what a length; the units of each, and the largest number of the first unit.
+# Columns of angles and of lengths, their units, and the largest number in the first unit.
 KINDS = {
     'angles': (('alpha', 'theta', 'offset'), ('rad', 'deg'), TURN),
     'lengths': (('a', 'd'), ('m', 'mm'), LONG),
@@ -68,7 +68,7 @@ def _with_constants(cell: str, constants: Mapping[str, str]) -> str:
 
 
 def _told_unit(kind: str, texts: Sequence[str], report: TableReport) -> str:
-    # By marks of cells, such as degree signs and parts of pi, and by the size of plain numbers.
+    # Marks of cells decide, such as degree signs and parts of pi, else the size of the numbers.
     _, (small, large), most = KINDS[kind]
     marks: dict[str, str] = {}
     plain: list[str] = []
@@ -101,7 +101,7 @@ def _told_unit(kind: str, texts: Sequence[str], report: TableReport) -> str:
 
 
 def is_quarter(number: str) -> bool:
-    """Return whether a number is a quarter turn in radians, as far as its digits go."""
+    """Return whether a number is a quarter turn in radians, rounded to its digits."""
     return '.' in number and as_rounded_part_of_pi(number) in QUARTERS
 
 

@@ -23,7 +23,7 @@ class Constant:
 
     Its value is in the file's units, unlike everything else here: whether a constant is a
     length, an angle, or a ratio shows only where it is used. A letter has no value in the file;
-    a generic number stands in for it.
+    its number here is generic.
     """
 
     name: str
