@@ -1,6 +1,7 @@
 """Tables in the styles of programs, documents and books: each is read as the same arm."""
 
 import math
+from string import Template
 
 import numpy as np
 import pytest
@@ -58,168 +59,248 @@ def same(robot, modified=False, rows=ROWS):
         assert np.abs(ks.forward_kinematics(robot, q[: robot.dof]) - right).max() < ROUND_OFF
 
 
-def lines(row, head='', end='', between='\n', rows=ROWS):
-    body = between.join(row(i, *values) for i, values in enumerate(rows, 1))
-    return f'{head}{body}{end}'
-
-
-def pi(angle, word='pi'):
+def pi(angle, sign=''):
     """Return degrees as a part of pi: -pi/2, pi/6."""
-    over = {30: f'{word}/6', 45: f'{word}/4', 90: f'{word}/2', 180: word, 0: '0'}
-    return ('-' if angle < 0 else '') + over[abs(angle)]
+    over = {30: 'pi/6', 45: 'pi/4', 90: 'pi/2', 180: 'pi', 0: '0'}
+    return ('-' if angle < 0 else sign) + over[abs(angle)]
 
 
 def plus(name, offset):
-    return (
-        name
-        if offset in ('0', '')
-        else f'{name} {offset[0]} {offset[1:]}'
-        if (offset[0] == '-')
-        else f'{name} + {offset}'
-    )
+    if offset == '0':
+        return name
+    return f'{name} - {offset[1:]}' if offset[0] == '-' else f'{name} + {offset}'
 
 
-ADT = 'a,alpha,d,theta'
+def fields(i, a, alpha, d, offset):
+    """Return the numbers of a row in the ways that people write them."""
+    return {
+        'i': i, 'k': i - 1, 'a': a, 'd': d, 'al': alpha, 'o': offset,
+        'mma': f'{1000 * a:g}', 'mmd': f'{1000 * d:g}', 'cma': f'{100 * a:g}',
+        'cmd': f'{100 * d:g}', 'pa': pi(alpha), 'po': pi(offset), 'ra': math.radians(alpha),
+        'ro': math.radians(offset), 'sum': plus(f'q{i}', pi(offset)), 'p': pi(offset, sign='+'),
+        'star': f'{"−" if offset < 0 else "+"} {abs(offset)}°',
+    }  # fmt: skip
+
+
+def written(row, head='', end='', between='\n', word='pi', rows=ROWS):
+    """Return a text with a line for each row; `word` is what the text calls pi."""
+    made = [Template(row).substitute(fields(i, *values)) for i, values in enumerate(rows, 1)]
+    return f'{head}{between.join(made).replace("pi", word)}{end}'
+
+
+def column(name, word='pi', between=', '):
+    return between.join(written(f'${name}', word=word).split('\n'))
+
+
+ADT, TDA = {'columns': 'a,alpha,d,theta'}, {'columns': 'theta,d,a,alpha'}
+RULE = '|---|---|---|---|\n'
 STYLES = {
     'tuples of math': (
-        lines(lambda i, a, al, d, o: f"    ({a}, {pi(al, 'math.pi')}, {d}, {pi(o, 'math.pi')}),  # J{i}",
-              'import math\nDH = [\n', '\n]\n'), {'columns': ADT}),
+        written('    ($a, $pa, $d, $po),  # J$i', 'DH = [\n', '\n]\n', word='math.pi'),
+        ADT,
+    ),
     'rows of numpy': (
-        lines(lambda i, a, al, d, o: f"[{pi(o, 'np.pi')}, {d}, {a}, {pi(al, 'np.pi')}]",
-              'import numpy as np\ndh = np.array([', '])', ',\n               '),
-        {'columns': 'theta,d,a,alpha'}),
+        written('[$po, $d, $a, $pa]', 'dh = np.array([', '])', ',\n   ', 'np.pi'),
+        TDA,
+    ),
     'a matrix of sympy': (
-        lines(lambda i, a, al, d, o: f"[{plus(f'q{i}', pi(o, 'sp.pi'))}, {d}, {a}, {pi(al, 'sp.pi')}]",
-              "q1, q2, q3, q4 = sp.symbols('q1:5')\nDH = sp.Matrix([", '])', ', '),
-        {'columns': 'theta,d,a,alpha'}),
+        written('[$sum, $d, $a, $pa]', "q1, q2 = sp.symbols('q1:3')\nDH = sp.Matrix([", '])',
+                ', ', 'sp.pi'),
+        TDA,
+    ),
     'an array of C': (
-        lines(lambda i, a, al, d, o: f"    {{{a}f, {pi(al, 'M_PI')}, {d}f, {pi(o, 'M_PI')}}}, // axis {i}",
-              '#include <math.h>\nstatic const double dh[4][4] = {\n', '\n};'), {'columns': ADT}),
+        written('    {${a}f, $pa, ${d}f, $po}, // axis $i',
+                '#include <math.h>\nstatic const double dh[4][4] = {\n', '\n};', word='M_PI'),
+        ADT,
+    ),
     'the constants of C': (
-        lines(lambda i, a, al, d, o: f"{{{a}, {pi(al).replace('pi/2', 'M_PI_2').replace('pi/4', 'M_PI_4')}, {d}, {pi(o, 'M_PI')}}}",
-              'float table[][4] = {', '};', ','), {'columns': ADT}),
+        written('{$a, $pa, $d, $po}', 'float t[][4] = {', '};', ',').replace('pi/', 'M_PI_')
+        .replace('M_PI_6', 'M_PI/6').replace(' pi', ' M_PI'),
+        ADT,
+    ),
     'a matrix of MATLAB with comments': (
-        lines(lambda i, a, al, d, o: f'  {a}  {pi(al)}  {d}  q({i}){pi(o) if o < 0 else "+" + pi(o)};  % joint {i}',
-              'syms q1 q2 q3 q4\n% the arm\ndh = [\n', '\n];\n'), {'columns': ADT}),
+        written('  $a  $pa  $d  q($i)$p;  % joint $i', 'syms q1 q2\n% the arm\ndh = [\n', '\n];'),
+        ADT,
+    ),
     'a matrix of MATLAB with operators between blanks': (
-        lines(lambda i, a, al, d, o: f"{a}, {pi(al)}, {d}, {plus(f'q{i}', pi(o))}",
-              'DH = [', '];', ';\n'), {'columns': ADT}),
-    'rows of Julia or Octave by lines': (
-        lines(lambda i, a, al, d, o: f'\t{a}\t{pi(al)}\t{d}\t{pi(o)}', 'dh = [', '];'),
-        {'columns': ADT}),
+        written('$a, $pa, $d, $sum', 'DH = [', '];', ';\n'),
+        ADT,
+    ),
+    'rows of a matrix by lines': (written('\t$a\t$pa\t$d\t$po', 'dh = [', '];'), ADT),
     'heads in a comment': (
-        lines(lambda i, a, al, d, o: f'[{pi(o)}, {d}, {a}, {pi(al)}],',
-              '# theta, d, a, alpha for each link\ndh = [\n', '\n]'), {}),
-    'heads behind the mark of a comment': (
-        lines(lambda i, a, al, d, o: f'{a} {pi(al)} {d} {pi(o)}', '# a alpha d theta\n'), {}),
+        written('[$po, $d, $a, $pa],', '# theta, d, a, alpha for each link\ndh = [\n', '\n]'),
+        {},
+    ),
+    'heads behind the mark of a comment': (written('$a $pa $d $po', '# a alpha d theta\n'), {}),
     'remarks behind rows': (
-        lines(lambda i, a, al, d, o: f'{a},{pi(al)},{d},{pi(o)}  # link {i}',
-              'a,alpha,d,theta\n# from the drawing\n'), {}),
+        written('$a,$pa,$d,$po  # link $i', 'a,alpha,d,theta\n# from the drawing\n'),
+        {},
+    ),
     'deg2rad': (
-        lines(lambda i, a, al, d, o: f'{a},np.deg2rad({al}),{d},math.radians({o})', f'{ADT}\n'), {}),
+        written('$a,np.deg2rad($al),$d,math.radians($o)', 'a,alpha,d,theta\n'),
+        {},
+    ),
     'factors that turn degrees': (
-        lines(lambda i, a, al, d, o: f'[{a}, {al}*D2R, {d}, {o} * D2R]', 'dh = [', ']', ',\n'),
-        {'columns': ADT}),
+        written('[$a, $al*D2R, $d, $o * D2R]', 'dh = [', ']', ',\n'),
+        ADT,
+    ),
     'words for degrees': (
-        lines(lambda i, a, al, d, o: f'| {a} | {al} deg | {d} | {o} degrees |',
-              '| a | alpha | d | theta |\n|---|---|---|---|\n'), {}),
-    'millimetres in cells': (
-        lines(lambda i, a, al, d, o: f'{1000 * a:g} mm;{pi(al)} rad;{1000 * d:g} mm;{pi(o)} rad',
-              'a;alpha;d;theta\n'), {}),
-    'metres in cells': (
-        lines(lambda i, a, al, d, o: f'{a} m\t{al}°\t{d} m\t{o}°', 'a\talpha\td\ttheta\n'), {}),
+        written('| $a | $al deg | $d | $o degrees |', f'| a | alpha | d | theta |\n{RULE}'),
+        {},
+    ),
+    'millimetres in cells': (written('$mma mm;$pa rad;$mmd mm;$po rad', 'a;alpha;d;theta\n'), {}),
+    'metres in cells': (written('$a m\t$al°\t$d m\t$o°', 'a\talpha\td\ttheta\n'), {}),
     'centimetres in the heads': (
-        lines(lambda i, a, al, d, o: f'{100 * a:g},{al},{100 * d:g},{o}',
-              'a (cm),alpha (deg),d (cm),theta (deg)\n'), {}),
+        written('$cma,$al,$cmd,$o', 'a (cm),alpha (deg),d (cm),theta (deg)\n'),
+        {},
+    ),
     'each column in its unit': (
-        lines(lambda i, a, al, d, o: f'{a},{al},{1000 * d:g},{pi(o)}',
-              'a [m],alpha [deg],d [mm],theta [rad]\n'), {}),
+        written('$a,$al,$mmd,$po', 'a [m],alpha [deg],d [mm],theta [rad]\n'),
+        {},
+    ),
     'parts of pi below a head in degrees': (
-        lines(lambda i, a, al, d, o: f'{a},{pi(al)},{d},{o}', 'a,alpha (deg),d,theta (deg)\n'), {}),
+        written('$a,$pa,$d,$o', 'a,alpha (deg),d,theta (deg)\n'),
+        {},
+    ),
     'columns by blanks, with sums': (
-        lines(lambda i, a, al, d, o: f"{i}  {a}  {pi(al)}  {d}  {plus(f'q{i}', pi(o))}",
-              'Link  a  alpha  d  theta\n'), {}),
-    'one blank between, with sums': (
-        lines(lambda i, a, al, d, o: f"{i} {a} {pi(al)} {d} {plus(f'q{i}', pi(o))}",
-              'i a alpha d theta\n'), {}),
+        written('$i  $a  $pa  $d  $sum', 'Link  a  alpha  d  theta\n'),
+        {},
+    ),
+    'one blank between, with sums': (written('$i $a $pa $d $sum', 'i a alpha d theta\n'), {}),
     'a heavy box': (
-        lines(lambda i, a, al, d, o: f'│ {i} │ {a} │ {al}° │ {d} │ {o}° │',
-              '┏━━━┳━━━┳━━━┳━━━┳━━━┓\n┃ # ┃ a ┃ α ┃ d ┃ θ ┃\n┡━━━╇━━━╇━━━╇━━━╇━━━┩\n',
-              '\n└───┴───┴───┴───┴───┘'), {}),
+        written('│ $i │ $a │ $al° │ $d │ $o° │',
+                '┏━━━┳━━━┳━━━┳━━━┳━━━┓\n┃ # ┃ a ┃ α ┃ d ┃ θ ┃\n┡━━━╇━━━╇━━━╇━━━╇━━━┩\n',
+                '\n└───┴───┴───┴───┴───┘'),
+        {},
+    ),
     'a double box': (
-        lines(lambda i, a, al, d, o: f'║ {a} ║ {al}° ║ {d} ║ {o}° ║',
-              '╔═══╦═══╦═══╦═══╗\n║ a ║ α ║ d ║ θ ║\n╠═══╬═══╬═══╬═══╣\n', '\n╚═══╩═══╩═══╩═══╝'), {}),
-    'a frame of pandas': (
-        lines(lambda i, a, al, d, o: f'{i - 1}  {a}  {math.radians(al)}  {d}  {math.radians(o)}',
-              '      a     alpha     d     theta\n'), {}),
+        written('║ $a ║ $al° ║ $d ║ $o° ║', '╔═══╦═══╦═══╦═══╗\n║ a ║ α ║ d ║ θ ║\n╠═══╬═══╣\n',
+                '\n╚═══╩═══╩═══╩═══╝'),
+        {},
+    ),
+    'a frame of pandas': (written('$k  $a  $ra  $d  $ro', '      a   alpha    d   theta\n'), {}),
+    'a frame of pandas with names': (
+        written('axis$i  $a  $ra  $d  $ro', '      a     alpha     d     theta\n'),
+        {},
+    ),
     'a frame of pandas in Markdown': (
-        lines(lambda i, a, al, d, o: f'|  {i - 1} | {a} | {al} | {d} | {o} |',
-              '|    |   a |   alpha |   d |   theta |\n|---:|----:|--------:|----:|--------:|\n'), {}),
+        written('|  $k | $a | $al | $d | $o |', f'|    |   a | alpha |   d | theta |\n|--:{RULE}'),
+        {},
+    ),
     'dictionaries': (
-        lines(lambda i, a, al, d, o: f"    {{'a': {a}, 'alpha': {pi(al, 'np.pi')}, 'd': {d}, 'theta': {pi(o, 'np.pi')}}},",
-              'links = [\n', '\n]\n'), {}),
+        written("    {'a': $a, 'alpha': $pa, 'd': $d, 'theta': $po},", 'links = [\n', '\n]\n',
+                word='np.pi'),
+        {},
+    ),
     'calls of dict': (
-        lines(lambda i, a, al, d, o: f'dict(alpha={pi(al)}, a={a}, d={d}, offset={pi(o)})',
-              'DH = [', ']', ',\n'), {}),
+        written('dict(alpha=$pa, a=$a, d=$d, offset=$po)', 'DH = [', ']', ',\n'),
+        {},
+    ),
     'attributes of a struct': (
-        lines(lambda i, a, al, d, o: f'arm({i}).a = {a}; arm({i}).alpha = {pi(al)}; arm({i}).d = {d}; arm({i}).theta = {pi(o)};'), {}),
+        written('arm($i).a = $a; arm($i).alpha = $pa; arm($i).d = $d; arm($i).theta = $po;'),
+        {},
+    ),
     'vectors of MATLAB': (
-        f"a = [{' '.join(str(row[0]) for row in ROWS)}];\nalpha = [{' '.join(pi(row[1]) for row in ROWS)}];\n"
-        f"d = [{' '.join(str(row[2]) for row in ROWS)}];\noffset = [{' '.join(pi(row[3]) for row in ROWS)}];", {}),
+        f'a = [{column("a", between=" ")}];\nalpha = [{column("pa", between=" ")}];\n'
+        f'd = [{column("d", between=" ")}];\noffset = [{column("po", between=" ")}];',
+        {},
+    ),
     'vectors of Python': (
-        f"alpha = [{', '.join(pi(row[1], 'math.pi') for row in ROWS)}]  # twists\na = {[row[0] for row in ROWS]}\n"
-        f"d = {[row[2] for row in ROWS]}\ntheta = [{', '.join(pi(row[3], 'math.pi') for row in ROWS)}]", {}),
+        f'alpha = [{column("pa", "math.pi")}]  # twists\na = [{column("a")}]\n'
+        f'd = [{column("d")}]\ntheta = [{column("po", "math.pi")}]',
+        {},
+    ),
     'YAML with a mapping a row': (
-        lines(lambda i, a, al, d, o: f'  - {{a: {a}, alpha: {pi(al)}, d: {d}, theta: {pi(o)}}}', 'dh:\n'), {}),
+        written('  - {a: $a, alpha: $pa, d: $d, theta: $po}', 'dh:\n'),
+        {},
+    ),
     'YAML in blocks': (
-        lines(lambda i, a, al, d, o: f'  - a: {a}\n    alpha: {pi(al)}\n    d: {d}\n    theta: {pi(o)}', 'dh_parameters:\n'), {}),
-    'YAML by joint': (
-        lines(lambda i, a, al, d, o: f'joint_{i}:\n  d: {d}\n  a: {a}\n  alpha: {pi(al)}\n  offset: {pi(o)}'), {}),
+        written('  - a: $a\n    alpha: $pa\n    d: $d\n    theta: $po', 'dh_parameters:\n'),
+        {},
+    ),
+    'YAML by joint': (written('joint_$i:\n  d: $d\n  a: $a\n  alpha: $pa\n  offset: $po'), {}),
     'YAML by columns': (
-        'a:\n' + ''.join(f'  - {row[0]}\n' for row in ROWS) + 'alpha:\n' + ''.join(f'  - {pi(row[1])}\n' for row in ROWS)
-        + 'd:\n' + ''.join(f'  - {row[2]}\n' for row in ROWS) + 'theta:\n' + ''.join(f'  - {pi(row[3])}\n' for row in ROWS), {}),
-    'YAML with a list a row': (
-        lines(lambda i, a, al, d, o: f'  - [{a}, {pi(al)}, {d}, {pi(o)}]', 'dh:\n'), {'columns': ADT}),
+        ''.join(f'{name}:\n  - {column(field, between=f"{chr(10)}  - ")}\n'
+                for name, field in (('a', 'a'), ('alpha', 'pa'), ('d', 'd'), ('theta', 'po'))),
+        {},
+    ),
+    'YAML with a list a row': (written('  - [$a, $pa, $d, $po]', 'dh:\n'), ADT),
     'JSON with an object a row': (
-        lines(lambda i, a, al, d, o: f'{{"name": "joint_{i}", "theta": {math.radians(o)!r}, "d": {d}, "a": {a}, "alpha": {math.radians(al)!r}}}',
-              '{"robot": "arm", "links": [', ']}', ',\n'), {}),
+        written('{"name": "joint_$i", "theta": $ro, "d": $d, "a": $a, "alpha": $ra}',
+                '{"robot": "arm", "links": [', ']}', ',\n'),
+        {},
+    ),
     'JSON by columns': (
-        f'{{"a": {[row[0] for row in ROWS]}, "d": {[row[2] for row in ROWS]}, "alpha": {[math.radians(row[1]) for row in ROWS]}, "theta": {[math.radians(row[3]) for row in ROWS]}}}', {}),
-    'JSON with an array a row': (
-        lines(lambda i, a, al, d, o: f'[{a}, {math.radians(al)!r}, {d}, {math.radians(o)!r}]', '{"dh": [', ']}', ', '), {'columns': ADT}),
+        f'{{"a": [{column("a")}], "d": [{column("d")}], "alpha": [{column("ra")}], '
+        f'"theta": [{column("ro")}]}}',
+        {},
+    ),
+    'JSON with an array a row': (written('[$a, $ra, $d, $ro]', '{"dh": [', ']}', ', '), ADT),
     'TOML with a table a row': (
-        lines(lambda i, a, al, d, o: f'[[joint]]\na = {a}\nalpha = {math.radians(al)!r}\nd = {d}\ntheta = {math.radians(o)!r}\n', 'title = "arm"\n'), {}),
+        written('[[joint]]\na = $a\nalpha = $ra\nd = $d\ntheta = $ro\n', 'title = "arm"\n'),
+        {},
+    ),
     'TOML by columns': (
-        f'[dh]\nalpha = {[math.radians(row[1]) for row in ROWS]}\na = {[row[0] for row in ROWS]}\nd = {[row[2] for row in ROWS]}\ntheta = {[math.radians(row[3]) for row in ROWS]}', {}),
-    'TOML with an array a row': (
-        lines(lambda i, a, al, d, o: f'  [{a}, {math.radians(al)!r}, {d}, {math.radians(o)!r}],', '[robot]\ndh = [\n', '\n]'), {'columns': ADT}),
+        f'[dh]\nalpha = [{column("ra")}]\na = [{column("a")}]\nd = [{column("d")}]\n'
+        f'theta = [{column("ro")}]',
+        {},
+    ),
+    'TOML with an array a row': (written('  [$a, $ra, $d, $ro],', '[arm]\ndh = [\n', '\n]'), ADT),
     'a table of HTML': (
-        lines(lambda i, a, al, d, o: f'<tr><td>{i}</td><td>{a}</td><td>{al}&deg;</td><td>{d}</td><td>&theta;<sub>{i}</sub> + ({o}&deg;)</td></tr>',
-              '<table>\n<tr><th>i</th><th>a</th><th>&alpha;</th><th>d</th><th>&theta;</th></tr>\n', '\n</table>'), {}),
+        written('<tr><td>$i</td><td>$a</td><td>$al&deg;</td><td>$d</td>'
+                '<td>&theta;<sub>$i</sub> + ($o&deg;)</td></tr>',
+                '<table>\n<tr><th>i</th><th>a</th><th>&alpha;</th><th>d</th>'
+                '<th>&theta;</th></tr>\n', '\n</table>'),
+        {},
+    ),
     'functions of time': (
-        lines(lambda i, a, al, d, o: f"{a},{pi(al)},{d},{plus(f'theta_{i}(t)', pi(o))}", f'{ADT}\n'), {}),
+        written('$a,$pa,$d,$sum', 'a,alpha,d,theta\n').replace('q', 'theta_')
+        .replace('theta_1', 'theta_1(t)').replace('theta_2', 'theta_2(t)'),
+        {},
+    ),
     'indices in tags': (
-        lines(lambda i, a, al, d, o: f"| {a} | {pi(al, 'PI')} | {d} | {plus(f'q<sub>{i}</sub>', pi(o, 'PI'))} |",
-              '| a<sub>i</sub> | α<sub>i</sub> | d<sub>i</sub> | θ<sub>i</sub> |\n|---|---|---|---|\n'), {}),
-    'stars of a book': (
-        lines(lambda i, a, al, d, o: f"{i}\t{a}\t{al}°\t{d}\tθ{i}* {'−' if o < 0 else '+'} {abs(o)}°", 'Link\ta\tα\td\tθ\n'), {}),
+        written('| $a | $pa | $d | q<sub>$i</sub> $p |',
+                f'| a<sub>i</sub> | α<sub>i</sub> | d<sub>i</sub> | θ<sub>i</sub> |\n{RULE}',
+                word='PI'),
+        {},
+    ),
+    'stars of a book': (written('$i\t$a\t$al°\t$d\tθ$i* $star', 'Link\ta\tα\td\tθ\n'), {}),
     'stars of LaTeX': (
-        lines(lambda i, a, al, d, o: rf"{i} & {a} & ${pi(al).replace('pi/', chr(92) + 'frac' + chr(92) + 'pi')}$ & {d} & $\theta_{i}^* {'-' if o < 0 else '+'} {abs(o)}^\circ$ \\",
-              'Link & $a_i$ & $\\alpha_i$ & $d_i$ & $\\theta_i$ \\\\\n'), {}),
+        written(r'$i & $a & $$$pa$$ & $d & $$\theta_$i^* $star$$ \\',
+                'Link & $a_i$ & $\\alpha_i$ & $d_i$ & $\\theta_i$ \\\\\n', word=r'\pi')
+        .replace(r'\pi/2', r'\frac\pi2').replace(r'\pi/4', r'\frac{\pi}{4}')
+        .replace('°', r'^\circ'),
+        {},
+    ),
     'words for heads': (
-        lines(lambda i, a, al, d, o: f"| {i} | {plus(f'θ{i}', pi(o))} | {d} | {a} | {pi(al)} |",
-              '| Joint No. | Joint angle θ (rad) | Link offset d (m) | Link length a (m) | Link twist α (rad) |\n|---|---|---|---|---|\n'), {}),
+        written('| $i | $sum | $d | $a | $pa |', '| Joint No. | Joint angle θ (rad) | '
+                f'Link offset d (m) | Link length a (m) | Link twist α (rad) |\n|---{RULE}'),
+        {},
+    ),
     'a script of the toolbox with offsets of its robot': (
-        lines(lambda i, a, al, d, o: f"L({i}) = Link('d', {d}, 'a', {a}, 'alpha', {pi(al)});",
-              end=f"\nR = SerialLink(L, 'name', 'arm');\nR.offset = [{' '.join(pi(row[3]) for row in ROWS)}];"), {}),
+        written("L($i) = Link('d', $d, 'a', $a, 'alpha', $pa);",
+                end="\nR = SerialLink(L, 'name', 'arm');\n"
+                f'R.offset = [{column("po", between=" ")}];'),
+        {},
+    ),
     'a matrix of the toolbox': (
-        lines(lambda i, a, al, d, o: f'0 {d} {a} {pi(al)} 0 {pi(o)}', 'robot = SerialLink([', "], 'name', 'arm')", '; '), {}),
+        written('0 $d $a $pa 0 $po', 'robot = SerialLink([', "], 'name', 'arm')", '; '),
+        {},
+    ),
     'a matrix of the toolbox by its name': (
-        lines(lambda i, a, al, d, o: f'  0, {d}, {a}, {pi(al)}', 'clc; clear;\nmdl = [\n', f"\n];\nr = SerialLink(mdl, 'offset', [{' '.join(pi(row[3]) for row in ROWS)}]);", ';\n'), {}),
+        written('  0, $d, $a, $pa', 'clc; clear;\nmdl = [\n',
+                f"\n];\nr = SerialLink(mdl, 'offset', [{column('po', between=' ')}]);", ';\n'),
+        {},
+    ),
     'values above the table': (
-        lines(lambda i, a, al, d, o: f'a{i},{pi(al)},d{i},{pi(o)}', f"a1, a2, a3, a4 = 0.12, 0.35, 0.2, 0\nd1 = 0.4; d2 = 0.05; d3 = 0; d4 = 0.1\n\n{ADT}\n"), {}),
+        written('a$i,$pa,d$i,$po', 'a1, a2, a3, a4 = 0.12, 0.35, 0.2, 0\n'
+                'd1 = 0.4; d2 = 0.05; d3 = 0; d4 = 0.1\n\na,alpha,d,theta\n'),
+        {},
+    ),
     'elements of a vector': (
-        lines(lambda i, a, al, d, o: f'[{pi(al)}, length[{i - 1}], {d}, {pi(o)}]', 'length = [0.12, 0.35, 0.2, 0]\ndh = [', ']', ',\n'), {'columns': 'alpha,a,d,theta'}),
+        written('[$pa, length[$k], $d, $po]', 'length = [0.12, 0.35, 0.2, 0]\ndh = [', ']', ',\n'),
+        {'columns': 'alpha,a,d,theta'},
+    ),
 }  # fmt: skip
 
 
@@ -271,7 +352,8 @@ def test_khalil_beside_others_is_asked_for_and_branches_are_refused():
         assert way in told
         columns = way.split()[1]
         read('θ,d,r,α\nq1,0.1,0,90\nq2,0,0.3,0\n', columns=columns)
-    tree = 'j,ant,sigma,gamma,b,alpha,d,theta,r\n1,0,0,0,0,0,0,t1,1\n2,1,0,0,0,0,1,t2,0\n3,1,0,0,0,0,1,t3,0\n'
+    tree = 'j,ant,sigma,gamma,b,alpha,d,theta,r\n1,0,0,0,0,0,0,t1,1\n'
+    tree += '2,1,0,0,0,0,1,t2,0\n3,1,0,0,0,0,1,t3,0\n'
     assert 'the links before are 0, 1, 1: the arm branches' in faults(tree)
     assert 'gamma is not 0' in faults(
         tree.replace('3,1,0,0', '3,2,0,1').replace('3,2,0,1', '3,2,0,0.5')
@@ -303,27 +385,34 @@ def test_plain_degrees_beside_parts_of_pi_are_read_as_told():
     same(read(text.replace('90', '90°'))[0], rows=right)
 
 
+HEAD = 'a,alpha,d,theta\n'
+OBJECT = '{"a": 0, "alpha": 1, "d": 2}'
+PAIRS = 'a = 0\nalpha = 1\nd = 1\n'
+VECTORS = '{"a": [0, 1], "alpha": [1, 0], "d": [1, 2]}'
+LINKS = "L(1)=Link('d',1);L(2)=Link('a',1);"
+
+
 @pytest.mark.parametrize(
     ('text', 'told'),
     [
-        ('a,alpha,d,theta\n290,0,1.5707963267948966,0\n0,270,0,90\n', 'column d: 1.5707963267948966 is an angle'),
-        ('a,alpha,d,theta\n0.3,0,pi/2,0\n0,0.2,0,0\n', 'column d: pi/2 is an angle'),
-        ('a,alpha,d,theta\nθ1,0,0,0.3\n', 'column a: theta1 is a joint by its name'),
+        (f'{HEAD}290,0,1.5707963267948966,0\n0,270,0,90\n', 'column d: 1.5707963267948966 is an'),
+        (f'{HEAD}0.3,0,pi/2,0\n0,0.2,0,0\n', 'column d: pi/2 is an angle'),
+        (f'{HEAD}θ1,0,0,0.3\n', 'column a: theta1 is a joint by its name'),
         ('theta,alpha,a,d\nd1,90,0,q1\n', 'column theta: d1 is a length by its name'),
-        ('a,alpha,d,theta\n0,90,0.4,q1\n0.3,0,0,q2*-1\n', 'q2*-1: a product, or a variable with its star'),
-        ('a,alpha,d,theta\n0,0,1,0\n1,90,0,q2-90\n1,0,0,0\n1,0,0,0\n', 'column theta: 0 without a variable: write q1'),
-        ('a,alpha,d,theta\n0,90,d1,q1\na2,0,0,q2\n0,0,d3,0\n', 'd3 may slide, or be the length of a tool'),
-        ('a,alpha,d,theta\n0,90,1,q1\na,alpha,d,theta\n1,0,0,q1\n', 'several tables'),
-        ('A = [0 0 1 0; 1 0 0 0];\nB = [0 0 1 0; 1 0 0 1];', 'several tables: leave one in the text (A in line 1, B in line 2)'),
-        ('{"left": [{"a": 0, "alpha": 1, "d": 2}, {"a": 0, "alpha": 1, "d": 2}],\n"right": [{"a": 0, "alpha": 1, "d": 2}]}', 'several tables'),
-        ('left:\n  - {a: 0, alpha: 1, d: 2}\n  - {a: 1, alpha: 0, d: 0}\nright:\n  - {a: 0, alpha: 1, d: 2}\n', 'several tables'),
-        ('[[left]]\na = 0\nalpha = 1\nd = 1\n[[right]]\na = 0\nalpha = 1\nd = 1\n', 'several tables'),
-        ("{'a': [0, 1], 'alpha': [1, 0], 'd': [1, 2]}\n{'a': [0, 1], 'alpha': [1, 0], 'd': [1, 2]}", 'several tables'),
+        (f'{HEAD}0,90,0.4,q1\n0.3,0,0,q2*-1\n', 'q2*-1: a product, or a variable with its star'),
+        (f'{HEAD}0,0,1,0\n1,90,0,q2-90\n1,0,0,0\n1,0,0,0\n', '0 without a variable: write q1'),
+        (f'{HEAD}0,90,d1,q1\na2,0,0,q2\n0,0,d3,0\n', 'd3 may slide, or be the length of a tool'),
+        (f'{HEAD}0,90,1,q1\n{HEAD}1,0,0,q1\n', 'several tables'),
+        ('A = [0 0 1 0; 1 0 0 0];\nB = [0 0 1 0; 1 0 0 1];', 'text (A in line 1, B in line 2)'),
+        (f'{{"left": [{OBJECT}, {OBJECT}],\n"right": [{OBJECT}]}}', 'several tables'),
+        (f'left:\n  - {OBJECT}\n  - {OBJECT}\nright:\n  - {OBJECT}\n', 'several tables'),
+        (f'[[left]]\n{PAIRS}[[left]]\n{PAIRS}[[right]]\n{PAIRS}', 'several tables'),
+        (f'{{"ur5": {VECTORS}, "ur10": {VECTORS}}}', 'several tables'),
         ('{alpha0: 0, a0: 0, d1: 1, alpha1: 1, a1: 0, d2: 0, d1: 2}', 'several tables'),
-        ('a = [0 1];\nalpha = [pi/2 0 0];\nd = [1 0];', 'vectors of different lengths: a has 2, alpha has 3, d has 2'),
-        ('dh:\n  - {a: 0, alpha: 1, d: 2}\n  - {a: 1, d: 0}\n', 'row 2, column alpha: the cell is empty'),
-        ("L(1)=Link('d',1);L(2)=Link('a',1);R=SerialLink(L,'offset',[0 pi/2 0]);", 'offset: 3 values for 2 links'),
-        ("L(1)=Link('d',1);L(2)=Link('a',1);R=SerialLink(L);R.tool=trotx(1)*transl(0,0,1);", "tool: 'trotx(1)*transl(0,0,1)' is not understood"),
+        ('a = [0 1];\nalpha = [pi/2 0 0];\nd = [1 0];', 'a has 2, alpha has 3, d has 2'),
+        ('dh:\n  - {a: 0, alpha: 1, d: 2}\n  - {a: 1, d: 0}\n', 'row 2, column alpha: the cell'),
+        (f"{LINKS}R=SerialLink(L,'offset',[0 pi/2 0]);", 'offset: 3 values for 2 links'),
+        (f'{LINKS}R=SerialLink(L);R.tool=trotx(1)*transl(0,0,1);', "'trotx(1)*transl(0,0,1)' is"),
     ],
 )  # fmt: skip
 def test_what_may_be_another_arm_is_refused(text, told):
@@ -338,7 +427,8 @@ def test_substitutions_have_the_indices_of_the_book():
     )
     same(read(f's = {{{craig}}}')[0], modified=True)
     classical = '\n'.join(
-        f'alpha{i} = {pi(alpha)}\na{i} = {a}\nd{i} = {d}\ntheta{i} = {plus(f"theta{i}", pi(offset))}'
+        f'alpha{i} = {pi(alpha)}\na{i} = {a}\nd{i} = {d}\n'
+        f'theta{i} = {plus(f"theta{i}", pi(offset))}'
         for i, (a, alpha, d, offset) in enumerate(ROWS, 1)
     )
     same(read(classical)[0])
@@ -346,16 +436,14 @@ def test_substitutions_have_the_indices_of_the_book():
 
 def test_given_columns_keep_units_and_indices_of_the_heads():
     text = 'i | alpha(i-1) | len (mm) | offset (mm) | angle\n---|---|---|---|---\n'
-    text += lines(
-        lambda i, a, al, d, o: f'{i}|{al}°|{1000 * a:g}|{1000 * d:g}|{plus(f"q{i}", f"{o}°")}'
-    )
+    text += written('$i|$al°|$mma|$mmd|q$i + ($o°)')
     robot, notes = read(text, columns='joint,alpha,a,d,theta')
     same(robot, modified=True)
     assert 'the columns are read as joint, alpha(i-1), a [mm], d [mm], theta' in notes
 
 
 def test_a_title_tells_the_convention():
-    table = lines(lambda i, a, al, d, o: f'{a},{al}°,{d},{o}°', 'a,alpha,d,theta\n')
+    table = written('$a,$al°,$d,$o°', 'a,alpha,d,theta\n')
     same(read(f'Table 3: modified DH parameters\n{table}')[0], modified=True)
     _, notes = read(f'Modified or standard\n{table}')
     assert any('the standard convention is assumed' in note for note in notes)
@@ -383,7 +471,7 @@ DHRobot: arm, 4 joints (RRRR), dynamics, standard DH parameters
 
 
 def boxed(base='', tool=''):
-    rows = lines(lambda i, a, al, d, o: f'│ {plus(f"q{i}", f"{o}°")} │ {d} │ {a} │ {al}° │')
+    rows = written('│ q$i + ($o°) │ $d │ $a │ $al° │')
     return BOX.format(rows=rows, base=base, tool=tool)
 
 
@@ -413,25 +501,19 @@ def test_base_and_tool_of_a_printed_robot_are_read():
 @pytest.mark.parametrize(
     'script',
     [
-        "{links}\nR = SerialLink(L);\nR.base = transl(1, 0, -0.5);\nR.tool = transl([0 0 h])*trotx(pi/2);",
-        "{links}\nR = SerialLink(L, 'name', 'arm', 'base', transl(1,0,-0.5), 'tool', transl(0, 0, 0.2)*trotx(90, 'deg'));",
-        "r = DHRobot({calls}, name='arm', tool=SE3(0, 0, h) * SE3.Rx(np.pi/2), base=SE3.Tx(1) * SE3.Tz(-0.5))",
-        "class Arm(DHRobot):\n  def __init__(self):\n    L = {calls}\n    super().__init__(L, name='arm', tool=SE3.Tz(h) @ SE3.Rx(90, unit='deg'), base=SE3(1, 0, -0.5))",
+        '{links}\nR = SerialLink(L);\nR.base = transl(1, 0, -0.5);\n'
+        'R.tool = transl([0 0 h])*trotx(pi/2);',
+        "{links}\nR = SerialLink(L, 'name', 'arm', 'base', transl(1,0,-0.5), 'tool', "
+        "transl(0, 0, 0.2)*trotx(90, 'deg'));",
+        "r = DHRobot({calls}, name='arm', tool=SE3(0, 0, h) * SE3.Rx(np.pi/2), "
+        'base=SE3.Tx(1) * SE3.Tz(-0.5))',
+        'class Arm(DHRobot):\n  def __init__(self):\n    L = {calls}\n    super().__init__(L, '
+        "name='arm', tool=SE3.Tz(h) @ SE3.Rx(90, unit='deg'), base=SE3(1, 0, -0.5))",
     ],
 )  # fmt: skip
 def test_base_and_tool_of_a_script_are_read(script):
-    links = lines(
-        lambda i, a, al, d, o: (
-            f"L({i}) = Link('d', {d}, 'a', {a}, 'alpha', {pi(al)}, 'offset', {pi(o)});"
-        ),
-        'h = 0.2;\n',
-    )
-    calls = lines(
-        lambda i, a, al, d, o: f'RevoluteDH(d={d}, a={a}, alpha={pi(al)}, offset={pi(o)})',
-        '[',
-        ']',
-        ',\n',
-    )
+    links = written("L($i) = Link('d', $d, 'a', $a, 'alpha', $pa, 'offset', $po);", 'h = 0.2;\n')
+    calls = written('RevoluteDH(d=$d, a=$a, alpha=$pa, offset=$po)', '[', ']', ',\n')
     robot, _ = read('h = 0.2\n' * ('{calls}' in script) + script.format(links=links, calls=calls))
     for q in Q:
         right = shift(x=1, z=-0.5) @ product(ROWS, q) @ shift(z=0.2) @ turn('x', math.pi / 2)
@@ -462,7 +544,8 @@ def test_limits_have_their_own_heads_and_unit():
         assert robot.limits == pytest.approx(np.radians([[-170, 170], [-20, 90]]), rel=1e-15)
         assert any('limits are taken to be in deg' in note for note in notes)
     robot, _ = read(
-        '{"j": [{"a": 0, "alpha": 0, "d": 1, "limits": [-1, 2]}, {"a": 1, "alpha": 0, "d": 0, "limits": [-3, 3]}]}'
+        '{"j": [{"a": 0, "alpha": 0, "d": 1, "limits": [-1, 2]},'
+        ' {"a": 1, "alpha": 0, "d": 0, "limits": [-3, 3]}]}'
     )
     assert robot.limits.tolist() == [[-1, 2], [-3, 3]]
 
@@ -508,6 +591,6 @@ def test_rounded_parts_of_pi_are_named_and_read_on_request():
 
 
 def test_heads_that_are_not_understood_are_no_row():
-    table = lines(lambda i, a, al, d, o: f'{a},{pi(al)},{d},{pi(o)}', 'len,twi,off,ang\n')
-    same(read(table, columns=ADT)[0])
+    table = written('$a,$pa,$d,$po', 'len,twi,off,ang\n')
+    same(read(table, **ADT)[0])
     assert 'no row says what the columns hold' in faults(table)

@@ -1,4 +1,4 @@
-"""The heads of a table: which quantity stands in a column, in which unit."""
+"""The heads of a table: the quantity and the unit of each column."""
 
 import re
 from collections.abc import Iterable, Sequence

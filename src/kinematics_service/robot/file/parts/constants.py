@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from ....errors import ExpressionError
 from ....typography import number_text
-from ..text.entries import checked_number, has_no_value
+from ..text.entries import checked_number, is_null
 from ..text.expression_syntax import names_in, why_no_name
 from ..text.expressions import Scope, parse_affine
 from ..text.fault_report import Place, quoted, shown
@@ -51,7 +51,7 @@ def read_constants(data: Any, units: Units, variables: Iterable[str], at: Place)
         if reason := why_no_name(name):
             at[name].fault(f'the name {quoted(name)} {reason}')
             continue
-        if has_no_value(value):
+        if is_null(value):
             values[name] = _stand_in(name, units)
             constants.append(Constant(name, number_text(values[name]), values[name], letter=True))
             continue

@@ -32,7 +32,7 @@ class WrongValue(Exception):
         self.meant = meant
 
 
-def has_no_value(value: Any) -> bool:
+def is_null(value: Any) -> bool:
     """Return whether a key stands without a value."""
     return isinstance(value, ScalarNode) and not value.quoted and bool(NULL.fullmatch(value.text))
 
@@ -40,7 +40,7 @@ def has_no_value(value: Any) -> bool:
 def _scalar(value: Any, wanted: str) -> ScalarNode:
     if not isinstance(value, ScalarNode):
         raise WrongValue(f'expected {wanted}, not {shown(value)}')
-    if has_no_value(value):
+    if is_null(value):
         raise WrongValue(f'has no value: expected {wanted}')
     if not value.quoted and TRUTH.fullmatch(value.text):
         raise WrongValue(f"expected {wanted}, not the truth value '{value.text}'")
