@@ -594,3 +594,11 @@ def test_heads_that_are_not_understood_are_no_row():
     table = written('$a,$pa,$d,$po', 'len,twi,off,ang\n')
     same(read(table, **ADT)[0])
     assert 'no row says what the columns hold' in faults(table)
+
+
+def test_given_columns_do_not_discard_base_tool_and_offsets_of_a_script():
+    matrix = written('$po $d $a $pa', 'dh = [', '];\n', '; ')
+    robot, _ = read(f'{matrix}R = SerialLink(dh);\nR.tool = transl(0, 0, 0.2);', **TDA)
+    assert robot.description.tool.motion.matrix[2, 3] == 0.2
+    same(read(f'{matrix}R = SerialLink(dh);\nR.tool = eye(4);', **TDA)[0])
+    assert 'write a column offset' in faults(f'{matrix}R.offset = [0 1 0 0];', **TDA)

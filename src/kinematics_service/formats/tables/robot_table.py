@@ -17,7 +17,7 @@ from .moving_rows import ZERO, MovingRow, NumberedRow, bare, moving_rows
 from .pasted import plain_text, rows_of, without_comments
 from .records import rows_of_records, rows_of_substitutions
 from .report import TableReport
-from .script import constants_of, end_lines
+from .script import constants_of, end_lines, settings_of
 from .toolbox import toolbox_links
 from .units import LIMITS_TURNS, NUMBER, TERM, in_one_unit, in_unit, is_quarter, rounded
 
@@ -74,7 +74,11 @@ def read_table(
     report = TableReport(file)
     plain = plain_text(text)
     script = None if columns else toolbox_links(plain, report)
-    constants = constants_of(without_comments(plain), report)
+    bare_text = without_comments(plain)
+    constants = constants_of(bare_text, report)
+    settings = script.settings if script else settings_of(bare_text, report)
+    if not script and settings.get('offset', '').startswith('['):
+        report.refuse('offset of the robot: write a column offset into the table')
     rows = script.rows if script else _rows(plain, columns, report)
     heads, body = _headed(rows, columns, report)
     heads, khalil = with_r(heads, report)
@@ -108,7 +112,7 @@ def read_table(
         _joint(row, 'as deg' if in_degrees else angle, report) for row in arm if row.variable
     ]
     report.raise_faults()
-    ends = '\n'.join(end_lines(plain, script.settings if script else {}, report))
+    ends = '\n'.join(end_lines(plain, settings, report))
     if not script:
         _say_columns(heads, report)
     source = ''.join(c if c.isprintable() else '?' for c in PurePath(file).name)

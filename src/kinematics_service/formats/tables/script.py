@@ -17,7 +17,8 @@ CONSTANT = re.compile(
 VECTOR = re.compile(r'(?:^|;)[ \t]*([A-Za-z]\w*)[ \t]*=\s*\[([^\[\];\n]*)\]', re.M)
 # R.base = ..., 'offset', ..., tool=...
 SETTING = re.compile(
-    r"(?:[.'(]|,\s*)(base|tool|offset|qlim)'?\s*(?:=|,)\s*((?:[^,;\n()\[\]]|\((?:[^()]|\([^()]*\))*\)|\[[^\]]*\])+)"
+    r"(?:[.'(]|,\s*)(base|tool|offset|qlim)'?\s*(?:=|,)\s*"
+    r'((?:[^,;\n()\[\]]|\((?:[^()]|\([^()]*\))*\)|\[[^\]]*\])+)'
 )
 BOXED = re.compile(r'(?m)^\W*(base|tool)\W+t\s*=\s*([^;|]*);\s*rpy/(\w+)\s*=\s*([^|\n]*)')
 SHIFT = re.compile(r'(?:transl|(?:\w+\.)?SE3(?:\.Trans)?)\s*\(\s*\[?([^\[\]]*?)\]?\s*\)')
@@ -73,26 +74,26 @@ def _placement(text: str) -> tuple[list[str], list[str]] | None:
     # Shifts along axes, then at most one turn; None for another product.
     xyz, rpy = ['0'] * 3, ['0'] * 3
     for factor in re.split(r'\s*[*@]\s*(?=[A-Za-z])', text.strip()):
-        turned = rpy != ['0'] * 3
-        cells = (
-            list(map(plain_cell, cells_of(found[1]))) if (found := SHIFT.fullmatch(factor)) else []
-        )
-        if len(cells) == 3 and not turned and xyz == ['0'] * 3:
+        shift, along, turn = (form.fullmatch(factor) for form in (SHIFT, ALONG, TURN))
+        cells = list(map(plain_cell, cells_of(shift[1]))) if shift else []
+        if rpy != ['0'] * 3:
+            return None
+        if len(cells) == 3 and xyz == ['0'] * 3:
             xyz = cells
-        elif (
-            (found := ALONG.fullmatch(factor)) and not turned and xyz['xyz'.index(found[1])] == '0'
-        ):
-            xyz['xyz'.index(found[1])] = plain_cell(found[2])
-        elif (found := TURN.fullmatch(factor)) and not turned:
-            rpy['xyz'.index(found[1])] = plain_cell(found[2]) + (DEGREE if found[3] else '')
+        elif along and xyz['xyz'.index(along[1])] == '0':
+            xyz['xyz'.index(along[1])] = plain_cell(along[2])
+        elif turn:
+            rpy['xyz'.index(turn[1])] = plain_cell(turn[2]) + (DEGREE if turn[3] else '')
         elif not re.fullmatch(r'eye\(4\)|(?:\w+\.)?SE3\(\)', factor):
             return None
     return xyz, rpy
 
 
-def _line(end: str, xyz: list[str], rpy: list[str]) -> str:
-    def listed(cells: list[str]) -> str:
-        bare = (cell.strip().rstrip(DEGREE) in ZERO and '0' or cell.strip() for cell in cells)
-        return ', '.join(map(scalar, bare))
-
-    return f'{end}: {{xyz: [{listed(xyz)}], rpy: [{listed(rpy)}]}}'
+def _line(end: str, *placed: list[str]) -> str:
+    xyz, rpy = (
+        ', '.join(
+            '0' if cell.strip(f' {DEGREE}') in ZERO else scalar(cell.strip()) for cell in one
+        )
+        for one in placed
+    )
+    return f'{end}: {{xyz: [{xyz}], rpy: [{rpy}]}}'
