@@ -602,3 +602,20 @@ def test_given_columns_do_not_discard_base_tool_and_offsets_of_a_script():
     assert robot.description.tool.motion.matrix[2, 3] == 0.2
     same(read(f'{matrix}R = SerialLink(dh);\nR.tool = eye(4);', **TDA)[0])
     assert 'write a column offset' in faults(f'{matrix}R.offset = [0 1 0 0];', **TDA)
+
+
+def test_words_of_a_text_that_contradict_its_numbers_are_refused():
+    text = written('$a,$al,$d,$o', 'The arm has 4 degrees of freedom, angles in degrees.\n' + HEAD)
+    robot, notes = read(text)
+    same(robot)
+    assert 'left out: The arm' not in ''.join(notes)  # it stands above the heads
+    assert '1.2 beside degrees' in faults(f'# angles in degrees\n{HEAD}0,1.2,0.4,q1\n')
+    assert '0.4 beside millimetres' in faults(f'# millimetres\n{HEAD}0,pi/2,0.4,q1\n')
+    _, notes = read(f'{HEAD}0,pi/2,0.4,q1\n0.3,0,0,q2\nThe hand follows it.\n')
+    assert 'left out: The hand follows it.' in notes
+
+
+def test_an_index_after_the_row_is_craigs():
+    text = written('$i,$al,$a,$d,q$i + ($o°)', 'i,alpha_i,a_i,d_i+1,theta_i+1\n')
+    same(read(text)[0], modified=True)
+    same(read(text, columns='joint,alpha,a,d,theta')[0], modified=True)

@@ -12,7 +12,7 @@ WORDS = {
     'r': 'r',  # along x (as a) in some books, along z (as d) in others
     'alpha': 'alpha alph twist linktwist twistangle',
     'd': 'd linkoffset',
-    'theta': 'theta th thet q jointangle jointvariable',
+    'theta': 'theta th thet q jointangle',
     'offset': 'offset thetaoffset qoffset thoffset angleoffset',
     'type': 'type jointtype rp',
     'sigma': 'sigma',
@@ -29,8 +29,8 @@ MEANINGS = {word: meaning for meaning, words in WORDS.items() for word in words.
 UNIT = r'(mm|cm|m|inch|in|rad|radians?|deg|degrees?|°)'
 IN_HEAD = re.compile(rf'[\s\[(/,_]+(?:in\s+)?{UNIT}\s*[\])]?$')
 UNIT_ALONE = re.compile(rf'[\[(]?\s*{UNIT}\s*[\])]?')
-INDEX = re.compile(r'[\[({]\s*([ijkn])\s*(-\s*1)?\s*[\])}]')
-INDEXED = re.compile(r'(.+?)[ijkn]?(-1)?')
+INDEX = re.compile(r'[\[({]\s*([ijkn])\s*([-+]\s*1)?\s*[\])}]')
+INDEXED = re.compile(r'(.+?)[ijkn]?([-+]1)?')
 LEAST = re.compile(r'(?:^|[^a-z])(?:min|minimum|lower|lb)(?:[^a-z]|$)')
 MOST = re.compile(r'(?:^|[^a-z])(?:max|maximum|upper|ub)(?:[^a-z]|$)')
 ANGLES, LENGTHS = ('alpha', 'theta', 'offset'), ('a', 'd')
@@ -48,11 +48,14 @@ class Head(NamedTuple):
         'rad', 'deg', 'm', 'mm', another word for a unit, or empty.
     before
         Whether its index is that of the link before, as in Craig's table.
+    after
+        Whether it is i+1: then a and alpha beside it are those of the link before.
     """
 
     meaning: str
     unit: str = ''
     before: bool = False
+    after: bool = False
 
 
 def head_of(text: str) -> Head:
@@ -84,10 +87,9 @@ def _phrases(text: str) -> Iterable[str]:
 def _meaning(phrase: str) -> Head:
     word = re.sub(r'[\s_.,/()\[\]]', '', phrase)
     indexed = INDEXED.fullmatch(word)
-    before = word not in MEANINGS and indexed is not None and indexed[2] is not None
-    if word not in MEANINGS and indexed:
-        word = indexed[1]
-    return Head(MEANINGS.get(word, ''), before=before)
+    if word in MEANINGS or not indexed:
+        return Head(MEANINGS.get(word, ''))
+    return Head(MEANINGS.get(indexed[1], ''), '', indexed[2] == '-1', indexed[2] == '+1')
 
 
 def find_heads(rows: Sequence[PastedRow]) -> int | None:

@@ -27,7 +27,7 @@ NOT_A_JOINT = re.compile(
     r'(?:\w+\s*(?:->|-|to)\s*)?(?:tool|tcp|ee|g|end[-_ ]?effector|flange|hand|gripper)',
     re.IGNORECASE,
 )
-ZERO = ('', '0', '0.0')
+ZERO = ('', '0', '0.', '0.0', '0.00', '0.000', '0.0000', '0.000000', '-0.0')
 
 
 class NumberedRow(NamedTuple):

@@ -13,7 +13,7 @@ from .heads import MEANINGS, find_heads
 from .report import TableReport
 
 BARS = str.maketrans(dict.fromkeys('│┃║┆┊╎', '|'))
-RULE = re.compile(r'[-+=:|\s\u2500-\u257f]*')  # a line between rows
+RULE = re.compile(r'[-+=:|_\s\u2500-\u257f]*')  # a line between rows
 # Base and tool of a printed robot.
 ENDS = re.compile(r'(?m)^\W*(?:base|tool)\s*\|(?:\s*t\s*=[^|\n]*)?\s*\|?\s*$')
 LATEX_ONLY = re.compile(

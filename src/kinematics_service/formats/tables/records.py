@@ -10,8 +10,9 @@ from .pasted import cells_of, without_comments
 from .report import TableReport
 
 PAIR = re.compile(
-    r"""["']?(?<![\w.])(?P<owner>[\w.]+(?:\[\w+\]|\(\w+\))?\.)?(?P<key>[A-Za-z_]\w*)["']?[ \t]*"""
-    r"""(?::|=>?)[ \t]*(?P<value>\[[^\[\]{}:=]*\]|"[^"\n]*"|'[^'\n]*'"""
+    r"""["']?(?<![\w.])\.?(?P<owner>[\w.]+(?:\[\w+\]|\(\w+\))?\.)?"""
+    r"""(?P<key>[A-Za-z_]\w*)["']?[ \t]*(?::|=>?)[ \t]*"""
+    r"""(?P<value>\[[^\[\]{}:=]*\]|"[^"\n]*"|'[^'\n]*'"""
     r"""|(?:[^,;\n{}\[\]()"']|\([^()\n]*\)|\[\w+\])*)"""
 )
 ITEM = re.compile(r'(?m)^[ \t]*- ')

@@ -91,7 +91,7 @@ def read_table(
         _refuse_other_order(numbered, report)
     given = {*units, 'rad'} - {'deg'} if script and 'deg' not in units else set(units)
     angle, length = (
-        in_one_unit(kind, given, heads, numbered, constants, report)
+        in_one_unit(kind, given, heads, numbered, constants, plain, report)
         for kind in ('angles', 'lengths')
     )
     short: list[str] = []
@@ -170,9 +170,11 @@ def _headed(
         # Units and indices of the heads hold, but for those that are given.
         own = [*heads, *[Head('')] * len(given)]
         heads = [
-            one._replace(unit=one.unit or old.unit, before=one.before or old.before)
+            old._replace(meaning=one.meaning, unit=one.unit or old.unit) if not one.before else one
             for one, old in zip(given, own)
         ]
+    named = [k for k, head in enumerate(heads) if head.meaning == 'joint']
+    heads = [Head('') if k in named[1:] else head for k, head in enumerate(heads)]
     for word, head in zip(words, heads):
         if word.strip(' -') and not head.meaning:
             report.note(f'the column {word!r} is left out')
@@ -202,7 +204,8 @@ def _refuse_unheaded(
 def _convention(
     said: str, heads: Sequence[Head], text: str, given: str | None, report: TableReport
 ) -> str:
-    if any(head.before and head.meaning in ('a', 'alpha') for head in heads):
+    before = (head.before and head.meaning in ('a', 'alpha') for head in heads)
+    if any(before) or any(head.after and head.meaning in ('d', 'theta') for head in heads):
         said = 'modified'
     named = [name for name, words in TITLES.items() if words.search(text)]
     said = said or (named[0] if len(named) == 1 else '')
@@ -245,6 +248,9 @@ def _numbered(
         filled = [*cells]
         while len(filled) > len(heads) and not filled[-1]:
             filled.pop()
+        if len(filled) == 1 and ' ' in filled[0]:
+            report.note(f'left out: {filled[0]}')
+            continue
         if len(filled) != len(heads):
             message = f'{len(filled)} cells, and the heads are {len(heads)}'
             report.fault(message, line, f'row {number}')

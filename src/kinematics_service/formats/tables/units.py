@@ -13,6 +13,13 @@ from .heads import Head
 from .moving_rows import ZERO, NumberedRow
 from .report import TableReport
 
+# Words of a title or a remark.
+WORDS = {
+    'deg': re.compile(r'\bdegrees?\b(?!\(| of freedom)', re.IGNORECASE),
+    'rad': re.compile(r'\bradians?\b(?!\()', re.IGNORECASE),
+    'mm': re.compile(r'\bmm\b|\bmillimet(?:er|re)s?\b', re.IGNORECASE),
+    'm': re.compile(r'\bmet(?:er|re)s?\b', re.IGNORECASE),
+}
 # Columns of angles and of lengths, their units, and the largest number in the first unit.
 KINDS = {
     'angles': (('alpha', 'theta', 'offset'), ('rad', 'deg'), TURN),
@@ -33,6 +40,7 @@ def in_one_unit(
     heads: Sequence[Head],
     rows: Sequence[NumberedRow],
     constants: Mapping[str, str],
+    text: str,
     report: TableReport,
 ) -> str:
     """Return the unit of all angles, or of all lengths, and write their cells in it."""
@@ -49,7 +57,7 @@ def in_one_unit(
         report.note(f'{kind} in {" and ".join(sorted(chosen))} are written in {unit}')
     else:
         unit = _told_unit(
-            kind, [_with_constants(r.cells[name], constants) for r, name in cells], report
+            kind, [_with_constants(r.cells[name], constants) for r, name in cells], text, report
         )
     for row, name in cells:
         own, cell = said.get(name, unit if len(chosen) < 2 else ''), row.cells[name]
@@ -67,10 +75,11 @@ def _with_constants(cell: str, constants: Mapping[str, str]) -> str:
     return ' '.join([cell, *(constants.get(name, '') for name in sorted(names_in(cell)))])
 
 
-def _told_unit(kind: str, texts: Sequence[str], report: TableReport) -> str:
+def _told_unit(kind: str, texts: Sequence[str], whole: str, report: TableReport) -> str:
     # Marks of cells decide, such as degree signs and parts of pi, else the size of the numbers.
     _, (small, large), most = KINDS[kind]
-    marks: dict[str, str] = {}
+    words = {unit: found[0] for unit, one in WORDS.items() if (found := one.search(whole))}
+    marks = words if len(words.keys() & {small, large}) == 1 else dict[str, str]()
     plain: list[str] = []
     for text in texts:
         if kind == 'angles':
