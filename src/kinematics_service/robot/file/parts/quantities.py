@@ -269,7 +269,9 @@ class Quantities:
         if kind == 'angle' and self.units.angle == 'rad' and at.path[0] == 'links':
             for digits, k in rounded_quarters(expression.text):
                 part = 'pi' if k == 2 else '2*pi' if k == 4 else f'{k}*pi/2'.removeprefix('1*')
-                at.remark(f'{digits} looks like {part} rounded: then write {part}')
+                at.remark(
+                    f'{digits} looks like {part} rounded: then write {part} (or --round-angles)'
+                )
         if kind == 'angle' and self.units.angle == 'deg' and at.path[0] != 'known_poses':
             degrees = math.degrees(value)
             if any(abs(abs(degrees) - quarter) < ROUNDED for quarter in QUARTERS):
