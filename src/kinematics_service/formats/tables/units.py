@@ -78,7 +78,7 @@ def _with_constants(cell: str, constants: Mapping[str, str]) -> str:
 def _told_unit(kind: str, texts: Sequence[str], whole: str, report: TableReport) -> str:
     # Marks of cells decide, such as degree signs and parts of pi, else the size of the numbers.
     _, (small, large), most = KINDS[kind]
-    words = {unit: found[0] for unit, one in WORDS.items() if (found := one.search(whole))}
+    words = {unit: said[0] for unit, one in WORDS.items() if (said := one.search(whole))}
     marks = words if len(words.keys() & {small, large}) == 1 else dict[str, str]()
     plain: list[str] = []
     for text in texts:
