@@ -3,8 +3,10 @@
 import re
 from typing import NamedTuple
 
+from ...robot.file.parts.quantities import QUARTERS
 from ...robot.file.text.expression_syntax import ARGUMENTS_OF
 from ...typography import DEGREE
+from ..urdf.quantity import as_rounded_part_of_pi
 
 # Marks of LaTeX, Markdown and programs in a cell, and the plain signs they stand for.
 PLAIN = tuple(
@@ -49,6 +51,11 @@ def plain_cell(text: str) -> str:
         text = pattern.sub(plain, text)
     text = INDEX.sub(_indexed, text).strip(' \t\n`"\'')
     return text.strip('* ') if text.startswith('*') else text
+
+
+def is_quarter(number: str) -> bool:
+    """Return whether a number is a quarter turn in radians, rounded to its digits."""
+    return '.' in number and as_rounded_part_of_pi(number) in QUARTERS
 
 
 def _indexed(found: re.Match[str]) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 from ...robot.file.text.expression_syntax import names_in
+from .cells import is_quarter
 from .report import TableReport
 
 MARK = '@'  # of the row's own variable, until it has a name
@@ -15,6 +16,7 @@ OWN = {
 }
 ANGLE = re.compile(r'(?:theta|th|t|phi|psi|q|joint|j)_?\d+', re.IGNORECASE)
 SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)  # other symbols in d are lengths
+AN_ANGLE = re.compile(r'(?:\d+\*)?pi(?:/\d+)?|\d\.\d{4,}')  # of pi/2 and 1.5708, not of 1.57
 LENGTH = re.compile(r'[adlhb]_?\d+', re.IGNORECASE)
 # A star marks the variable of a joint: `theta3* - 90` means theta3 - 90.
 STARRED = re.compile(r'\b(?!pi\b)([A-Za-z]\w*)\s*\*+\s*(?=(?P<sign>-)|[+]|$)')
@@ -218,6 +220,11 @@ def _faults(
     for column in ('a', 'alpha'):
         if wrong := next(filter(ANGLE.fullmatch, names_in(cells[column])), None):
             yield column, f'{wrong} is a joint by its name: is the order of the heads another?'
+    for column in ('a', 'd'):
+        if AN_ANGLE.fullmatch(found := cells[column].strip('-')) and (
+            'pi' in found or is_quarter(found)
+        ):
+            yield column, f'{found} is an angle: is the order of the heads another?'
     if cells.get('offset', '') not in ZERO and moved.place:
         alone = cells.get(moved.place, '') in (*ZERO, moved.variable) or own
         if not alone:

@@ -119,19 +119,15 @@ def _numbered(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[Pa
     found = {(pair.key.rstrip('0123456789').rstrip('_'), _index(pair)): pair for pair in pairs}
     if len({(pair.key, pair.value) for pair in pairs}) > len(found):
         report.refuse(SEVERAL)
-    names = {name for name, _ in found}
-    angle = next((name for name in ('theta', 'th', 'q') if name in names), 'q')
-    first = {name: min(k for one, k in found if one == name) for name in names}
-    before = first['alpha'] == 0 and first.get('d', first.get(angle, 0)) == 1
-    last = max(k for name, k in found if name == 'd') if 'd' in names else len(found)
+    twists = sorted(k for name, k in found if name == 'alpha')
+    angle = next((name for name, _ in found if name in ('theta', 'th', 'q')), 'q')
+    before = twists[0] == 0 and not {('d', 0), (angle, 0)} & found.keys()
     heads = ('alpha(i-1)', 'a(i-1)', 'd', 'theta') if before else ('alpha', 'a', 'd', 'theta')
     rows = [PastedRow(0, heads)]
-    for k in range(first.get('d', 1), last + 1):
-        cells = [
-            found[name, i].value if (name, i) in found else f'{name}{i}'
-            for name, i in (('alpha', k - before), ('a', k - before), ('d', k), (angle, k))
-        ]
-        rows.append(_row(text, found.get(('alpha', k - before), pairs[0]), cells))
+    for k in twists:
+        places = (('alpha', k), ('a', k), ('d', k + before), (angle, k + before))
+        cells = [found[at].value if at in found else f'{at[0]}{at[1]}' for at in places]
+        rows.append(_row(text, found['alpha', k], cells))
     return rows
 
 

@@ -19,7 +19,7 @@ from .records import rows_of_records, rows_of_substitutions
 from .report import TableReport
 from .script import constants_of, end_lines, settings_of
 from .toolbox import toolbox_links
-from .units import LIMITS_TURNS, NUMBER, TERM, in_one_unit, in_unit, is_quarter, rounded
+from .units import LIMITS_TURNS, TERM, in_one_unit, in_unit, rounded
 
 HOW = (
     'such as --columns a,alpha,d,theta (known are also offset, type, joint, limits, min, max; '
@@ -87,8 +87,6 @@ def read_table(
     chosen = _convention(said, heads, plain, convention, report)
     numbered = _numbered(heads, body, report)
     report.raise_faults()
-    if columns is None and not script:
-        _refuse_other_order(numbered, report)
     given = {*units, 'rad'} - {'deg'} if script and 'deg' not in units else set(units)
     angle, length = (
         in_one_unit(kind, given, heads, numbered, constants, plain, report)
@@ -214,21 +212,6 @@ def _convention(
     if not (said or given):
         report.note('the standard convention is assumed (--convention modified is that of Craig)')
     return said or given or 'standard'
-
-
-def _refuse_other_order(rows: Sequence[NumberedRow], report: TableReport) -> None:
-    # A length of pi/2 stands under another head.
-    for row in rows:
-        for name in ('a', 'd'):
-            cell = row.cells.get(name, '')
-            found = [one for one in NUMBER.findall(cell) if len(one) > 5 and is_quarter(one)]
-            if found or 'pi' in names_in(cell):
-                report.refuse(
-                    f'row {row.number}, column {name}: {cell} is an angle, and {name} is a '
-                    'length: are the heads in another order than the columns? --columns says '
-                    'what they hold',
-                    row.line,
-                )
 
 
 def _say_columns(heads: Sequence[Head], report: TableReport) -> None:

@@ -5,10 +5,11 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from decimal import Decimal
 
-from ...robot.file.parts.quantities import LONG, QUARTERS, TURN, rounded_quarters
+from ...robot.file.parts.quantities import LONG, TURN, rounded_quarters
 from ...robot.file.text.expression_syntax import names_in
 from ...typography import DEGREE, number_text
 from ..urdf.quantity import angle_of, as_rounded_part_of_pi
+from .cells import is_quarter
 from .heads import Head
 from .moving_rows import ZERO, NumberedRow
 from .report import TableReport
@@ -107,11 +108,6 @@ def _told_unit(kind: str, texts: Sequence[str], whole: str, report: TableReport)
         why = ', as the degree signs say'
     report.note(f'{kind} are taken to be in {unit}{why} (--units says otherwise)')
     return unit
-
-
-def is_quarter(number: str) -> bool:
-    """Return whether a number is a quarter turn in radians, rounded to its digits."""
-    return '.' in number and as_rounded_part_of_pi(number) in QUARTERS
 
 
 def in_unit(cell: str, unit: str) -> str:

@@ -314,17 +314,10 @@ def _quantities(
         if not (variable and joint_type and item.keys() <= set(JointEntry.keys())):
             hidden |= names_given(item)
     hidden -= known.keys() | values.keys()
-    return Quantities(
-        top,
-        units,
-        values,
-        known,
-        types,
-        frozenset(hidden),
-        all_names_known,
-        set(constants.used),
-        letters=letters,
+    found = Quantities(
+        top, units, values, known, types, frozenset(hidden), all_names_known, set(constants.used)
     )
+    return replace(found, letters=letters)
 
 
 def _links(
