@@ -397,6 +397,7 @@ LINKS = "L(1)=Link('d',1);L(2)=Link('a',1);"
     [
         (f'{HEAD}290,0,1.5707963267948966,0\n0,270,0,90\n', '1.5707963267948966 is an angle'),
         (f'{HEAD}0.3,0,pi/2,0\n0,0.2,0,0\n', 'column d: pi/2 is an angle'),
+        (HEAD * 5000, 'cut the table out'),
         (f'{HEAD}θ1,0,0,0.3\n', 'column a: theta1 is a joint by its name'),
         ('theta,alpha,a,d\nd1,90,0,q1\n', 'column theta: d1 is a length by its name'),
         (f'{HEAD}0,90,0.4,q1\n0.3,0,0,q2*-1\n', 'q2*-1: a product, or a variable with its star'),

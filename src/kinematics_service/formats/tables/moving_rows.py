@@ -216,15 +216,15 @@ def _faults(
     if len(new) + own > 1:
         yield moved.place, f'{" and ".join(new)}: which moves this row? The others need a number'
     elif moved.place == 'theta' and new and LENGTH.fullmatch(new[0]):
-        yield 'theta', f'{new[0]} is a length by its name: is the order of the heads another?'
+        yield 'theta', f'{new[0]} is a length by its name: another order of heads? (--columns)'
     for column in ('a', 'alpha'):
         if wrong := next(filter(ANGLE.fullmatch, names_in(cells[column])), None):
-            yield column, f'{wrong} is a joint by its name: is the order of the heads another?'
+            yield column, f'{wrong} is a joint by its name: another order of heads? (--columns)'
     for column in ('a', 'd'):
         if AN_ANGLE.fullmatch(found := cells[column].strip('-')) and (
             'pi' in found or is_quarter(found)
         ):
-            yield column, f'{found} is an angle: is the order of the heads another?'
+            yield column, f'{found} is an angle: another order of heads? (--columns)'
     if cells.get('offset', '') not in ZERO and moved.place:
         alone = cells.get(moved.place, '') in (*ZERO, moved.variable) or own
         if not alone:

@@ -82,7 +82,7 @@ def blocks_of(text: str) -> list[ScriptMatrix]:
     for start, end, parent in groups:
         inside, line = text[start + 1 : end], text.count('\n', 0, start) + 1
         if start in inner:
-            blocks.append(ScriptMatrix(_name(text[:start]), inner[start]))
+            blocks.append(ScriptMatrix(_name(text[max(0, start - 80) : start]), inner[start]))
             continue
         ends = list(re.finditer(r';\s*|(?<![,;\s])[ \t]*\n\s*', inside))
         if text[start] == '[' and any(inside[one.end() :].strip() for one in ends):
@@ -94,8 +94,12 @@ def blocks_of(text: str) -> list[ScriptMatrix]:
                 if inside[first:last].strip()
             ]
             if min(len(row.cells) for row in rows) > 2:
-                blocks.append(ScriptMatrix(_name(text[:start]), _plain(iter(rows))))
-        elif len(cells := cells_of(inside)) > 2 and (parent >= 0 or not _name(text[:start])):
+                blocks.append(
+                    ScriptMatrix(_name(text[max(0, start - 80) : start]), _plain(iter(rows)))
+                )
+        elif len(cells := cells_of(inside)) > 2 and (
+            parent >= 0 or not _name(text[max(0, start - 80) : start])
+        ):
             inner.setdefault(parent, []).extend(_plain(iter([PastedRow(line, tuple(cells))])))
     alone = inner.pop(-1, None)
     return [*blocks, ScriptMatrix('', alone)] if alone else blocks
@@ -129,7 +133,7 @@ def _groups(text: str) -> Iterator[tuple[int, int, int]]:
 
 
 def _name(before: str) -> str:
-    found = NAMED.search(before[-80:])
+    found = NAMED.search(before)
     return found[1] if found else ''
 
 

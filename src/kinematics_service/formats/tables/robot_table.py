@@ -25,6 +25,7 @@ HOW = (
     'such as --columns a,alpha,d,theta (known are also offset, type, joint, limits, min, max; '
     '- for a column that is left out)'
 )
+MAX_CHARACTERS = 50_000  # a table of 128 joints has a tenth
 DECIMAL_COMMA = re.compile(r'(?<=\d),(?=\d)')
 IN_THOUSANDS = re.compile(r'-?[1-9]\d{0,2},\d{3}')
 BETWEEN = re.compile(r'\s*(?:,|;|\.\.\.?|…|\bto\b|~)\s*|\s+')
@@ -72,6 +73,8 @@ def read_table(
         The table cannot be read; what is wrong in a cell is said with its row and column.
     """
     report = TableReport(file)
+    if len(text) > MAX_CHARACTERS:
+        report.refuse(f'longer than {MAX_CHARACTERS} characters: cut the table out')
     plain = plain_text(text)
     script = None if columns else toolbox_links(plain, report)
     bare_text = without_comments(plain)
