@@ -78,7 +78,8 @@ ROBOT_FILE = {
             'source': 'where the numbers come from: datasheet, page, drawing',
             'convention': 'which table `links` holds',
             'units': 'units of every number of the file',
-            'constants': 'names for numbers: `{L1: 0.12, L2: 0.4}`',
+            'constants': 'names for numbers: `{L1: 0.12, L2: 0.4}`; `L1:` without a value is a '
+            'letter, for `check`, `derive` and `compare`',
             'joints': "the actuated joints, in the order of the Jacobian's columns",
             'links': 'the rows of the table, base to tool',
             'base': 'where the table begins, in the base frame',

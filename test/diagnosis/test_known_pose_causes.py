@@ -317,3 +317,56 @@ def test_arms_of_every_kind_are_asked(name):
     found = pose_causes(robot)
     assert found.tried > 5
     assert all(isinstance(one, str) for one in found.sentences)
+
+
+# Slips of a table that is copied by hand.
+
+
+def exchanged(k, name, m, other):
+    columns = ('a', 'alpha', 'd', 'theta')
+    rows, i, j = [list(row) for row in ROWS], columns.index(name), columns.index(other)
+    rows[k][i], rows[m][j] = rows[m][j], rows[k][i]
+    return tuple(map(tuple, rows))
+
+
+def shifted(name, step):
+    column = ('a', 'alpha', 'd', 'theta').index(name)
+    rows = np.array(ROWS)
+    rows[:, column] = np.roll(rows[:, column], step)
+    return tuple(map(tuple, rows.tolist()))
+
+
+@pytest.mark.parametrize('convention', ['standard', 'modified'])
+@pytest.mark.parametrize('turned', [True, False])
+@pytest.mark.parametrize(
+    ('rows', 'sentence'),
+    [
+        (exchanged(2, 'a', 2, 'd'), 'a of links[2] and d of links[2] are exchanged'),
+        (exchanged(1, 'a', 3, 'd'), 'a of links[1] and d of links[3] are exchanged'),
+        (exchanged(0, 'd', 3, 'd'), 'd of links[0] and d of links[3] are exchanged'),
+        (exchanged(0, 'alpha', 4, 'alpha'), 'alpha of links[0] and alpha of links[4] are exch'),
+        (exchanged(1, 'theta', 2, 'theta'), 'theta of links[1] and theta of links[2] are exch'),
+        (shifted('alpha', 1), 'column alpha of the table is one row too low'),
+        (shifted('a', -1), 'column a of the table is one row too high'),
+        (shifted('d', 1), 'column d of the table is one row too low'),
+        (shifted('theta', -1), 'column theta of the table is one row too high'),
+    ],
+)
+def test_a_slip_of_the_pen_is_named_from_two_poses(convention, turned, rows, sentence):
+    poses = known(text(convention=convention), Q[:2], turned=turned)
+    (found,) = causes(text(rows, convention=convention), poses)
+    assert found.startswith(sentence)
+
+
+def test_slips_that_explain_as_well_are_all_named():
+    # Of parallel axes it makes no difference which d is long.
+    right = ((0.0, math.pi / 2, 0.4, 0), (0.35, 0, 0.05, 0), (0.3, 0, 0, 0), (0.1, 0.7, 0, 0))
+    wrong = ((0.05, math.pi / 2, 0.4, 0), (0.35, 0, 0, 0), *right[2:])
+    arm, q = {'base': None, 'tool': None}, [row[:4] for row in Q[:2]]
+    found = causes(text(wrong, **arm), known(text(right, **arm), q))
+    assert 'a of links[0] and d of links[1] are exchanged' in found
+    assert 'a of links[0] and d of links[2] are exchanged' in found
+    # Two slips at once, or a number that was never in the table, are none of them.
+    twice = exchanged(2, 'a', 2, 'd')
+    twice = (*twice[:3], (twice[3][0], twice[4][1], *twice[3][2:]), *twice[4:])
+    assert causes(text(twice), known(text())) == ()

@@ -21,7 +21,7 @@ from ..robot.file.parts.convention_table import CONVENTIONS
 from ..robot.file.parts.description import Placement, PointDescription
 from ..robot.file.parts.loop_groups import group_name, loop_groups, passive_of
 from ..robot.loops import other_branches
-from ..robot.robot import Robot, load_robot
+from ..robot.robot import Robot, robot_in_letters
 from ..robot.task import SEEDED_POSES, seeded_poses
 from .accuracy_report import tolerances_in_words, uncertainty_in_words
 from .options import JsonOption, doubt_text, flag, robots_like
@@ -102,11 +102,13 @@ def check(
 
 def _checked(file: str) -> FileCheck:
     try:
-        robot = load_robot(file)
+        robot = robot_in_letters(file)
     except RobotFileError as error:
         return FileCheck(None, error.faults)
     except KinematicsError as error:
         return FileCheck(None, [Fault('', 0, '', str(error))])
+    if robot.description.letters:  # poses are those of numbers
+        return FileCheck(robot, (), robot.description.warnings)
     errors = pose_errors(robot)
     faults = pose_faults(robot, errors)
     if faults and (cause := str(pose_causes(robot))):
@@ -136,6 +138,8 @@ def _entry(file: str, found: FileCheck) -> dict[str, Any]:
     if robot is not None:
         entry |= attributes(robot, 'dof', 'joint_names', 'joint_types', 'convention')
         entry |= attributes(robot.task, 'reach', 'length', 'generic_rank')
+        if robot.description.letters:
+            entry |= {'reach': None, 'length': None}
         entry['task_rows'] = robot.task.rows
         entry['known_poses'] = [
             {'index': one.index, 'agrees': one.share <= 1.0} for one in found.errors
@@ -159,7 +163,8 @@ def _print_robot(out: Output, robot: Robot) -> None:
 def _constants(robot: Robot) -> Iterator[str]:
     for constant in robot.description.constants:
         value = f' = {constant.value:.6g}' if _is_formula(constant.text) else ''
-        yield f'{constant.name} = {constant.text}{value}'
+        text = f'{constant.name} = {constant.text}{value}'
+        yield f'{constant.name} (no value)' if constant.letter else text
 
 
 def _is_formula(text: str) -> bool:
@@ -209,6 +214,7 @@ def _range(limits: Floats) -> str:
 
 def _print_arm(out: Output, robot: Robot, errors: Sequence[PoseError]) -> None:
     task, description = robot.task, robot.description
+    unknown = f'needs the values of {description.letters}' if description.letters else ''
     full = min(len(task.rows), robot.dof)
     factors = (
         f'{factor.name} = {factor.text}{", approximate" if factor.approximate else ""}'
@@ -219,17 +225,20 @@ def _print_arm(out: Output, robot: Robot, errors: Sequence[PoseError]) -> None:
         ('base', _placement(description.base, "the table's frame 0")),
         ('tool', _placement(description.tool, "the last row's frame")),
         ('points', '\n'.join(map(_point, description.points))),
-        ('reach', f'{task.reach:.4g} m from frame 0, the farthest of {SEEDED_POSES} poses'),
+        (
+            'reach',
+            unknown or f'{task.reach:.4g} m from frame 0, the farthest of {SEEDED_POSES} poses',
+        ),
         ('loops', '\n'.join(_loops(robot))),
         ('task', f'rows {" ".join(task.rows)} of the Jacobian'),
-        ('length', f'{task.length:.4g} m, the characteristic length'),
+        ('length', unknown or f'{task.length:.4g} m, the characteristic length'),
         ('rank', f'{task.generic_rank} of {full} at almost every pose'),
         ('structure', _structure(robot)),
         ('measure', threshold_words(robot.thresholds)),
         ('singular factors', '\n'.join(factors)),
         ('uncertainty', '\n'.join(uncertainty_in_words(robot))),
         ('tolerance', tolerances_in_words(description.tolerances)),
-        ('known poses', _known(errors)),
+        ('known poses', (description.known_poses and unknown) or _known(errors)),
         ('remarks', '\n'.join(description.remarks)),
     )
     out.print(facts(arm), '')

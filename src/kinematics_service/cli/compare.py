@@ -79,7 +79,7 @@ def compare(
       unexplained, tested
     """
     text = given_text(file)
-    arm = given_robot(robot)
+    arm = given_robot(robot, in_letters=True)
     # sympy takes half a second to load, so it is imported here.
     from ..symbolic.formulas.comparison import compare as compare_text
     from ..symbolic.formulas.report import document, report

@@ -97,12 +97,15 @@ def derive(
     if not start < end:
         raise WrongUsage(f'--from {start:g} is not before --to {end:g}')
     locked = dict(_locks(lock or []))
-    arm = given_robot(robot)
+    arm = given_robot(robot, in_letters=True)
     if arm.description.loops and (lock or frame or code or path or write):
         raise WrongUsage(
             'an arm with closed loops is derived without --lock, --frame, --code, --path and '
             '--write'
         )
+    if (path or lock) and arm.description.letters:
+        option_given = '--path' if path else '--lock'
+        raise WrongUsage(f'{option_given} needs numbers: {arm.description.letters} have no value')
     # sympy takes half a second to load, and is known to be needed only here.
     from ..symbolic.derivation import derive as derived
 

@@ -48,6 +48,9 @@ def new(
         'min, max; - for none.',
         'NAME,NAME,...',
     ),
+    round_angles: bool = flag(
+        '--round-angles', 'Read 1.5708 and the like as the part of pi they round.'
+    ),
     out: str = option(
         "Where to write it; '-': the screen.", 'FILE', default='', shown='NAME.yaml'
     ),
@@ -69,20 +72,22 @@ def new(
     for you to change.
 
     With --table it is the robot of a table: rows of a spreadsheet (commas, semicolons or tabs), of
-    a text, of Markdown or LaTeX, a matrix, or the links of Corke's toolbox for MATLAB or Python.
-    The heads of the columns say what they hold, in any order; without heads --columns does. Theta
-    or d moves: the one with the variable, or the empty one. The command says what it assumes, and
-    checks the result.
+    a text, of Markdown or LaTeX, a matrix of MATLAB or Python, named numbers of YAML, JSON or
+    TOML, or the links of Corke's toolbox. The heads of the columns say what they hold, in any
+    order; without heads --columns does. Theta or d moves: the one with the variable, or the empty
+    one. A letter becomes a constant without a value. The command says how it read the table,
+    refuses a table with two readings, and checks the result.
     """
     if not re.fullmatch(r'[A-Za-z0-9_]+', name):
         raise WrongUsage(f'NAME: {name!r} is not a name of letters, digits and underscores')
-    if table is None and columns is not None:
-        raise WrongUsage('--columns says what those of --table hold')
+    if table is None and (columns is not None or round_angles):
+        raise WrongUsage('--columns and --round-angles say how --table is read')
     if table is not None:
         if dof is not None or source is not None:
             raise WrongUsage('--table takes all from the table, without --dof, --from')
         convention_given = convention.value if convention else None
-        text = _from_table(name, table, _unit_words(units or ''), convention_given, columns)
+        given = (_unit_words(units or ''), convention_given, columns, round_angles)
+        text = _from_table(name, table, *given)
     elif source is not None:
         if dof is not None or convention is not None or units is not None:
             raise WrongUsage('--from takes a robot as it is, without --dof, --convention, --units')
@@ -119,12 +124,17 @@ def _copy(name: str, source: str) -> str:
 
 
 def _from_table(
-    name: str, table: str, units: Collection[str], convention: str | None, columns: str | None
+    name: str,
+    table: str,
+    units: Collection[str],
+    convention: str | None,
+    columns: str | None,
+    round_angles: bool,
 ) -> str:
     if convention not in (None, 'standard', 'modified'):
         raise WrongUsage(f'--convention: a table is standard or modified, not {convention}')
     file = '<stdin>' if table == '-' else table
-    found = read_table(given_text(table), file, name, units, convention, columns)
+    found = read_table(given_text(table), file, name, units, convention, columns, round_angles)
     for note in found.doubts:
         print(note, file=sys.stderr)
     return found.text

@@ -18,7 +18,7 @@ from ..robot.file.text.expressions import Scope, parse_affine
 from ..robot.file.text.plain_expression import plain_expression
 from ..robot.file.translation import translator_of
 from ..robot.points import TOOL
-from ..robot.robot import Robot, load_robot
+from ..robot.robot import Robot, load_robot, robot_in_letters
 from ..typography import counted, plain_names
 
 WITH_PI = re.compile(r'[-+*/0-9.]*(pi|°)[-+*/0-9.pi]*')  # or with a degree sign
@@ -146,9 +146,11 @@ def refuse_unknown_robot(name: str) -> None:
         raise WrongUsage(f'--robot: there is no file {path}')
 
 
-def given_robot(name: str) -> Robot:
+def given_robot(name: str, in_letters: bool = False) -> Robot:
     """
     Return the robot of a name; what is doubtful in a URDF is printed.
+
+    `in_letters`: constants of its file may have no value.
 
     Raises
     ------
@@ -156,7 +158,7 @@ def given_robot(name: str) -> Robot:
         The file exists but holds no valid robot.
     """
     refuse_unknown_robot(name)
-    robot = load_robot(name)
+    robot = robot_in_letters(name) if in_letters else load_robot(name)
     if translator_of(robot.description.file):  # a robot file has been checked by its author
         for doubt in robot.description.warnings:
             print(doubt_text(doubt), file=sys.stderr)

@@ -233,6 +233,9 @@ def _read_arm(
             at['robot'].fault(f'{source.file} is a cell itself: give one arm')
             return None
         arm = read_robot(source)
+        if arm.letters:
+            at['robot'].fault(f'{arm.letters}: without a value in {source.file}: write it there')
+            return None
     except RobotNotFoundError as error:
         at['robot'].fault(str(error))
         return None

@@ -220,15 +220,26 @@ class Robot(FrozenArrays):
     _repr_html_ = as_html
 
 
-def build_robot(description: RobotDescription) -> Robot:
+def build_robot(description: RobotDescription, in_letters: bool = False) -> Robot:
     """
     Return the robot that a description describes.
+
+    Parameters
+    ----------
+    in_letters
+        Accept constants without a value: for what is true of every value.
 
     Raises
     ------
     RobotFileError
-        No joint moves the tool, a loop does not close, or the thresholds do not fit the arm.
+        No joint moves the tool, a loop does not close, the thresholds do not fit the arm, or
+        constants have no value.
     """
+    if description.letters and (not in_letters or description.loops):
+        message = f'{description.letters}: no value; write a number for each'
+        if not description.loops:
+            message += ' (check, derive and compare work without)'
+        raise RobotFileError((Fault(description.file, 0, 'constants', message),))
     joints = description.joints
     variables = tuple(joint.variable for joint in joints)
     limits = np.array([[joint.lower, joint.upper] for joint in joints])
@@ -397,6 +408,13 @@ def as_robot(robot: AnyRobot) -> Robot:
         return _robot_of(there, *state, *(k for part in parts for k in file_state(part)))
     except OSError:
         return load_robot(robot)  # which says what is wrong
+
+
+def robot_in_letters(robot: AnyRobot) -> Robot:
+    """Return a robot as `as_robot` does, also if constants of its file have no value."""
+    if not isinstance(robot, str | os.PathLike) or os.fspath(robot) in bundled_robots():
+        return as_robot(robot)
+    return build_robot(read_robot(find_robot(robot)), in_letters=True)
 
 
 def file_state(file: str | os.PathLike[str]) -> tuple[int, int, int]:

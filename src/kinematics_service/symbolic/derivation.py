@@ -11,7 +11,7 @@ import sympy
 from ..errors import DerivationError
 from ..notebook import as_latex
 from ..robot.loops import opened
-from ..robot.robot import AnyRobot, Robot, as_robot
+from ..robot.robot import AnyRobot, Robot, robot_in_letters
 from . import jacobian as ways
 from .algebra.arithmetic import Arithmetic, arithmetic_of
 from .algebra.matrices import Matrix
@@ -155,6 +155,13 @@ class Derivation:
         return self.singular_set.determinant.expression
 
     @property
+    def lengths(self) -> dict[str, float | None]:
+        """Return the lengths of the file by name, in its unit; None for one without a value."""
+        letters = self.robot.description.letters.split(', ')
+        values = self.names.values.items()
+        return {s.name: None if s.name in letters else value for s, value in values}
+
+    @property
     def factors(self) -> dict[str, Any]:
         """Return the factors of the determinant by name."""
         return {factor.name: factor.expression for factor in self.singular_set.factors}
@@ -259,7 +266,7 @@ def derive(
     >>> ks.derive('crank_slider').loops[0].determinant
     rod*cos(psi + q)
     """
-    robot = as_robot(robot)
+    robot = robot_in_letters(robot)
     tell = progress or (lambda _: None)
     tell('frames')
     arm = whole = robot.description

@@ -7,8 +7,9 @@ import sympy
 from sympy.printing.str import StrPrinter
 
 from ..errors import DerivationError, ExpressionError
+from ..robot.file.reader import parse_robot
 from ..robot.file.text.expression_syntax import MAX_CHARACTERS, syntax_tree
-from ..robot.robot import Robot, robot_from_text
+from ..robot.robot import Robot, build_robot
 from .derivation import Derivation
 from .singular_set import evaluated, file_factors
 
@@ -151,7 +152,8 @@ def checked_text(derivation: Derivation, text: str) -> None:
     DerivationError
         Its factors are not those of the determinant.
     """
-    robot = robot_from_text(text, derivation.robot.description.file)
+    description = parse_robot(text, derivation.robot.description.file)
+    robot = build_robot(description, in_letters=True)
     error = disagreement(derivation, robot)
     if not error <= AGREEMENT:
         raise DerivationError(

@@ -220,6 +220,49 @@ def number_signs_of(robot: Robot) -> Iterator[Hypothesis]:
             )
 
 
+def exchanges_of(robot: Robot) -> Iterator[Hypothesis]:
+    """Yield every table with two numbers exchanged, or with a column one row lower or higher."""
+    links = robot.description.links
+    rows = [link for link in links if isinstance(link, DhRow)]
+    if len(rows) < len(links) or len(rows) > MOST_SWAPPED:
+        return
+    table = np.array([[one.argument.affine.constant for one in row.motions] for row in rows])
+    tried = {table.tobytes()}
+    names, count = rows[0].names, len(rows)
+    angles = [motion.turns for motion in rows[0].motions]
+    for column, name in enumerate(names):
+        for step, where in ((1, 'high'), (-1, 'low')):
+            other = np.array(table)
+            other[:, column] = np.roll(table[:, column], step)
+            said = f'column {name} of the table is one row too {where}'
+            yield from _with_numbers(robot, rows, other, said, tried)
+    slots = list(itertools.product(range(count), range(len(names))))
+    for (k, i), (m, j) in itertools.combinations(slots, 2):
+        if i == j or not (angles[i] or angles[j]):
+            other = np.array(table)
+            other[k, i], other[m, j] = table[m, j], table[k, i]
+            said = f'{names[i]} of links[{k}] and {names[j]} of links[{m}] are exchanged'
+            yield from _with_numbers(robot, rows, other, said, tried)
+
+
+def _with_numbers(
+    robot: Robot, rows: Sequence[DhRow], table: Floats, sentence: str, tried: set[bytes]
+) -> Iterator[Hypothesis]:
+    # The table with other constants (rows, quantities), unless it was tried.
+    if table.tobytes() in tried:
+        return
+    tried.add(table.tobytes())
+    changed = []
+    for row, numbers in zip(rows, table):
+        motions = tuple(
+            replace(one, argument=replace(one.argument, affine=replace(affine, constant=float(x))))
+            for one, x in zip(row.motions, numbers)
+            for affine in [one.argument.affine]
+        )
+        changed.append(row_of(replace(row, motions=motions), robot.convention))
+    yield Hypothesis('exchange', sentence, robot=_with_rows(robot, changed))
+
+
 def ends_left_out_of(robot: Robot) -> Iterator[Hypothesis]:
     """Yield that poses are those of the bare table: without its base, or without its tool."""
     rows, own, still = table_rows(robot.description), robot.description, np.eye(4)

@@ -29,6 +29,7 @@ from .hypotheses import (
     ComparedData,
     Hypothesis,
     ends_left_out_of,
+    exchanges_of,
     hypotheses_of,
     number_hypotheses_of,
     number_signs_of,
@@ -118,7 +119,7 @@ def _whole(given: ComparedData) -> Iterator[_Undone]:
     changes = list(hypotheses_of(given))
     changes = [changes[k] for k in possible(given)]
     if not robot.chain.loops:
-        changes += [*number_signs_of(robot), *ends_left_out_of(robot)]
+        changes += [*number_signs_of(robot), *exchanges_of(robot), *ends_left_out_of(robot)]
     if _has_orientations(robot):
         A = evaluate(robot, given.q, depth=kernel.POSE).pose
         changes += [*_angle_units(given), *order_hypotheses_of(given.poses, A, 'rpy')]

@@ -1,28 +1,39 @@
-"""What stands in the columns of a table: the words over them, and their units."""
+"""The heads of a table: the quantity and the unit of each column."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from .pasted import PastedRow, plain_cell
+from .cells import PastedRow, plain_cell
+from .report import TableReport
 
 WORDS = {
-    'a': 'a r linklength',
-    'alpha': 'alpha twist linktwist twistangle',
+    'a': 'a linklength length',
+    'r': 'r',  # along x (as a) in some books, along z (as d) in others
+    'alpha': 'alpha alph twist linktwist twistangle',
     'd': 'd linkoffset',
-    'theta': 'theta th q jointangle',
-    'offset': 'offset thetaoffset qoffset',
-    'type': 'type jointtype sigma rp',
-    'joint': 'joint name jointname link i j row frame axis no #',
-    'limits': 'limits limit range qlim jointlimits',
-    'min': 'min lower qmin thetamin lowerlimit q⁻',
-    'max': 'max upper qmax thetamax upperlimit q⁺',
+    'theta': 'theta th thet q jointangle',
+    'offset': 'offset thetaoffset qoffset thoffset angleoffset',
+    'type': 'type jointtype rp',
+    'sigma': 'sigma',
+    'joint': 'joint joints name jointname link links i j k n row rows frame frames axis no nr # '
+    'id index',
+    'limits': 'limits limit range qlim jointlimits jointlimit qlimits',
+    'min': 'min lower qmin thetamin thmin limitmin q-',
+    'max': 'max upper qmax thetamax thmax limitmax q+',
+    'before': 'before ant antecedent',
+    'gamma': 'gamma',
+    'b': 'b',
 }
 MEANINGS = {word: meaning for meaning, words in WORDS.items() for word in words.split()}
 UNIT = r'(mm|cm|m|inch|in|rad|radians?|deg|degrees?|°)'
 IN_HEAD = re.compile(rf'[\s\[(/,_]+(?:in\s+)?{UNIT}\s*[\])]?$')
 UNIT_ALONE = re.compile(rf'[\[(]?\s*{UNIT}\s*[\])]?')
-INDEXED = re.compile(r'(.+?)[ijkn]?(-1)?')
+INDEX = re.compile(r'[\[({]\s*([ijkn])\s*([-+]\s*1)?\s*[\])}]')
+INDEXED = re.compile(r'(.+?)[ijkn]?([-+]1)?')
+LEAST = re.compile(r'(?:^|[^a-z])(?:min|minimum|lower|lb)(?:[^a-z]|$)')
+MOST = re.compile(r'(?:^|[^a-z])(?:max|maximum|upper|ub)(?:[^a-z]|$)')
+ANGLES, LENGTHS = ('alpha', 'theta', 'offset'), ('a', 'd')
 
 
 class Head(NamedTuple):
@@ -32,47 +43,101 @@ class Head(NamedTuple):
     Attributes
     ----------
     meaning
-        A key of `WORDS`; empty where the head is not understood.
+        A key of `WORDS`; empty if the head is not understood.
     unit
         'rad', 'deg', 'm', 'mm', another word for a unit, or empty.
     before
         Whether its index is that of the link before, as in Craig's table.
+    after
+        Whether it is i+1: then a and alpha beside it are those of the link before.
     """
 
     meaning: str
     unit: str = ''
     before: bool = False
+    after: bool = False
 
 
 def head_of(text: str) -> Head:
     """Return what the words over a column mean: `a`, `alpha (deg)`, `a_{i-1}`, `Link twist`."""
-    text = plain_cell(text).lower()
-    unit = IN_HEAD.search(text)
-    word = re.sub(r'[\s_.,/()\[\]]', '', text[: unit.start()] if unit else text)
+    text = INDEX.sub(r'\1\2', plain_cell(text).strip('*').lower())
+    found = IN_HEAD.search(text)
+    unit = _unit(found[1]) if found else ''
+    text = text[: found.start()] if found else text
+    for meaning, pattern in (('min', LEAST), ('max', MOST)):
+        if pattern.search(text):
+            return Head(meaning, unit)
+    whole, *parts = [head for phrase in _phrases(text) if (head := _meaning(phrase))]
+    if whole.meaning:
+        return whole._replace(unit=unit)
+    # `Joint angle theta`, `d (link offset)`: its parts must agree.
+    heads = {head.meaning: head for head in parts if head.meaning}
+    if len(heads) > 1:
+        heads.pop('joint', None)
+    return next(iter(heads.values()))._replace(unit=unit) if len(heads) == 1 else Head('', unit)
+
+
+def _phrases(text: str) -> Iterable[str]:
+    outside = re.sub(r'[\[(].*?[\])]', ' ', text)
+    words = re.split(r'[\s,:=]+', outside.strip(' ,:='))
+    inside = re.findall(r'[\[(](.*?)[\])]', text)
+    return text, outside, *inside, ' '.join(words[:-1]), words[-1]
+
+
+def _meaning(phrase: str) -> Head:
+    word = re.sub(r'[\s_.,/()\[\]]', '', phrase)
     indexed = INDEXED.fullmatch(word)
-    before = word not in MEANINGS and indexed is not None and indexed[2] is not None
-    if word not in MEANINGS and indexed:
-        word = indexed[1]
-    return Head(MEANINGS.get(word, ''), _unit(unit[1]) if unit else '', before)
+    if word in MEANINGS or not indexed:
+        return Head(MEANINGS.get(word, ''))
+    return Head(MEANINGS.get(indexed[1], ''), '', indexed[2] == '-1', indexed[2] == '+1')
 
 
 def find_heads(rows: Sequence[PastedRow]) -> int | None:
     """Return which row holds the heads: the first with alpha and another quantity, or None."""
     for index, row in enumerate(rows):
         meanings = {head_of(cell).meaning for cell in row.cells}
-        if 'alpha' in meanings and meanings & {'a', 'd', 'theta'}:
+        if 'alpha' in meanings and meanings & {'a', 'd', 'r', 'theta', 'offset'}:
             return index
     return None
 
 
 def with_unit_row(heads: Sequence[Head], row: PastedRow) -> Sequence[Head] | None:
-    """Return the heads with the units of the row below them; None where it holds others."""
+    """Return the heads with the units of the row below them; None if it holds other words."""
     units = [UNIT_ALONE.fullmatch(cell.lower()) for cell in row.cells]
     if len(units) != len(heads) or any(cell and not unit for cell, unit in zip(row.cells, units)):
         return None
     return [
         head._replace(unit=_unit(unit[1])) if unit else head for head, unit in zip(heads, units)
     ]
+
+
+def with_r(heads: Sequence[Head], report: TableReport) -> tuple[Sequence[Head], str]:
+    """
+    Return the heads with r read as a or as d, and the convention that follows; '' for none.
+
+    Khalil and Dombre write d along x and r along z; other books write r for a.
+    """
+    meanings = [head.meaning for head in heads]
+    heads = [one._replace(meaning='type') if one.meaning == 'sigma' else one for one in heads]
+    if 'r' not in meanings or 'd' not in meanings:
+        return heads, ''
+    r, d = (heads[meanings.index(name)] for name in ('r', 'd'))
+    khalil = {'r': 'd', 'd': 'a', 'a': 'before'}
+    told = {'sigma', 'gamma', 'b', 'before', 'a'} & set(meanings)
+    if told or (d.before and not r.before):
+        report.note('the letters are those of Khalil: d is along x (a here), r along z (d here)')
+        return [one._replace(meaning=khalil.get(one.meaning, one.meaning)) for one in heads], (
+            'modified'
+        )
+    if r.before and not d.before:
+        return [one._replace(meaning='a') if one is r else one for one in heads], ''
+    words = [meaning or '-' for meaning in meanings]
+    ways = (','.join(way.get(word, word) for word in words) for way in (khalil, {'r': 'a'}))
+    one, other = ways
+    return report.refuse(
+        f'd and r: in the tables of Khalil d is along x and r along z: --columns {one} '
+        f'--convention modified; in others r is a, along x: --columns {other}'
+    )
 
 
 def _unit(word: str) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 from ...robot.file.text.expression_syntax import names_in
+from .cells import is_quarter
 from .report import TableReport
 
 MARK = '@'  # of the row's own variable, until it has a name
@@ -13,14 +14,22 @@ OWN = {
     'theta': re.compile(r'\b(?:theta|th|q|var|variable)(?:_?[ijn])?\b'),
     'd': re.compile(r'\b(?:d|q|s|var|variable)(?:_?[ijn])?\b'),
 }
-SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)  # other symbols in d are lengths without a value
+ANGLE = re.compile(r'(?:theta|th|t|phi|psi|q|joint|j)_?\d+', re.IGNORECASE)
+SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)  # other symbols in d are lengths
+AN_ANGLE = re.compile(r'(?:\d+\*)?pi(?:/\d+)?|\d\.\d{4,}')  # of pi/2 and 1.5708, not of 1.57
+LENGTH = re.compile(r'[adlhb]_?\d+', re.IGNORECASE)
+# A star marks the variable of a joint: `theta3* - 90` means theta3 - 90.
+STARRED = re.compile(r'\b(?!pi\b)([A-Za-z]\w*)\s*\*+\s*(?=(?P<sign>-)|[+]|$)')
 TYPES = {
     **dict.fromkeys(('r', 'rot', 'rotary', 'revolute', 'rotational', '0'), 'theta'),
     **dict.fromkeys(('p', 'prismatic', 'linear', 'sliding', 'translational', '1'), 'd'),
-    **dict.fromkeys(('f', 'fixed'), ''),
+    **dict.fromkeys(('f', 'fixed', '2'), ''),
 }
-NOT_A_JOINT = re.compile('tool|tcp|ee|end[-_ ]?effector|flange|hand|gripper', re.IGNORECASE)
-ZERO = ('', '0', '0.0')
+NOT_A_JOINT = re.compile(
+    r'(?:\w+\s*(?:->|-|to)\s*)?(?:tool|tcp|ee|g|end[-_ ]?effector|flange|hand|gripper)',
+    re.IGNORECASE,
+)
+ZERO = ('', '0', '0.', '0.0', '0.00', '0.000', '0.0000', '0.000000', '-0.0')
 
 
 class NumberedRow(NamedTuple):
@@ -41,13 +50,38 @@ class MovingRow(NamedTuple):
     place: str
 
 
+def without_stars(
+    rows: Sequence[NumberedRow], constants: Collection[str], report: TableReport
+) -> set[str]:
+    """Remove the stars that mark variables, and return the names that had one."""
+    found = [
+        (row, place, star)
+        for row in rows
+        for place in OWN
+        for star in STARRED.finditer(row.cells.setdefault(place, ''))
+        if star[1] not in constants
+    ]
+    # `q2*-1` alone may be a product.
+    if found and all(star[0].endswith('*') and star['sign'] for _, _, star in found):
+        row, place, _ = found[0]
+        message = f'{row.cells[place]}: a product, or a variable with its star? Write it without *'
+        report.fault(message, row.line, f'row {row.number}, column {place}')
+    for row, place, star in found:
+        row.cells[place] = row.cells[place].replace(star[0], f'{star[1]} ').strip()
+    if found:
+        report.note('a star marks the variable of a joint')
+    return {star[1] for _, _, star in found}
+
+
 def moving_rows(
     rows: Sequence[NumberedRow], constants: Collection[str], report: TableReport
 ) -> list[MovingRow]:
     """Return the rows with their variables; what is wrong or was assumed is reported."""
+    starred = without_stars(rows, constants, report)
+    constants = {*constants, *_lengths(rows, constants, starred, report)}
     joints = [row for row in rows if not NOT_A_JOINT.fullmatch(row.cells.get('joint', ''))]
     taken = {name for row in rows for place in OWN for name in _moving(row, place, constants)}
-    filled = all(row.cells.get('theta') and row.cells['d'] for row in joints)
+    filled = all(row.cells['theta'] and row.cells['d'] for row in joints)
     alone, named = filled and not taken and 'type' not in rows[0].cells, bool(taken - {MARK})
     if alone:
         report.note('theta holds numbers alone: every joint turns, and they are its offsets')
@@ -62,17 +96,18 @@ def moving_rows(
         known = [before.variable for before in arm if before.variable]
         free = f'q{len(known) + 1}'
         own = _moving(row, place, constants) if place else frozenset()
-        new = sorted(name for name in own - {MARK} if _bare(name) not in map(_bare, known))
+        new = sorted(name for name in own - {MARK} if bare(name) not in map(bare, known))
+        if len(new) > 1 and len(angles := list(filter(ANGLE.fullmatch, new))) == 1:
+            new = angles  # beside letters without a value
         free = f'joint_{free}' if free in taken else free
         variable = free if place and (MARK in own or not own) else new[0] if new else ''
         moved = _moved(row, place, variable, constants)
         arm.append(moved)
-        if not place and usual is None and 'type' not in row.cells:
-            report.note(f'row {row.number} is fixed: no variable stands in it')
         if place and not variable and row.cells[place] in known:
             report.note(f'row {row.number} is moved by {row.cells[place]}, as a row above is')
         for column, message in _faults(moved, new, MARK in own, named):
             report.fault(message, row.line, f'row {row.number}, column {column}')
+    _judge_fixed(arm, joints, report)
     return arm
 
 
@@ -86,6 +121,37 @@ def sum_of(variable: str, constant: str) -> str:
     return f'{variable} {"-" if constant.startswith("-") else "+"} {term}'
 
 
+def _lengths(
+    rows: Sequence[NumberedRow],
+    constants: Collection[str],
+    starred: set[str],
+    report: TableReport,
+) -> set[str]:
+    # Names in d that are letters for lengths: beside a joint that turns, whose number they have,
+    # or without a star where others have one.
+    turning = {name for row in rows for name in _moving(row, 'theta', constants)}
+    numbers = {_number(name) for name in turning}
+    found = set[str]()
+    for row in rows:
+        names = _moving(row, 'd', constants) - {MARK} - turning
+        turns = bool(_moving(row, 'theta', constants) or (starred and not names & starred))
+        turns = turns or bool(NOT_A_JOINT.fullmatch(row.cells.get('joint', '')))
+        slides = not turns if 'type' not in row.cells else _place(row, (), None, False) == 'd'
+        found |= {one for one in names if not slides or (_number(one) or '-') in numbers}
+        if slides and names - found and row is rows[-1] and found and not starred:
+            report.fault(
+                f'{min(names)} may slide, or be the length of a tool: write {min(names)}* if it '
+                'slides, and tool into the column joint otherwise',
+                row.line,
+                f'row {row.number}, column d',
+            )
+    return found
+
+
+def _number(name: str) -> str:
+    return re.sub(r'.*?(\d*)$', r'\1', name)
+
+
 def _marked(row: NumberedRow, place: str, constants: Collection[str]) -> str:
     cell = row.cells.get(place, '')
     return OWN[place].sub(lambda found: found[0] if found[0] in constants else MARK, cell)
@@ -95,11 +161,14 @@ def _moving(row: NumberedRow, place: str, constants: Collection[str]) -> frozens
     # The names of variables in a cell, MARK for the row's own.
     text = _marked(row, place, constants)
     names = names_in(text).difference(constants, ('pi',))
-    sliding = frozenset(filter(SLIDING.fullmatch, names)) if place == 'd' else names
+    told = TYPES.get(row.cells.get('type', '').lower()) == 'd'
+    sliding = names if place == 'theta' or told else filter(SLIDING.fullmatch, names)
+    sliding = frozenset(sliding)
     return sliding | {MARK} if MARK in text else sliding
 
 
-def _bare(name: str) -> str:
+def bare(name: str) -> str:
+    """Return a name without underscores: `theta_1` and `theta1` are one."""
     return name.replace('_', '')
 
 
@@ -116,11 +185,11 @@ def _place(
     # Beside names an empty cell is a number that is missing.
     if _moving(row, 'd', constants) or not (row.cells['d'] or named):
         return 'd'
-    return '' if row.cells.get('theta') else 'theta'
+    return '' if row.cells['theta'] else 'theta'
 
 
 def _moved(row: NumberedRow, place: str, variable: str, constants: Collection[str]) -> MovingRow:
-    texts = {'d': row.cells['d'], 'theta': row.cells.get('theta', '')}
+    texts = {'d': row.cells['d'], 'theta': row.cells['theta']}
     if place:
         text = _marked(row, place, constants).replace(MARK, variable)
         if not _moving(row, place, constants):
@@ -135,7 +204,7 @@ def _faults(
     moved: MovingRow, new: Sequence[str], own: bool, named: bool
 ) -> Iterator[tuple[str, str]]:
     cells = moved.row.cells
-    unnamed = named and moved.place == 'theta' and not cells.get('theta') and 'type' not in cells
+    unnamed = named and moved.place == 'theta' and not cells['theta'] and 'type' not in cells
     for column, text in (
         ('a', cells['a']),
         ('alpha', cells['alpha']),
@@ -146,7 +215,42 @@ def _faults(
             yield column, 'the cell is empty: write 0 where it is 0 (merged cells hold one number)'
     if len(new) + own > 1:
         yield moved.place, f'{" and ".join(new)}: which moves this row? The others need a number'
+    elif moved.place == 'theta' and new and LENGTH.fullmatch(new[0]):
+        yield 'theta', f'{new[0]} is a length by its name: another order of heads? (--columns)'
+    for column in ('a', 'alpha'):
+        if wrong := next(filter(ANGLE.fullmatch, names_in(cells[column])), None):
+            yield column, f'{wrong} is a joint by its name: another order of heads? (--columns)'
+    for column in ('a', 'd'):
+        if AN_ANGLE.fullmatch(found := cells[column].strip('-')) and (
+            'pi' in found or is_quarter(found)
+        ):
+            yield column, f'{found} is an angle: another order of heads? (--columns)'
     if cells.get('offset', '') not in ZERO and moved.place:
         alone = cells.get(moved.place, '') in (*ZERO, moved.variable) or own
         if not alone:
             yield 'offset', f'{moved.place} holds a number too: write one of the two'
+    elif cells.get('offset', '') not in ZERO:
+        yield 'offset', 'no joint moves this row: it has no offset'
+
+
+def _judge_fixed(
+    arm: Sequence[MovingRow], joints: Sequence[NumberedRow], report: TableReport
+) -> None:
+    # A row without a variable is fixed, or its variable was left out.
+    fixed = [one.row for one in arm if not one.place and one.row in joints]
+    fixed = [row for row in fixed if 'type' not in row.cells]
+    moving = [one.variable for one in arm if one.variable]
+    numbers = [int(number) for number in map(_number, moving) if number]
+    skipped = numbers != list(range(numbers[0], numbers[0] + len(numbers))) if numbers else False
+    for row in fixed:
+        where = f'row {row.number}, column theta'
+        if row is arm[-1].row or not skipped and len(fixed) < len(moving):
+            report.note(f'row {row.number} is fixed: no variable stands in it')
+        else:
+            name, own = f'q{row.number}', row.cells['theta']
+            report.fault(
+                f'{own} without a variable: write {sum_of(name, own)} if a joint turns there, or '
+                'a column type with R, P and fixed',
+                row.line,
+                where,
+            )

@@ -1,65 +1,143 @@
-"""A table cut into rows of cells: of a spreadsheet, a text, Markdown, LaTeX, or a matrix."""
+"""A table cut into rows of cells: of a spreadsheet, a text, Markdown, LaTeX, or brackets."""
 
 import csv
+import html
 import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from ...typography import plain_names
 from ..recordings.table_rows import delimiter_of
+from .cells import PastedRow, plain_cell
+from .heads import MEANINGS, find_heads
+from .report import TableReport
 
-MATRIX = re.compile(r'\s*(?:\w+\s*=\s*)?(?:[\w.]+\()?\[(.*)\][^\[\]|]*', re.DOTALL)
-ROW_OF_MATRIX = re.compile(r'(?:;|\],)[ \t]*\n?')
-RULE = re.compile(r'[-+=:|\s┌┬┐├┼┤─]*')  # a line between rows
+BARS = str.maketrans(dict.fromkeys('│┃║┆┊╎', '|'))
+RULE = re.compile(r'[-+=:|_\s\u2500-\u257f]*')  # a line between rows
+# Base and tool of a printed robot.
+ENDS = re.compile(r'(?m)^\W*(?:base|tool)\s*\|(?:\s*t\s*=[^|\n]*)?\s*\|?\s*$')
 LATEX_ONLY = re.compile(
     r'(?<!\\)%.*|\\(?:begin|end)\{\w+\*?\}(?:\[\w\])?(?:\{(?:[^{}]|\{[^{}]*\})*\})*'
     r'|\\(?:hline|toprule|midrule|bottomrule|centering)|\\(?:cline|caption|label)\{[^{}]*\}'
 )
 MERGED = re.compile(r'\\multi(?:column\{(\d+)\}|row\{\d+\})\{[^{}]*\}\{([^{}]*)\}')
-# What a cell of LaTeX or Markdown holds, and what it means.
-PLAIN = tuple(
-    (re.compile(pattern), plain)
-    for pattern, plain in (
-        (r'\\[dt]?frac\{(\\?\w+)\}\{(\w+)\}', r'\1/\2'),
-        (r'\\[dt]?frac\{([^{}]*)\}\{([^{}]*)\}', r'(\1)/(\2)'),
-        (r'\^\s*\{?\s*\\circ\s*\}?|\\(?:text)?degree', '°'),
-        (r'\^\s*\{?\s*(?:\*|\\ast|\\star)\s*\}?', ''),  # marks the joint's variable
-        (r'\\(?:text|math)\w*\{([^{}]*)\}', r'\1'),
-        (r'\\(?:cdot|times)\b', '*'),
-        (r'\\(?:left|right|quad|[,;:! ])', ' '),
-        (r'\\(?=[A-Za-z])|[${}]', ''),
-        (r'(?<=\d)\s*(?=pi\b)', '*'),
-    )
-)
+COMMENT = re.compile(r'(?m)(^|\s|(?<=[;,\])]))(?:#+|%+|//+)(?=\s*[\w(\[]).*$')
+REMARK = re.compile(r'(?m)^\s*(?:#+|%+|//+)\s*(?=[\w\\(]).*$')  # a line that is a comment
+OPENED = '([{'
+NAMED = re.compile(r'([A-Za-z_]\w*)(?:\[\w*\])*\s*[=:(]+\s*(?:[\w.]+\(\s*)?$')
 
 
-class PastedRow(NamedTuple):
-    """The cells of a row, and its line in the text."""
+class ScriptMatrix(NamedTuple):
+    """A matrix of a script: its name, or '', and its rows."""
 
-    line: int
-    cells: tuple[str, ...]
-
-
-def plain_cell(text: str) -> str:
-    """Return a cell without marks of LaTeX and Markdown; `q1*`, a variable, is `q1`."""
-    for pattern, plain in PLAIN:
-        text = pattern.sub(plain, text)
-    return text.strip(' \t\n*`"\'')
+    name: str
+    rows: list[PastedRow]
 
 
-def rows_of(text: str) -> list[PastedRow]:
-    """
-    Return the rows of a table that hold anything, lines between them left out.
+def plain_text(text: str) -> str:
+    """Return a text with plain signs and names, without entities and tables of HTML."""
+    text = html.unescape(text.replace('\r\n', '\n').replace('\r', '\n')).translate(BARS)
+    text = re.sub(r'(?i)\s*</?t[dh][^>]*>\s*(?:<t[dh][^>]*>)?', '|', text)
+    return plain_names(re.sub(r'(?i)<tr[^>]*>\s*\|?', '', text))
 
-    Raises
-    ------
-    csv.Error
-        Quotes or characters that no table has.
-    """
+
+def without_comments(text: str) -> str:
+    """Return a script without what stands behind the mark of a comment."""
+    return COMMENT.sub(r'\1', text)
+
+
+def rows_of(text: str, report: TableReport) -> list[PastedRow]:
+    """Return the rows of a table that hold anything, lines between them left out."""
     # Tables of programs in boxes end with their last line.
-    text = text.partition('└')[0].replace('│', '|')
-    if matrix := MATRIX.fullmatch(text):
-        text = re.sub(r'[\[\]]', '', ROW_OF_MATRIX.sub('\n', matrix[1]))
-    rows = _latex(text) if '&' in text and '\\\\' in text else _lines(text)
+    text = ENDS.sub('', re.split('[└┗╚╰]', text, maxsplit=1)[0])
+    if '&' in text and '\\\\' in text:
+        return _plain(_latex(text))
+    blocks = blocks_of(text)
+    tables = [block for block in blocks if len(block.rows) > 1]
+    if len(tables) > 1:
+        named = ', '.join(f'{one.name or "one"} in line {one.rows[0].line}' for one in tables)
+        report.refuse(f'there are several tables: leave one in the text ({named})')
+    lines = [] if tables else _read_lines(text, report)
+    if not tables and (len(blocks) != 1 or find_heads(lines) is not None):
+        return lines
+    return [*remark_heads(text), *(tables or blocks)[0].rows]
+
+
+def remark_heads(text: str) -> list[PastedRow]:
+    """Return the heads in a comment, such as `# theta, a, d, alpha of each joint`."""
+    for found in REMARK.finditer(text):
+        words = re.findall(r'[a-z]+', found[0].lower())
+        heads = [word for word in words if MEANINGS.get(word) in ('a', 'alpha', 'd', 'theta')]
+        if len(set(heads)) == len(heads) > 2:
+            return [PastedRow(text.count('\n', 0, found.start()) + 1, tuple(heads))]
+    return []
+
+
+def blocks_of(text: str) -> list[ScriptMatrix]:
+    """Return the matrices of a text: rows in brackets of their own, or ends of rows within."""
+    text = re.sub(r'\.\.\.[ \t]*\n', ' ', without_comments(text))
+    groups = list(_groups(text))
+    blocks: list[ScriptMatrix] = []
+    inner: dict[int, list[PastedRow]] = {}
+    for start, end, parent in groups:
+        inside, line = text[start + 1 : end], text.count('\n', 0, start) + 1
+        if start in inner:
+            blocks.append(ScriptMatrix(_name(text[max(0, start - 80) : start]), inner[start]))
+            continue
+        ends = list(re.finditer(r';\s*|(?<![,;\s])[ \t]*\n\s*', inside))
+        if text[start] == '[' and any(inside[one.end() :].strip() for one in ends):
+            starts = [0, *(one.end() for one in ends)]
+            stops = [*(one.start() for one in ends), len(inside)]
+            rows = [
+                PastedRow(line + inside.count('\n', 0, first), tuple(cells_of(inside[first:last])))
+                for first, last in zip(starts, stops)
+                if inside[first:last].strip()
+            ]
+            if min(len(row.cells) for row in rows) > 2:
+                blocks.append(
+                    ScriptMatrix(_name(text[max(0, start - 80) : start]), _plain(iter(rows)))
+                )
+        elif len(cells := cells_of(inside)) > 2 and (
+            parent >= 0 or not _name(text[max(0, start - 80) : start])
+        ):
+            inner.setdefault(parent, []).extend(_plain(iter([PastedRow(line, tuple(cells))])))
+    alone = inner.pop(-1, None)
+    return [*blocks, ScriptMatrix('', alone)] if alone else blocks
+
+
+def cells_of(text: str) -> list[str]:
+    """Return the elements of a list in brackets: commas or, without them, blanks are between."""
+    depth, at = 0, [-1]
+    for k, sign in enumerate(text):
+        depth += (sign in OPENED) - (sign in ')]}')
+        if sign == ',' and depth == 0:
+            at.append(k)
+    if len(at) > 1:
+        cells = [text[i + 1 : j] for i, j in zip(at, [*at[1:], len(text)])]
+        return cells if cells[-1].strip() else cells[:-1]
+    packed = re.sub(r'\s*([*/])\s*|(?<=\S)\s+([-+])\s+', r'\1\2', text.strip())
+    return re.split(r'\s+', packed) if packed else []
+
+
+def _groups(text: str) -> Iterator[tuple[int, int, int]]:
+    # Begin and end of what is in brackets and no call's, and the begin of what it is within; the
+    # inner ones first.
+    opened: list[tuple[int, bool]] = []
+    for k, sign in enumerate(text):
+        if sign in OPENED:
+            opened.append((k, sign != '{' and re.match(r'\w', text[k - 1 : k]) is not None))
+        elif sign in ')]}' and opened:
+            start, called = opened.pop()
+            if not called:
+                yield start, k, next((one for one, call in reversed(opened) if not call), -1)
+
+
+def _name(before: str) -> str:
+    found = NAMED.search(before)
+    return found[1] if found else ''
+
+
+def _plain(rows: Iterator[PastedRow]) -> list[PastedRow]:
     plain = (PastedRow(line, tuple(map(plain_cell, cells))) for line, cells in rows)
     return [row for row in plain if any(row.cells)]
 
@@ -74,9 +152,26 @@ def _latex(text: str) -> Iterator[PastedRow]:
         line += row.count('\n')
 
 
-def _lines(text: str) -> Iterator[PastedRow]:
+def _read_lines(text: str, report: TableReport) -> list[PastedRow]:
+    # A line behind the mark of a comment may be that of the heads.
+    kept = []
+    for line in text.split('\n'):
+        bare = re.sub(r'^\s*(?:#+|%+|//+)\s*(?=[\w\\(])', '', line)
+        if bare != line and find_heads(_plain(_lines(bare, delimiter_of([bare])))) is None:
+            bare = ''
+        kept.append(COMMENT.sub(r'\1', bare))
+    text = '\n'.join(kept)
+    filled = [line for line in kept if not RULE.fullmatch(line)]
+    try:
+        rows = _plain(_lines(text, delimiter_of(filled)))
+        aligned = _plain(_lines(text, ' ')) if find_heads(rows) is None else rows
+        return rows if find_heads(aligned) is None else aligned
+    except csv.Error as error:
+        report.refuse(f'cannot be read as a table: {error}')
+
+
+def _lines(text: str, delimiter: str) -> Iterator[PastedRow]:
     lines = {n: line for n, line in enumerate(text.splitlines(), 1) if not RULE.fullmatch(line)}
-    delimiter = delimiter_of(list(lines.values()))
     if delimiter != ' ':
         bare = (line.strip().removeprefix('|').removesuffix('|') for line in lines.values())
         cells_of = bare if delimiter == '|' else lines.values()
@@ -84,12 +179,15 @@ def _lines(text: str) -> Iterator[PastedRow]:
         numbers = list(lines)
         yield from (PastedRow(numbers[reader.line_num - 1], tuple(cells)) for cells in reader)
         return
-    # Cells such as `q1 + 90` hold spaces: then more than one is between the columns.
-    narrow, wide = (
-        [PastedRow(n, tuple(re.split(gap, line.strip()))) for n, line in lines.items()]
-        for gap in (r'\s+', r'\s{2,}')
-    )
-    yield from min((narrow, wide), key=_unevenness)
+    # Cells such as `q1 + 90` hold spaces: then more than one is between the columns, or none
+    # around the sign.
+    lines = {n: re.sub(r',\s+', ',', line) for n, line in lines.items()}
+    packed = {n: re.sub(r'(?<=\w)\s+([-+*/])\s+(?=\w)', r'\1', line) for n, line in lines.items()}
+    ways = [
+        [PastedRow(n, tuple(re.split(gap, line.strip()))) for n, line in way.items()]
+        for gap, way in ((r'\s+', lines), (r'\s{2,}', lines), (r'\s+', packed))
+    ]
+    yield from min(ways, key=_unevenness)
 
 
 def _unevenness(rows: list[PastedRow]) -> tuple[bool, int]:

@@ -4,10 +4,13 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from .pasted import PastedRow
+from .cells import PastedRow, plain_cell
+from .pasted import blocks_of, cells_of, without_comments
 from .report import TableReport
+from .script import settings_of
 
-LINKS = r'\b(DHLink|Link|(?:Revolute|Prismatic)(?:M?DH)?)\s*\('
+# `Link(i)` is a head.
+LINKS = r'\b(DHLink|Link|(?:Revolute|Prismatic)(?:M?DH)?)\s*\((?!\s*[ijkn]\b)'
 CALL = re.compile(LINKS)
 LINK = re.compile(
     rf'(?:(\w+(?:[\[(]\w+[\])])?)\s*=\s*)?{LINKS}'
@@ -22,13 +25,9 @@ VECTOR = ('theta', 'd', 'a', 'alpha', 'sigma', 'offset')  # Link([...]) of MATLA
 LATER = re.compile(
     r'(\w+(?:[\[(]\w+[\])])?)\.(theta|d|a|alpha|offset|sigma|mdh|flip|qlim)\s*=\s*([^;\n]+)'
 )
-CONSTANT = re.compile(r"(?:^|;)[ \t]*([A-Za-z]\w*)[ \t]*=\s*([^=;\n\[\]']+?)\s*(?=;|$)", re.M)
-PLAIN = (
-    (re.compile('[%#].*'), ''),
-    (re.compile(r'\b(?:np|numpy|math|sp|sympy|rtb)\.'), ''),
-    (re.compile(r'\b(?:deg2rad|radians)\(\s*(-?[\d.]+)\s*\)'), r'\1°'),
-    (re.compile('"'), "'"),
-)
+# A matrix in the place of links.
+OF_MATRIX = re.compile(r'\bSerialLink\s*\(\s*(\w+|(?=\[))\s*[,)\[]')
+LATER_OF_LINKS = re.compile(r'\w+[\[(]\w+[\])]\.\w+\s*=\s*[^;\n]+')
 # What a link has besides, of its dynamics and its looks, is not of the table.
 KNOWN = {*VECTOR, 'mdh', 'flip', 'qlim', 'name', 'mesh', 'm', 'r', 'I', 'Jm', 'G', 'B', 'Tc'}
 LEFT = re.compile(r"\([^()]*\balpha\b'?\s*[=,]")  # numbers of a link that is none
@@ -37,11 +36,11 @@ FALSE = (None, '', '0', '0.0', 'False', 'false')
 
 
 class ToolboxLinks(NamedTuple):
-    """Rows under their heads, the convention, and the expressions of the script's variables."""
+    """Rows under their heads, the convention, and base and tool as they are written."""
 
     rows: list[PastedRow]
     convention: str
-    constants: Mapping[str, str]
+    settings: Mapping[str, str]
 
 
 class _LinkCall(NamedTuple):
@@ -63,21 +62,29 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
     RobotFileError
         There is more than one robot, or its links are not written one after another.
     """
-    for pattern, plain in PLAIN:
-        text = pattern.sub(plain, text)
+    text = without_comments(text).replace('"', "'")
     links = []
     for found in LINK.finditer(text):
         line = text.count('\n', 0, found.start(2)) + 1
         values = _values(found[3], line, report)
         links.append(_LinkCall(line, found[1] or '', found[2], values))
+    links = links or _matrix_links(text)
     if not links:
         return None
     _refuse_other_orders(text, [link.target for link in links if link.target], report)
     named = {link.target: link.values for link in links}
     for target, key, value in LATER.findall(text):
-        if target not in named:
+        if target in named:
+            named[target][key] = value
+        elif re.search(rf'\b{re.escape(target)}\s*=\s*(?:SerialLink|DHRobot)', text) is None:
             report.refuse(f'{target}.{key} is set, and {target} is no link of this text')
-        named[target][key] = value
+    settings = settings_of(LATER_OF_LINKS.sub('', LINK.sub('', text)), report)
+    if offset := settings.get('offset'):
+        cells = cells_of(re.sub(r'.*?\[|\].*', '', offset))
+        if len(cells) != len(links):
+            report.refuse(f'offset: {len(cells)} values for {len(links)} links')
+        for link, cell in zip(links, cells):
+            link.values['offset'] = cell
     always = re.search(r"SerialLink\([^;\n]*'modified'", text) is not None
     modified = {
         always or link.function.endswith('MDH') or link.says('mdh', 'modified') for link in links
@@ -85,8 +92,18 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
     if len(modified) > 1:
         report.refuse('some links are standard, some modified: a table has one convention')
     rows = [PastedRow(links[0].line, HEADS), *(_row(link, report) for link in links)]
-    convention = 'modified' if modified.pop() else 'standard'
-    return ToolboxLinks(rows, convention, dict(CONSTANT.findall(text)))
+    return ToolboxLinks(rows, 'modified' if modified.pop() else 'standard', settings)
+
+
+def _matrix_links(text: str) -> list[_LinkCall]:
+    # SerialLink(dh) takes rows of theta, d, a, alpha, sigma, offset.
+    found = OF_MATRIX.search(text)
+    blocks = blocks_of(text) if found else []
+    named = [block for block in blocks if found and block.name == found[1]]
+    named = named or [block for block in blocks if len(block.rows) > 1]
+    if len(named) != 1:
+        return []
+    return [_LinkCall(row.line, '', 'Link', dict(zip(VECTOR, row.cells))) for row in named[0].rows]
 
 
 def _refuse_other_orders(text: str, targets: list[str], report: TableReport) -> None:
@@ -108,8 +125,7 @@ def _values(text: str, line: int, report: TableReport) -> dict[str, str]:
     values = dict.fromkeys(OPTION.findall(text), '1')
     rest = OPTION.sub('', text)
     if vector := re.match(r'\s*\[([^\]]*)\]', rest):
-        packed = re.sub(r'\s*([*/])\s*|(?<=\S)\s+([-+])\s+', r'\1\2', vector[1].strip())
-        elements = re.split(r'\s*,\s*|\s+', packed)
+        elements = cells_of(vector[1].replace(',', ' '))
         if not 4 <= len(elements) <= len(VECTOR):
             message = 'numbers, and theta d a alpha are expected, then sigma and offset'
             report.fault(f'{len(elements)} {message}', line)
@@ -128,10 +144,10 @@ def _row(link: _LinkCall, report: TableReport) -> PastedRow:
     names_theta = link.function == 'Link' and 'theta' in values and 'd' not in values
     slides = link.says('sigma', 'prismatic', 'p') or link.function.startswith('Prismatic')
     moving = 'd' if slides or names_theta else 'theta'
-    if not re.fullmatch(r'0?|[A-Za-z]\w*', values.get(moving, '')):
+    if not re.fullmatch(r'0?|[A-Za-z]\w*(?:\(\d+\))?', values.get(moving, '')):
         message = f'line {link.line}: {moving} moves there, and the toolbox takes no number of it'
         report.note(message)
     cells = {'a': '0', 'alpha': '0', 'd': '0', 'theta': '0', 'offset': '0', **values}
     cells[moving] = '-variable' if link.says('flip') else ''
     cells |= {'type': 'P' if moving == 'd' else 'R', 'limits': values.get('qlim', '')}
-    return PastedRow(link.line, tuple(cells[head] for head in HEADS))
+    return PastedRow(link.line, tuple(plain_cell(cells[head]) for head in HEADS))

@@ -306,6 +306,7 @@ def _quantities(
     hidden = set(constants.unreadable)
     all_names_known = bool(items) and constants.all_names_known
     values = {constant.name: constant.value for constant in constants.constants}
+    letters = frozenset(constant.name for constant in constants.constants if constant.letter)
     for item, joint_type, variable in zip(items, types, variables, strict=True):
         if variable and joint_type:
             known[variable] = joint_type
@@ -315,9 +316,10 @@ def _quantities(
         if not (variable and joint_type and item.keys() <= set(JointEntry.keys())):
             hidden |= names_given(item)
     hidden -= known.keys() | values.keys()
-    return Quantities(
+    found = Quantities(
         top, units, values, known, types, frozenset(hidden), all_names_known, set(constants.used)
     )
+    return replace(found, letters=letters)
 
 
 def _links(

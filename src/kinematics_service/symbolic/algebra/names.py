@@ -110,6 +110,10 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
     meanings: dict[str, Any] = {}
     values: dict[Any, float] = {}
     for constant in description.constants:
+        if constant.letter and constant.name in in_angles:
+            raise DerivationError(
+                f'constants.{constant.name} stands in an angle or a ratio: it needs a value'
+            )
         derived = exact(constant.text, meanings, description.angle_unit)
         if constant.value == 0.0 or constant.name in in_angles or derived.free_symbols:
             meanings[constant.name] = derived

@@ -29,9 +29,12 @@ def _functions(derivation: Derivation) -> Iterator[tuple[str, list[tuple[Any, An
 
 
 def _lengths(derivation: Derivation) -> str:
-    given = derivation.names.values
     unit = derivation.robot.description.length_unit
-    return ', '.join(f'{symbol} = {value!r} {unit}' for symbol, value in given.items()) or 'none'
+    given = (
+        name if value is None else f'{name} = {value!r} {unit}'
+        for name, value in derivation.lengths.items()
+    )
+    return ', '.join(given) or 'none'
 
 
 def _about(derivation: Derivation) -> list[str]:

@@ -21,7 +21,7 @@ def json_of(
         'length_unit': derivation.robot.description.length_unit,
         'variables': [v.name for v in derivation.variables],
         'angles': {str(theta): str(angle) for theta, angle in derivation.angles.items()},
-        'lengths': {symbol.name: value for symbol, value in derivation.names.values.items()},
+        'lengths': derivation.lengths,
         'row_transforms': [_strings(T) for T in derivation.row_transforms],
         'frames': [_strings(T) for T in derivation.frames],
         'T': _strings(derivation.T),

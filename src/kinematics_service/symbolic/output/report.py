@@ -95,9 +95,12 @@ def _frames(derivation: Derivation) -> Iterator[Block]:
     yield Heading(f'{robot.name}: exact kinematics', 1)
     yield say(f'Source: {robot.source}')
     yield say(f'Joint variables in {angle} or {length}; lengths are symbols, in {length}.')
-    if derivation.names.values:
-        given = ', '.join(f'{s} = {v:.12g}' for s, v in derivation.names.values.items())
+    numbers = {name: value for name, value in derivation.lengths.items() if value is not None}
+    if numbers:
+        given = ', '.join(f'{name} = {value:.12g}' for name, value in numbers.items())
         yield say(f'Numbers of the file: {given}')
+    if letters := robot.description.letters:
+        yield say(f'Letters without a value: {letters}; ranks are those of generic values')
     if derivation.angles:
         yield say(
             'Matrices are written in angles with the offsets of the table in them; determinant '

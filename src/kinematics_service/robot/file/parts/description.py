@@ -22,12 +22,14 @@ class Constant:
     A named number of the file.
 
     Its value is in the file's units, unlike everything else here: whether a constant is a
-    length, an angle, or a ratio shows only where it is used.
+    length, an angle, or a ratio shows only where it is used. A letter has no value in the file;
+    its number here is generic.
     """
 
     name: str
     text: str
     value: float
+    letter: bool = False
 
 
 @dataclass(frozen=True)
@@ -480,6 +482,11 @@ class RobotDescription:
     parts: tuple[str, ...] = field(default=(), compare=False)
     speed_limits: tuple[SpeedLimit, ...] = ()
     mimics: tuple[MimicFormula, ...] = ()
+
+    @property
+    def letters(self) -> str:
+        """Return the names of the constants without a value, joined by commas."""
+        return ', '.join(constant.name for constant in self.constants if constant.letter)
 
     @property
     def radians(self) -> float:

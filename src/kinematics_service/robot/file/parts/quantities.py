@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
@@ -26,6 +26,7 @@ LONG = 20.0  # m: no link is as long
 TURN = 2.0 * math.pi + 0.02  # rad, with two printed digits
 QUARTERS = [k * math.pi / 2.0 for k in range(1, 5)]
 ROUNDED = 0.005  # 1.57, 3.14, 4.71, 6.28 are so near to them
+DECIMALS = re.compile(r'(?<![\w.])(\d\.(\d{2,9}))(?!\w)')  # with more they are exact
 
 INFINITE = re.compile(r'[-+]?\.?(inf|Inf|INF)')
 NOT_A_NUMBER = re.compile(r'[-+]?\.?(nan|NaN|NAN)')
@@ -94,6 +95,8 @@ class Quantities:
         Names met so far.
     strange
         Names met so far that nothing in the file explains.
+    letters
+        Constants without a value: what uses them has no size that could be judged.
     """
 
     top: Place
@@ -105,6 +108,7 @@ class Quantities:
     all_names_known: bool = True
     used: set[str] = field(default_factory=set)
     strange: set[str] = field(default_factory=set)
+    letters: frozenset[str] = frozenset()
 
     def fixed(
         self, text: str | None, kind: Kind, at: Place, *, usual: bool = True
@@ -171,7 +175,7 @@ class Quantities:
                 )
                 return None
         if expression:
-            self._warn_of_units(expression.affine.constant, kind, at)
+            self._warn_of_units(expression, kind, at)
         return expression
 
     def function(self, text: str | None, at: Place) -> str | None:
@@ -239,9 +243,10 @@ class Quantities:
         except ExpressionError as error:
             at.fault(str(error))
             return None
+        expression = Expression(text, affine)
         if usual:
-            self._warn_of_units(affine.constant, kind, at)
-        return Expression(text, affine)
+            self._warn_of_units(expression, kind, at)
+        return expression
 
     def _in_si(self, affine: Affine, kind: Kind) -> Affine:
         coefficients = []
@@ -253,9 +258,18 @@ class Quantities:
             coefficients.append((variable, factor))
         return Affine(self.units.to_si(affine.constant, kind), tuple(coefficients))
 
-    def _warn_of_units(self, value: float, kind: Kind, at: Place) -> None:
+    def _warn_of_units(self, expression: Expression, kind: Kind, at: Place) -> None:
+        value = expression.affine.constant
+        if self.letters & names_in(expression.text):
+            return
         if getattr(self.units, kind, '') in ('m', 'rad') and (doubt := unit_doubt(value, kind)):
             at.warn(doubt)
+        if kind == 'angle' and self.units.angle == 'rad' and at.path[0] == 'links':
+            for digits, k in rounded_quarters(expression.text):
+                part = 'pi' if k == 2 else '2*pi' if k == 4 else f'{k}*pi/2'.removeprefix('1*')
+                at.remark(
+                    f'{digits} looks like {part} rounded: then write {part} (or --round-angles)'
+                )
         if kind == 'angle' and self.units.angle == 'deg' and at.path[0] != 'known_poses':
             degrees = math.degrees(value)
             if any(abs(abs(degrees) - quarter) < ROUNDED for quarter in QUARTERS):
@@ -279,6 +293,15 @@ def unit_doubt(
     if kind == 'angle' and abs(value) > TURN:
         return f'{number(value)} rad is more than a turn: {degrees}'
     return ''
+
+
+def rounded_quarters(text: str) -> Iterator[tuple[str, int]]:
+    """Yield numbers such as 1.57 and 1.5708, and how many quarter turns (rad) they round."""
+    for digits, decimals in DECIMALS.findall(text):
+        for k, quarter in enumerate(QUARTERS, 1):
+            cut = math.floor(quarter * 10 ** len(decimals)) / 10 ** len(decimals)
+            if float(digits) in (cut, round(quarter, len(decimals))):
+                yield digits, k
 
 
 def _check_size(affine: Affine, kind: Kind) -> None:

@@ -32,10 +32,15 @@ class WrongValue(Exception):
         self.meant = meant
 
 
+def is_null(value: Any) -> bool:
+    """Return whether a key stands without a value."""
+    return isinstance(value, ScalarNode) and not value.quoted and bool(NULL.fullmatch(value.text))
+
+
 def _scalar(value: Any, wanted: str) -> ScalarNode:
     if not isinstance(value, ScalarNode):
         raise WrongValue(f'expected {wanted}, not {shown(value)}')
-    if not value.quoted and NULL.fullmatch(value.text):
+    if is_null(value):
         raise WrongValue(f'has no value: expected {wanted}')
     if not value.quoted and TRUTH.fullmatch(value.text):
         raise WrongValue(f"expected {wanted}, not the truth value '{value.text}'")

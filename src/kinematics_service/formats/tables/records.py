@@ -1,0 +1,135 @@
+"""A table of named numbers: dictionaries, YAML, JSON, TOML, vectors, substitutions of sympy."""
+
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from .cells import PastedRow, plain_cell
+from .heads import head_of
+from .pasted import cells_of, without_comments
+from .report import TableReport
+
+PAIR = re.compile(
+    r"""["']?(?<![\w.])\.?(?P<owner>[\w.]+(?:\[\w+\]|\(\w+\))?\.)?"""
+    r"""(?P<key>[A-Za-z_]\w*)["']?[ \t]*(?::|=>?)[ \t]*"""
+    r"""(?P<value>\[[^\[\]{}:=]*\]|"[^"\n]*"|'[^'\n]*'"""
+    r"""|(?:[^,;\n{}\[\]()"']|\([^()\n]*\)|\[\w+\])*)"""
+)
+ITEM = re.compile(r'(?m)^[ \t]*- ')
+BLOCK_LIST = re.compile(r'(?m)^([ \t]*)(\w+):[ \t]*\n((?:[ \t]*- [^\n:]*(?:\n|\Z))+)')
+# Signs between two numbers of different rows.
+BETWEEN_ROWS = re.compile(r'[{}()]|\[\[|(?m:^[ \t]*-[ \t])|(?m:^[ \t]*[\w"\']+:[ \t]*$)|(?m:^\[)')
+OTHER_LIST = re.compile(r'\][^\[]*:\s*\[|(?m:^[ \t]*\w+:[ \t]*\n[ \t]*-[ \t])')
+TOML_LISTS = re.compile(r'(?m)^\[\[([\w.]+)\]\]')
+SEVERAL = 'there are several tables: leave one in the text'
+NUMBERED = re.compile(r'(alpha|theta|th|[a-z])_?(\d+)')
+
+
+class _Pair(NamedTuple):
+    start: int
+    end: int
+    owner: str
+    key: str
+    value: str
+
+
+def rows_of_records(text: str, report: TableReport) -> list[PastedRow]:
+    """Return the rows of numbers with names under their heads; none in another table."""
+    text = _with_lists(text)
+    pairs = _pairs(text)
+    keys = [head_of(pair.key).meaning for pair in pairs]
+    if 'alpha' not in keys or not {'a', 'd', 'r'} & set(keys):
+        return []
+    is_vector = pairs[keys.index('alpha')].value.startswith('[')
+    known = [pair for pair, key in zip(pairs, keys) if key]
+    rows = _vectors(text, known, report) if is_vector else _sequence(text, pairs, report)
+    if len(rows) < 3 and not is_vector:
+        return []
+    if others := sorted({pair.key for pair, key in zip(pairs, keys) if not key}):
+        report.note(f'left out: {", ".join(others)}')
+    return rows
+
+
+def rows_of_substitutions(text: str, report: TableReport) -> list[PastedRow]:
+    """Return the rows of numbers by names with indices, such as `alpha0: 0, a0: 0, d1: 0.75`."""
+    text = without_comments(text)
+    pairs = [pair for pair in _pairs(text) if NUMBERED.fullmatch(pair.key)]
+    several = sum('alpha' in pair.key for pair in pairs) > 1
+    return _numbered(text, pairs, report) if several else []
+
+
+def _with_lists(text: str) -> str:
+    # Lists of YAML that have a line for each number become lists in brackets.
+    return BLOCK_LIST.sub(
+        lambda found: f'{found[1]}{found[2]}: [{", ".join(ITEM.sub("", found[3]).split())}]\n',
+        without_comments(text),
+    )
+
+
+def _pairs(text: str) -> list[_Pair]:
+    return [
+        _Pair(one.start(), one.end(), one['owner'] or '', one['key'].lower(), one['value'].strip())
+        for one in PAIR.finditer(text)
+        if one['value'].strip()
+    ]
+
+
+def _row(text: str, pair: _Pair, cells: Sequence[str]) -> PastedRow:
+    return PastedRow(text.count('\n', 0, pair.start) + 1, tuple(map(plain_cell, cells)))
+
+
+def _vectors(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[PastedRow]:
+    pairs = [pair for pair in pairs if pair.value.startswith('[')]
+    vectors = {pair.key: cells_of(pair.value[1:-1]) for pair in pairs}
+    if len(vectors) < len(pairs):
+        report.refuse(SEVERAL)
+    lengths = {key: len(cells) for key, cells in vectors.items()}
+    if len(set(lengths.values())) > 1:
+        counts = ', '.join(f'{key} has {count}' for key, count in lengths.items())
+        report.refuse(f'vectors of different lengths: {counts}')
+    heads = PastedRow(0, tuple(vectors))
+    return [heads, *(_row(text, pairs[0], cells) for cells in zip(*vectors.values()))]
+
+
+def _sequence(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[PastedRow]:
+    rows: list[tuple[_Pair, dict[str, str]]] = []
+    end = 0
+    for pair in pairs:
+        if rows and OTHER_LIST.search(text, end, pair.start):
+            report.refuse(SEVERAL)
+        if not head_of(pair.key).meaning:
+            end = pair.end
+            continue
+        parted = not rows or BETWEEN_ROWS.search(text, end, pair.start)
+        if parted or pair.owner != rows[-1][0].owner or pair.key in rows[-1][1]:
+            rows.append((pair, {}))
+        rows[-1][1][pair.key] = pair.value
+        end = pair.end
+    if len(set(TOML_LISTS.findall(text))) > 1:
+        report.refuse(SEVERAL)
+    numbers = {'a', 'r', 'alpha', 'd', 'theta'}
+    rows = [row for row in rows if numbers & {head_of(key).meaning for key in row[1]}]
+    heads = list(dict.fromkeys(key for _, values in rows for key in values))
+    body = [_row(text, pair, [values.get(key, '') for key in heads]) for pair, values in rows]
+    return [PastedRow(0, tuple(heads)), *body]
+
+
+def _numbered(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[PastedRow]:
+    # alpha0, a0, d1, q1 are Craig's indices. A number that is not given stays a letter.
+    found = {(pair.key.rstrip('0123456789').rstrip('_'), _index(pair)): pair for pair in pairs}
+    if len({(pair.key, pair.value) for pair in pairs}) > len(found):
+        report.refuse(SEVERAL)
+    twists = sorted(k for name, k in found if name == 'alpha')
+    angle = next((name for name, _ in found if name in ('theta', 'th', 'q')), 'q')
+    before = twists[0] == 0 and not {('d', 0), (angle, 0)} & found.keys()
+    heads = ('alpha(i-1)', 'a(i-1)', 'd', 'theta') if before else ('alpha', 'a', 'd', 'theta')
+    rows = [PastedRow(0, heads)]
+    for k in twists:
+        places = (('alpha', k), ('a', k), ('d', k + before), (angle, k + before))
+        cells = [found[at].value if at in found else f'{at[0]}{at[1]}' for at in places]
+        rows.append(_row(text, found['alpha', k], cells))
+    return rows
+
+
+def _index(pair: _Pair) -> int:
+    return int(re.sub(r'.*?(\d+)$', r'\1', pair.key))
