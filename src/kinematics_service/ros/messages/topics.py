@@ -18,6 +18,7 @@ from geometry_msgs.msg import (
     VelocityStamped,
     WrenchStamped,
 )
+from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_msgs.msg import Float64, Float64MultiArray
@@ -103,6 +104,23 @@ SCALE_REASON, SERVO_STATUS = '~/scale_reason', '~/servo_status'
 ROBOT_DESCRIPTION = 'robot_description'
 IK_JOINT_STATES, IK_SOLUTIONS = '~/ik/joint_states', '~/ik/solutions'
 IK_JOINT_VELOCITY, IK_STATUS = '~/ik/joint_velocity', '~/ik/status'
+# What a node is asked for, and where it answers that.
+TARGETS = TARGET_POSE, TARGET_TWIST, COMMAND
+ANSWERS = (
+    *(IK_JOINT_STATES, IK_SOLUTIONS, IK_JOINT_VELOCITY, IK_STATUS),
+    *(SCALE, SCALE_REASON, SERVO_STATUS),
+)
+STATUS = 'diagnostic_msgs/msg/DiagnosticStatus'
+
+
+def kinematics_nodes(node: Node) -> list[str]:
+    """Return the full names of the kinematics nodes in the graph, known by their warnings."""
+    mark = WARNING.removeprefix('~')
+    return sorted(
+        topic.removesuffix(mark)
+        for topic, types in node.get_topic_names_and_types()
+        if topic.endswith(mark) and STATUS in types and node.count_publishers(topic) > 0
+    )
 
 
 @dataclass(frozen=True)

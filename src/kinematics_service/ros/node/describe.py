@@ -69,7 +69,6 @@ def description_of(
             },
             'note': NO_SAFETY,
         },
-        'doubts': list(settings.doubts),
         'singularity': {
             'task': list(robot.task.rows),
             'length': robot.task.length,

@@ -60,11 +60,6 @@ class Reload:
         self._send = self._service.send_response
         setattr(self._service, 'send_response', self._on_request)  # noqa: B010
 
-    @property
-    def name(self) -> str:
-        """Return the full name of the service."""
-        return str(self._node.resolve_service_name(RELOAD))
-
     def _on_request(self, response: Trigger.Response, header: Any) -> None:
         self._asked.append(header)
         self.read()

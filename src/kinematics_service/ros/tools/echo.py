@@ -5,7 +5,6 @@ import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
@@ -16,9 +15,8 @@ from rich.text import Text
 from ...errors import LayoutError
 from ...printing import json_text
 from ...stop_signals import StopSignal
-from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS
+from ..messages.topics import DIAGNOSTICS
 from ..node.steady_time import steady_timer
-from ..process.latest_message import LatestMessage
 from ..process.no_messages import why_no_messages
 from ..process.session import (
     FAULT,
@@ -33,7 +31,7 @@ from ..process.session import (
 )
 from ..process.spin import Spinner
 from ..process.standard_output import StandardOutput
-from .echo_topics import ECHO_TOPICS, EchoTopic
+from .echo_topics import ECHO_TOPICS, diagnostics_of
 from .live_table import coloured
 
 REDRAW = 0.1
@@ -76,12 +74,11 @@ def run_echo(
     """
     if not is_name('--node', node, NODE_NAMES):
         return WRONG_USAGE
-    echoed = ECHO_TOPICS[what].of(node.strip('/'))
-    topic = echoed.name.replace('~', '/' + node.strip('/'))
+    source = node.strip('/')
 
     def work(context: Context, stop: StopSignal) -> int:
         listener = helper_node(f'kinematics_echo_{os.getpid()}', context)
-        echo = _Echo(listener, echoed, topic, once, as_json, timeout)
+        echo = _Echo(listener, source, what, once, as_json, timeout)
         spinner = Spinner(context, [listener])
         spinner.obey(stop)
         with echo.shown():
@@ -99,32 +96,23 @@ class _Echo:
     def __init__(
         self,
         node: Node,
-        echoed: EchoTopic,
-        topic: str,
+        source: str,
+        what: str,
         once: bool,
         as_json: bool,
         timeout: float | None,
     ) -> None:
         self.in_vain = False
-        self._node, self._echoed = node, echoed
+        diagnostics = diagnostics_of(source)
+        self._node, self._echoed = node, ECHO_TOPICS.get(what, diagnostics)
         self._once, self._as_json, self._timeout = once, as_json, timeout
         self._output = StandardOutput()
         self._live = self._output.is_terminal and not once and not as_json
-        self._latest = LatestMessage(
-            *(node, topic, echoed.type, echoed.qos, None if self._live else self._write),
-            echoed.wanted,
-        )
+        topic = self._echoed.name.replace('~', f'/{source}')
+        then = None if self._live else self._write
+        self._latest = self._echoed.heard_by(node, topic, then)
+        self._diagnostics = diagnostics.heard_by(node, DIAGNOSTICS)
         self._explained = False
-        self._report = ''
-        self._input = f'{topic.removesuffix(echoed.name[1:]).strip("/")}: input'
-        node.create_subscription(
-            DiagnosticArray, DIAGNOSTICS, self._take_diagnostics, DIAGNOSTICS_QOS
-        )
-
-    def _take_diagnostics(self, message: DiagnosticArray) -> None:
-        for status in message.status:
-            if status.name == self._input:
-                self._report = status.message
 
     @property
     def over(self) -> bool:
@@ -133,7 +121,7 @@ class _Echo:
 
     @property
     def _silent(self) -> bool:
-        expected = not (self._echoed.rare and self._latest.count > 0)
+        expected = not (self._echoed.is_rare and self._latest.count > 0)
         return expected and self._latest.age >= EXPLAIN_AFTER
 
     @contextmanager
@@ -185,7 +173,9 @@ class _Echo:
 
     def _why_silent(self) -> str:
         topic = self._echoed.awaited or self._latest.topic
-        return why_no_messages(self._node, topic, self._echoed.answers, self._report)
+        said = self._diagnostics.message
+        report = said.status[0].message if said else ''  # that of the input is the first
+        return why_no_messages(self._node, topic, self._echoed.answers, report)
 
     def _give_up(self) -> None:
         # At the time-out the reason why no message came is printed, if it has not been printed
