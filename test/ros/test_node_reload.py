@@ -260,7 +260,7 @@ def test_a_tool_in_millimetres_is_doubted_in_the_log_and_in_the_diagnostics(arm,
     assert (log.count('-15 m'), log.count('7 rad')) == (1, 1)
     refused = change(one, tool__rpy=[0.0, 0.0, 90.0])
     assert not refused.successful
-    assert '90 rad is more than a turn: are these degrees? write 1.5708' in refused.reason
+    assert 'none beyond 6.28319 rad' in refused.reason
 
 
 def test_usual_tools_of_all_bundled_robots_are_not_doubted():

@@ -15,7 +15,6 @@ from rich.text import Text
 from ...errors import LayoutError
 from ...printing import json_text
 from ...stop_signals import StopSignal
-from ..messages.topics import DIAGNOSTICS
 from ..node.steady_time import steady_timer
 from ..process.no_messages import why_no_messages
 from ..process.session import (
@@ -74,7 +73,7 @@ def run_echo(
     """
     if not is_name('--node', node, NODE_NAMES):
         return WRONG_USAGE
-    source = node.strip('/')
+    source = f'/{node.strip("/")}'
 
     def work(context: Context, stop: StopSignal) -> int:
         listener = helper_node(f'kinematics_echo_{os.getpid()}', context)
@@ -108,10 +107,9 @@ class _Echo:
         self._once, self._as_json, self._timeout = once, as_json, timeout
         self._output = StandardOutput()
         self._live = self._output.is_terminal and not once and not as_json
-        topic = self._echoed.name.replace('~', f'/{source}')
         then = None if self._live else self._write
-        self._latest = self._echoed.heard_by(node, topic, then)
-        self._diagnostics = diagnostics.heard_by(node, DIAGNOSTICS)
+        self._latest = self._echoed.heard_by(node, source, then)
+        self._diagnostics = diagnostics.heard_by(node, source)
         self._explained = False
 
     @property

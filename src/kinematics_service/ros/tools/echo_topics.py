@@ -80,9 +80,10 @@ class EchoTopic:
         return self.qos is WARNING_QOS
 
     def heard_by(
-        self, node: Node, topic: str, then: Callable[[bytes], None] | None = None
+        self, node: Node, source: str, then: Callable[[bytes], None] | None = None
     ) -> LatestMessage:
-        """Return a subscription of a node to it, by its full name; `then` as there."""
+        """Return a subscription of a node to that of `source` (its full name)."""
+        topic = self.name.replace('~', source)
         return LatestMessage(node, topic, self.type, self.qos, then, self.wanted)
 
     def lines(self, message: Any, width: int) -> list[str]:
@@ -97,8 +98,8 @@ class EchoTopic:
 
 
 def diagnostics_of(node: str) -> EchoTopic:
-    """Return the diagnostics of a node (no leading slash): all programs publish on the topic."""
-    reading = partial(statuses_of, node)
+    """Return the diagnostics of a node (its full name): all programs publish on the topic."""
+    reading = partial(statuses_of, node.removeprefix('/'))
     return EchoTopic(
         DIAGNOSTICS,
         DiagnosticArray,
@@ -107,7 +108,7 @@ def diagnostics_of(node: str) -> EchoTopic:
         statuses_lines,
         answers='itself, once a second',
         wanted=lambda message: bool(reading(message).statuses),
-        awaited=WARNING.replace('~', f'/{node}'),
+        awaited=WARNING.replace('~', node),
     )
 
 
