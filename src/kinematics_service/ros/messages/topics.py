@@ -18,7 +18,6 @@ from geometry_msgs.msg import (
     VelocityStamped,
     WrenchStamped,
 )
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_msgs.msg import Float64, Float64MultiArray
@@ -110,17 +109,6 @@ ANSWERS = (
     *(IK_JOINT_STATES, IK_SOLUTIONS, IK_JOINT_VELOCITY, IK_STATUS),
     *(SCALE, SCALE_REASON, SERVO_STATUS),
 )
-STATUS = 'diagnostic_msgs/msg/DiagnosticStatus'
-
-
-def kinematics_nodes(node: Node) -> list[str]:
-    """Return the full names of the kinematics nodes in the graph, known by their warnings."""
-    mark = WARNING.removeprefix('~')
-    return sorted(
-        topic.removesuffix(mark)
-        for topic, types in node.get_topic_names_and_types()
-        if topic.endswith(mark) and STATUS in types and node.count_publishers(topic) > 0
-    )
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,9 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from ...estimation.estimator import Estimator
 from ...estimation.input_checks import messages_of
 from ...estimation.status_text import StatusText
+from ..messages.graph import kinematics_nodes
 from ..messages.messages import full_name, status_message
-from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS, POSE, kinematics_nodes
+from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS, POSE
 from .diagnostics import (
     RECENT,
     InputState,

@@ -20,16 +20,7 @@ from ...estimation.status_text import StatusText, singularity_status, stale_stat
 from ...kinematics.singularity import Singularity, singularity_of
 from ...robot.measures import Level
 from ..messages.messages import StateReport, full_name, status_message
-from ..messages.topics import (
-    ANSWERS,
-    DESCRIBE,
-    DIAGNOSTICS,
-    JOINT_STATES,
-    SERVICE_QOS,
-    TARGETS,
-    WARNING,
-    WARNING_QOS,
-)
+from ..messages.topics import DESCRIBE, JOINT_STATES, SERVICE_QOS, WARNING, WARNING_QOS
 from ..parameters.node_parameters import NodeParameters
 from ..parameters.settings import NodeSettings
 from .describe import description_of
@@ -395,17 +386,8 @@ class KinematicsNode(Node):
     # Services
 
     def _describe(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        heard, told = (
-            [self.resolve_topic_name(name) for name in names]
-            for names in (TARGETS, (WARNING, DIAGNOSTICS, *ANSWERS))
-        )
         response.success = True
-        response.message = json.dumps(
-            description_of(
-                self.settings,
-                self._input.topic_name,
-                [*self._outputs.names, *told],
-                heard,
-            )
-        )
+        topics, resolve = self._outputs.names, self.resolve_topic_name
+        described = description_of(self.settings, self._input.topic_name, topics, resolve)
+        response.message = json.dumps(described)
         return response

@@ -126,11 +126,6 @@ class NodeSettings:
         return self.robot.joint_names
 
 
-def tf_is_importable() -> bool:
-    """Return whether tf2_msgs can be imported, which the wheels on PyPI lack."""
-    return find_spec('tf2_msgs') is not None
-
-
 def _refuse(name: str, value: object, accepted: str) -> SettingsError:
     return SettingsError(f'parameter {name}: {value!r} is not accepted ({accepted})')
 
@@ -180,8 +175,7 @@ def check_value(parameter: Parameter, value: Any) -> None:
         accepted = f'{low:g} to {high:g}'
         if parameter.least:
             accepted = f'0, or {parameter.least:g} to {high:g}'
-        fits = math.isfinite(value) and low <= value <= high
-        if not fits or 0.0 < value < parameter.least:
+        if not low <= value <= high or 0.0 < value < parameter.least:
             raise _refuse(parameter.name, value, accepted)
 
 
@@ -214,7 +208,7 @@ def settings_from(
         raise SettingsError(
             f'parameters base_frame and tool_frame: both are {tool!r}, and must differ'
         )
-    if values['publish_tf'] and not tf_is_importable():
+    if values['publish_tf'] and find_spec('tf2_msgs') is None:  # the wheels on PyPI lack it
         raise _refuse('publish_tf', True, 'only where the package tf2_msgs can be imported')
     rate = values['publish_rate']
     judged = replace(

@@ -5,7 +5,7 @@ import os
 from rclpy.node import Node
 
 from ...typography import counted
-from ..messages.topics import kinematics_nodes
+from ..messages.graph import kinematics_nodes
 
 JOINT_STATES_ANSWERED = 'joint states'
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'

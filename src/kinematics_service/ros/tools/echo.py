@@ -9,7 +9,6 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from rich.console import Console, Group
-from rich.live import Live
 from rich.text import Text
 
 from ...errors import LayoutError
@@ -31,9 +30,8 @@ from ..process.session import (
 from ..process.spin import Spinner
 from ..process.standard_output import StandardOutput
 from .echo_topics import ECHO_TOPICS, diagnostics_of
-from .live_table import coloured
+from .live_table import coloured, live
 
-REDRAW = 0.1
 # Missing messages are explained after this time, s.
 EXPLAIN_AFTER = 5.0
 UNBROKEN = 10_000
@@ -131,17 +129,8 @@ class _Echo:
             steady_timer(self._node, 0.5, self._watch)
             yield
             return
-        console = Console(markup=False, highlight=False, emoji=False)
-        with Live(
-            console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False
-        ) as live:
-
-            def redraw() -> None:
-                live.update(self._screen(console.width), refresh=True)
-
-            steady_timer(self._node, REDRAW, redraw)
+        with live(self._node, self._screen, whole=False):
             yield
-            redraw()
 
     def _write(self, message: bytes) -> None:
         if self._once and self._latest.count > 1:
@@ -185,13 +174,13 @@ class _Echo:
         self.in_vain = True
         tell(f'gave up after {self._timeout:g} s without a message')
 
-    def _screen(self, width: int) -> Group:
+    def _screen(self, console: Console) -> Group:
         latest = self._latest
         title, lines = f'{latest.topic}   no message yet', []
         if latest.message is not None:
             title = f'{latest.topic}   {latest.rate():.1f} Hz   {latest.age:.1f} s ago'
             try:
-                lines = self._echoed.lines(latest.message, width)
+                lines = self._echoed.lines(latest.message, console.width)
             except LayoutError as error:
                 lines = [str(error)]
         level = lines[0].partition(' ')[0] if lines else ''

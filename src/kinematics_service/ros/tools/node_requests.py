@@ -14,7 +14,8 @@ from std_srvs.srv import Trigger
 
 from ...errors import SettingsError
 from ...stop_signals import StopSignal
-from ..messages.topics import RELOAD, kinematics_nodes
+from ..messages.graph import kinematics_nodes
+from ..messages.topics import RELOAD
 from ..parameters.settled_file import PATIENCE
 from ..process import session
 from ..process.node_facts import TRY, call_service
