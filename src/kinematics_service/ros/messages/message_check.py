@@ -46,5 +46,5 @@ def read_message(data: bytes, kind: Any) -> Any:
     try:
         WALKS[kind](CdrReader(data))
         return deserialize_message(data, kind)
-    except Exception:  # whatever it raises: the bytes are no message
+    except Exception:  # of any kind: these bytes are not a message
         raise WireError(f'{len(data)} bytes that are no {kind.__name__}') from None
