@@ -1,7 +1,6 @@
 """A robot: one arm as its file describes it, with everything that can be known before it moves."""
 
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import TypeAlias
@@ -294,8 +293,8 @@ def with_singularity(
 @lru_cache(maxsize=32)
 def with_tool(
     robot: Robot,
-    xyz: Sequence[float] | None = None,
-    rpy: Sequence[float] | None = None,
+    xyz: tuple[float, ...] | None = None,
+    rpy: tuple[float, ...] | None = None,
 ) -> Robot:
     """
     Return the same arm with another tool.
