@@ -253,7 +253,7 @@ def test_labels_are_those_of_the_message(arm, once):
 @pytest.mark.parametrize('name', ['/left/kinematics', 'left/kinematics', 'left/kinematics/'])
 def test_a_node_is_found_with_and_without_slashes(arm, once, name):
     code, output, errors = once(arm('craig_3r', namespace='/left'), 'pose', '--node', name)
-    assert (code, errors) == (0, '')
+    assert (code, lines_of_echo(errors)) == (0, [])
     assert output.splitlines()[0].startswith('position x y z')
 
 

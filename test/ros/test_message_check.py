@@ -7,7 +7,9 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 from hostile_bytes import HostileBytes
 from rclpy.serialization import deserialize_message
 
-from kinematics_service.ros.messages.message_check import WALKS, is_whole
+from kinematics_service.errors import CdrError
+from kinematics_service.estimation.cdr import CdrReader
+from kinematics_service.ros.messages.message_check import WALKS
 
 MESSAGES = 3_000
 
@@ -17,6 +19,15 @@ def is_taken(data, kind):
     try:
         deserialize_message(data, kind)
     except Exception:  # whatever it raises
+        return False
+    return True
+
+
+def is_whole(data, kind):
+    """Return whether the walk over a message comes to its end."""
+    try:
+        WALKS[kind](CdrReader(data))
+    except CdrError:
         return False
     return True
 

@@ -30,7 +30,7 @@ UNMATCHED = {
     'present prefix': ('ur5e', ['joint_prefix:=l_'], UR, ['try -p "joint_prefix:=\'\'" alone']),
     'two arms': (
         *('ur5e', [], [side + name for side in ('l_', 'r_') for name in UR]),
-        ['-p joint_prefix:=l_ or -p joint_prefix:=r_', '(12 names)'],
+        ['-p joint_prefix:=l_ or -p joint_prefix:=r_', 'and 4 more'],
     ),
     'mangled': ('so101', [], MANGLED, [f'"joint_names:={MANGLED}"', 'a guess: check it']),
     'similar': (

@@ -5,7 +5,7 @@ from typing import Annotated, Optional
 import typer
 
 from .missing_ros import ros_module
-from .options import WrongUsage, flag, option
+from .options import NODE, WrongUsage, flag, option
 
 # Range of the time-out of `echo`, in s.
 ONCE_TIMEOUT, SHORTEST_TIMEOUT, LONGEST_TIMEOUT = 10.0, 0.1, 86_400.0
@@ -30,7 +30,7 @@ def echo(
     ] = TOPICS[0],
     once: bool = flag('--once', 'Stop after the first message.'),
     json: bool = flag('--json', 'Print one JSON object per line.'),
-    node: str = option('The full name of the node.', 'NAME', default='/kinematics'),
+    node: str = option('The full name of the node.', 'NAME', default=NODE),
     timeout: Optional[float] = option(
         'Give up, with exit code 1, if nothing has come by then.',
         'SECONDS',

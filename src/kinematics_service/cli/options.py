@@ -27,6 +27,7 @@ NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 LARGEST = 256 * 1024  # bytes of a text that is given
 UTF_16 = (b'\xff\xfe', b'\xfe\xff')  # as spreadsheets begin their Unicode text
 ROBOT = 'FILE|NAME'
+NODE = '/kinematics'  # full name of the node that is meant if none is named
 ROBOT_WORDS = 'A robot file, a URDF (with --base and --tip LINK), or a bundled robot.'
 
 

@@ -5,13 +5,12 @@ from typing import Annotated
 import typer
 
 from .missing_ros import ros_module
+from .options import NODE
 
 
 def reload(
     context: typer.Context,
-    node: Annotated[
-        str, typer.Argument(help='The full name of the node, if several run here.')
-    ] = '',
+    node: Annotated[str, typer.Argument(help='The full name of the node.')] = NODE,
 ) -> None:
     """
     Let a running node read its robot file again, without any other ROS tool installed.

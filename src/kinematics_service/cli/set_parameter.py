@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from .missing_ros import ros_module
-from .options import WrongUsage
+from .options import NODE, WrongUsage
 
 
 def set_parameter(
@@ -14,8 +14,8 @@ def set_parameter(
         list[str],
         typer.Argument(
             metavar='[NODE] PARAMETER VALUE',
-            help='The full name of the node, if several run here; a parameter; its value in YAML, '
-            'as after -p.',
+            help=f'The full name of the node, {NODE} if it is left out; a parameter; its value in '
+            'YAML, as after -p.',
         ),
     ],
 ) -> None:
@@ -32,6 +32,6 @@ def set_parameter(
     """
     if len(words) not in (2, 3):
         raise WrongUsage('write: set [NODE] PARAMETER VALUE; quote a list')
-    *node, name, value = words
+    node, name, value = [NODE, *words][-3:]
     run_set = ros_module('tools.node_requests').run_set
-    raise typer.Exit(run_set(''.join(node), name, value, context.obj))
+    raise typer.Exit(run_set(node, name, value, context.obj))

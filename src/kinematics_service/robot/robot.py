@@ -304,8 +304,8 @@ def with_singularity(
 @lru_cache(maxsize=32)
 def with_tool(
     robot: Robot,
-    xyz: tuple[float, float, float] | None = None,
-    rpy: tuple[float, float, float] | None = None,
+    xyz: tuple[float, ...] | None = None,
+    rpy: tuple[float, ...] | None = None,
 ) -> Robot:
     """
     Return the same arm with another tool.

@@ -27,11 +27,6 @@ NUMBERS = ('episode_index', 'episode_id', 'episode')
 MOST_NUMBERS = 2**28
 # Bytes of an array's header in an npz file that are read; numpy refuses headers above 10,000.
 MOST_HEADER_BYTES = 2**14
-# Errors of reading a damaged description.
-DAMAGED = (
-    *(OSError, ValueError, KeyError, TypeError),
-    *(AttributeError, OverflowError, RecursionError),
-)
 # The column of files with an episode in each row: its steps.
 STEPS = 'steps'
 # The array of npz files that holds the row behind the last one of each episode.
@@ -114,7 +109,7 @@ def _described(info: Path) -> tuple[float, dict[str, tuple[str, ...]]]:
         content = json.loads(info.read_text(encoding='utf-8'))
         names = {name: _names(one.get('names')) for name, one in content['features'].items()}
         return float(content.get('fps') or 0.0), {key: one for key, one in names.items() if one}
-    except DAMAGED as error:
+    except Exception as error:  # damaged, it can make a reader raise any
         raise RecordingError(f'{info}: is no description of a dataset: {error}') from None
 
 

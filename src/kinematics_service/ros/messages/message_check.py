@@ -12,7 +12,7 @@ from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
-from ...errors import CdrError, WireError
+from ...errors import WireError
 from ...estimation.cdr import STAMP, CdrReader
 from ...estimation.joint_state_form import fields_of
 
@@ -43,18 +43,8 @@ def read_message(data: bytes, kind: Any) -> Any:
     WireError
         The bytes are no message of this type.
     """
-    if is_whole(data, kind):
-        try:
-            return deserialize_message(data, kind)
-        except Exception:  # whatever it raises: the bytes are no message
-            pass
-    raise WireError(f'{len(data)} bytes that are no {kind.__name__}')
-
-
-def is_whole(data: bytes, kind: Any) -> bool:
-    """Return whether the lengths in a serialized message fit into its bytes."""
     try:
         WALKS[kind](CdrReader(data))
-    except CdrError:
-        return False
-    return True
+        return deserialize_message(data, kind)
+    except Exception:  # of any kind: these bytes are not a message
+        raise WireError(f'{len(data)} bytes that are no {kind.__name__}') from None

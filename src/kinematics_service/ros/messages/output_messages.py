@@ -26,6 +26,7 @@ from ...kinematics.forward import BASE, in_axes_of
 from ...kinematics.null_space import self_motion_of
 from ...kinematics.singularity import measured
 from ...kinematics.statics import WrenchEstimate, wrench_of
+from ...kinematics.tool_state import ToolState
 from ...kinematics.uncertainty.arm_errors import errors_of_file
 from ...kinematics.uncertainty.pose_covariance import covariances
 from ...robot.measures import Measure, why_unsearched
@@ -130,25 +131,19 @@ def computed(of: Callable[[StateReport], Floats | None]) -> Callable[[NodeSettin
     return lambda settings: Computed(of)
 
 
-def _base_frame(settings: NodeSettings) -> str:
-    return settings.base_frame
-
-
-def _tool_frame(settings: NodeSettings) -> str:
-    return settings.tool_frame
-
-
 def _twist_frame(settings: NodeSettings) -> str:
     return settings.base_frame if settings.twist_frame == BASE else settings.tool_frame
 
 
-pose_template = stamped(PoseStamped, _base_frame)
-pose_with_covariance_template = stamped(PoseWithCovarianceStamped, _base_frame)
+pose_template = stamped(PoseStamped, lambda settings: settings.base_frame)
+pose_with_covariance_template = stamped(
+    PoseWithCovarianceStamped, lambda settings: settings.base_frame
+)
 twist_template = stamped(TwistStamped, _twist_frame)
 twist_with_covariance_template = stamped(TwistWithCovarianceStamped, _twist_frame)
 acceleration_template = stamped(AccelStamped, _twist_frame)
 # The wrench that the tool exerts, at the tool's origin and in its axes.
-wrench_template = stamped(WrenchStamped, _tool_frame)
+wrench_template = stamped(WrenchStamped, lambda settings: settings.tool_frame)
 
 
 def velocity_template(settings: NodeSettings) -> VelocityStamped:
@@ -254,24 +249,20 @@ def _self_motions(settings: NodeSettings) -> int:
     return settings.robot.dof - settings.robot.task.generic_rank
 
 
-def null_space_numbers(settings: NodeSettings) -> Numbers | None:
-    """Return where that basis comes from, shape (n k,); None for an arm without self-motion."""
+def of_null_space(
+    part: Callable[[ToolState, Floats], Floats],
+) -> Callable[[NodeSettings], Numbers | None]:
+    """Return that numbers follow from a basis of the self-motions, of arms that have some."""
 
     def numbers(report: StateReport) -> Floats | None:
         basis = report.answer.null_space
-        return None if basis is None else basis.ravel()
+        return None if basis is None else part(report.answer.state, basis)
 
-    return Computed(numbers) if _self_motions(settings) else None
+    return lambda settings: Computed(numbers) if _self_motions(settings) else None
 
 
-def self_motion_numbers(settings: NodeSettings) -> Numbers | None:
-    """Return where that motion comes from, shape (n,); None for an arm without self-motion."""
-
-    def numbers(report: StateReport) -> Floats | None:
-        basis = report.answer.null_space
-        return None if basis is None else self_motion_of(report.answer.state, basis)
-
-    return Computed(numbers) if _self_motions(settings) else None
+null_space_numbers = of_null_space(lambda state, basis: basis.ravel())
+self_motion_numbers = of_null_space(self_motion_of)
 
 
 def pose_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:

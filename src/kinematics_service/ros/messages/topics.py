@@ -103,6 +103,12 @@ SCALE_REASON, SERVO_STATUS = '~/scale_reason', '~/servo_status'
 ROBOT_DESCRIPTION = 'robot_description'
 IK_JOINT_STATES, IK_SOLUTIONS = '~/ik/joint_states', '~/ik/solutions'
 IK_JOINT_VELOCITY, IK_STATUS = '~/ik/joint_velocity', '~/ik/status'
+# Topics of requests, and topics of the answers to them.
+TARGETS = TARGET_POSE, TARGET_TWIST, COMMAND
+ANSWERS = (
+    *(IK_JOINT_STATES, IK_SOLUTIONS, IK_JOINT_VELOCITY, IK_STATUS),
+    *(SCALE, SCALE_REASON, SERVO_STATUS),
+)
 
 
 @dataclass(frozen=True)

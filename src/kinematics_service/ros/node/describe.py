@@ -1,10 +1,11 @@
 """The robot and the node's conventions as plain data, for `~/describe`."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from ...rigid_motion import exact_rpy
+from ..messages.topics import ANSWERS, DIAGNOSTICS, TARGETS, WARNING
 from ..parameters.settings import ROW_LABELS, NodeSettings
 from .scaling import NO_SAFETY
 
@@ -14,7 +15,10 @@ def _finite(value: float) -> float | None:
 
 
 def description_of(
-    settings: NodeSettings, joint_states: str, topics: Sequence[str], targets: Sequence[str]
+    settings: NodeSettings,
+    joint_states: str,
+    topics: Sequence[str],
+    resolve: Callable[[str], str],
 ) -> dict[str, Any]:
     """Return what a program needs to read the node's topics; limits that do not exist are null."""
     # Imported here: what it needs loads for 15 ms.
@@ -69,7 +73,6 @@ def description_of(
             },
             'note': NO_SAFETY,
         },
-        'doubts': list(settings.doubts),
         'singularity': {
             'task': list(robot.task.rows),
             'length': robot.task.length,
@@ -80,8 +83,8 @@ def description_of(
             'stop': robot.thresholds.stop,
         },
         'subscribes': joint_states,
-        'targets': list(targets),
+        'targets': [*map(resolve, TARGETS)],
         'target_rows': list(settings.target_rows),
-        'publishes': list(topics),
+        'publishes': [*topics, *map(resolve, (WARNING, DIAGNOSTICS, *ANSWERS))],
         'version': __version__,
     }

@@ -13,8 +13,9 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from ...estimation.estimator import Estimator
 from ...estimation.input_checks import messages_of
 from ...estimation.status_text import StatusText
+from ..messages.graph import kinematics_nodes
 from ..messages.messages import full_name, status_message
-from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS, POSE, WARNING
+from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS, POSE
 from .diagnostics import (
     RECENT,
     InputState,
@@ -44,14 +45,12 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
     """
     publishers = node.count_publishers(topic)
     who = 'its publishers are silent' if publishers else 'nobody publishes it'
-    topics = node.get_topic_names_and_types()
-    # A kinematics node is recognised by its warning; the joint states that it publishes are goals.
-    mark = WARNING.removeprefix('~')
-    nodes = tuple(f'{name.removesuffix(mark)}/' for name, _ in topics if name.endswith(mark))
+    # The joint states that a kinematics node publishes are goals.
+    nodes = tuple(f'{name}/' for name in kinematics_nodes(node))
     own = {topic, *(publisher.topic_name for publisher in node.publishers)}
     others = sorted(
         name
-        for name, types in topics
+        for name, types in node.get_topic_names_and_types()
         if JOINT_STATES in types and name not in own and not name.startswith(nodes)
         # Unlike get_publishers_info_by_topic, this does not remap the name.
         if node.count_publishers(name)
@@ -113,11 +112,6 @@ class Health:
         self._losses: deque[tuple[float, int]] = deque([(self._said, 0)])
         self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
         steady_timer(node, PERIOD, self.say_when_due)
-
-    @property
-    def topic_name(self) -> str:
-        """Return the full name of the topic."""
-        return str(self._publisher.topic_name)
 
     def _lost_of_late(self, now: float, lost: int) -> int:
         losses = self._losses

@@ -1,7 +1,5 @@
 """The lines that a node logs when it starts."""
 
-from collections.abc import Sequence
-
 from rclpy.node import Node
 
 from ... import kernel
@@ -9,7 +7,7 @@ from ...estimation.status_text import structure_in_words
 from ...rigid_motion import exact_rpy
 from ...robot.measures import why_unsearched
 from ...robot.robot import Robot
-from ...typography import counted
+from ...typography import counted, listed
 from ..parameters.node_parameters import NodeParameters
 
 # Number of unknown parameters that are named.
@@ -39,9 +37,8 @@ def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
     )
     for doubt in (*robot.description.warnings, *settings.doubts):
         logger.warning(str(doubt))
-    unknown = parameters.unknown()
-    if unknown:
-        logger.warning(unknown_in_words(unknown))
+    if unknown := parameters.unknown():
+        logger.warning(f'unknown parameters have no effect: {listed(unknown, NAMED)}')
     if unsearched := why_unsearched(robot.dof):
         logger.warning(f'{unsearched}: the warning watches {robot.thresholds.measure}')
     if robot.task.structurally_deficient:
@@ -49,11 +46,3 @@ def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
             f'{structure_in_words(robot)}; measures are taken over '
             f'{robot.task.generic_rank} singular values'
         )
-
-
-def unknown_in_words(names: Sequence[str]) -> str:
-    """Return the sentence about unknown parameters; it names the first ones of many."""
-    if len(names) == 1:
-        return f'parameter {names[0]} is unknown and has no effect'
-    shown = ', '.join(names[:NAMED]) + (', ...' if len(names) > NAMED else '')
-    return f'{len(names)} parameters are unknown and have no effect: {shown}'

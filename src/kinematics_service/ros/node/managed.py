@@ -65,23 +65,15 @@ class ManagedNode(KinematicsNode, LifecycleNodeMixin):
         return DONE
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Answer no longer, and say so."""
+        """Answer no longer, and say so; after an error the node can be configured again."""
         self.fall_silent(INACTIVE)
         return DONE
+
+    on_shutdown = on_error = on_deactivate
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Forget the state of the joints; the robot is read anew when it is configured again."""
         self.forget_joints()
-        return DONE
-
-    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Answer no longer."""
-        self.fall_silent(INACTIVE)
-        return DONE
-
-    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Answer no longer; the node can be configured again."""
-        self.fall_silent(INACTIVE)
         return DONE
 
     def trust_the_order_of_events(self) -> None:

@@ -12,6 +12,7 @@ from rclpy.node import Node
 from rclpy.time_source import CLOCK_TOPIC
 from std_srvs.srv import Trigger
 
+from ...errors import RefusedTargetError
 from ...estimation.estimator import RESETS, UNREADABLE, Estimator, EstimatorOutput, RefusedMessage
 from ...estimation.joint_sample import JointSample
 from ...estimation.joint_state_form import JointStateForm, doubles_of
@@ -188,10 +189,8 @@ class KinematicsNode(Node):
     def forget_joints(self) -> None:
         """Forget the state of the joints, as if no message had come."""
         self._estimator.reset()
-        self._resets = self._estimator.counts.get(RESETS, 0)
         self._latest = None
-        self._grid.forget()
-        self._reference.forget()
+        self._follow_reset()
 
     def read_robot_again(self) -> None:
         """
@@ -286,24 +285,27 @@ class KinematicsNode(Node):
             if warned is not None:  # the alarm counts it as published
                 self._warn(*warned)
 
-    def _start_anew(self) -> None:
-        # The estimator has started again: a stamp stepped back.
+    def _follow_reset(self) -> None:
         self._resets = self._estimator.counts.get(RESETS, 0)
         self._grid.forget()
         self._reference.forget()
+
+    def _start_anew(self) -> None:
+        # The estimator has started again: a stamp stepped back.
+        self._follow_reset()
         if self._throttle.passes(RESETS):
             self.get_logger().info(
                 'stamps stepped back by more than joint_state_timeout: the state starts again'
             )
 
-    def _present(self) -> EstimatorOutput | str:
-        # Returns the arm's present state, or a sentence why it is unknown.
-        if self.silent:
-            return self.silent
+    def _present(self) -> EstimatorOutput:
+        # Returns the arm's present state, which a target needs.
         missing, latest = self._estimator.missing(time.monotonic_ns()), self._latest
-        if not missing and latest is not None:
-            return latest
-        return self._missing_text(missing or self._settings.joint_names)
+        if self.silent or missing or latest is None:
+            names = missing or self._settings.joint_names
+            reason = self.silent or self._missing_text(names)
+            raise RefusedTargetError(f'the joint positions are not known: {reason}')
+        return latest
 
     def _warn(self, singularity: Singularity, level: Level) -> None:
         settings = self._settings
@@ -338,9 +340,7 @@ class KinematicsNode(Node):
         if back > 0 and self._estimator.clock_stepped_back(
             self.get_clock().now().nanoseconds, back
         ):
-            self._resets = self._estimator.counts.get(RESETS, 0)
-            self._grid.forget()
-            self._reference.forget()
+            self._follow_reset()
             self.get_logger().info('the ROS clock jumped back: the state starts again')
 
     # Diagnostics
@@ -386,21 +386,8 @@ class KinematicsNode(Node):
     # Services
 
     def _describe(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        heard, told = self._targets.topics
-        command, scales = self._scaling.topics
         response.success = True
-        response.message = json.dumps(
-            description_of(
-                self.settings,
-                self._input.topic_name,
-                [
-                    *self._outputs.names,
-                    self._warning.topic_name,
-                    self._health.topic_name,
-                    *told,
-                    *scales,
-                ],
-                [*heard, command],
-            )
-        )
+        topics, resolve = self._outputs.names, self.resolve_topic_name
+        described = description_of(self.settings, self._input.topic_name, topics, resolve)
+        response.message = json.dumps(described)
         return response

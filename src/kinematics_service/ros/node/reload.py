@@ -50,7 +50,7 @@ class Reload:
         self._asked: list[Any] = []  # headers of requests for the next reading
         self._answered: list[Any] = []  # of those that the present one answers
         self._reading = self._again = False  # whether one goes on, and another is to follow
-        self._outcome: CheckedArm | str | None = None
+        self._outcome: CheckedArm | Exception | None = None
         self._timer = steady_timer(node, LOOK, self._look, autostart=False)
         self._service = node.create_service(
             Trigger, RELOAD, lambda request, response: response, qos_profile=SERVICE_QOS
@@ -59,11 +59,6 @@ class Reload:
         # Jazzy cannot wait for a coroutine: so this is what they call.
         self._send = self._service.send_response
         setattr(self._service, 'send_response', self._on_request)  # noqa: B010
-
-    @property
-    def name(self) -> str:
-        """Return the full name of the service."""
-        return str(self._node.resolve_service_name(RELOAD))
 
     def _on_request(self, response: Trigger.Response, header: Any) -> None:
         self._asked.append(header)
@@ -82,7 +77,7 @@ class Reload:
             try:
                 self._outcome = read()
             except Exception as error:  # whatever it is: the request gets its answer
-                self._outcome = self._refusal(error)
+                self._outcome = error
 
         threading.Thread(target=work, daemon=True).start()
         self._timer.reset()
@@ -106,21 +101,18 @@ class Reload:
         if self._again:
             self.read()
 
-    def _taken(self, outcome: CheckedArm | str) -> tuple[bool, str]:
-        if isinstance(outcome, str):
-            return False, outcome
+    def _taken(self, outcome: CheckedArm | Exception) -> tuple[bool, str]:
         try:
+            if isinstance(outcome, Exception):
+                raise outcome
             settings = self._parameters.take(outcome)
             self._apply(settings)
+        except KinematicsError as error:
+            return False, str(error)
         except Exception as error:  # whatever it is: the request gets its answer
-            return False, self._refusal(error)
+            return False, f'internal error, please report it: {error!a}'
         robot = settings.robot
         return True, (
             f'{robot.description.file} is in force: robot {robot.name}, '
             f'{counted(robot.dof, "joint")}, {robot.convention}'
         )
-
-    def _refusal(self, error: Exception) -> str:
-        if isinstance(error, KinematicsError):
-            return str(error)
-        return f'internal error, please report it: {error!a}'

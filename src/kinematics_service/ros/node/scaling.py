@@ -10,7 +10,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Int8
 
-from ...errors import KinematicsError, RefusedTargetError
+from ...errors import RefusedTargetError
 from ...estimation.estimator import EstimatorOutput
 from ...estimation.status_text import StatusText
 from ...kernel import LARGEST, Floats
@@ -56,14 +56,14 @@ class Scaling:
         The node that it belongs to.
     settings
         The settings in force.
-    latest
-        Returns the arm's present state, or a sentence why it is not known.
+    present
+        Returns the arm's present state; RefusedTargetError if it is not known.
     """
 
     def __init__(
-        self, node: Node, settings: NodeSettings, latest: Callable[[], EstimatorOutput | str]
+        self, node: Node, settings: NodeSettings, present: Callable[[], EstimatorOutput]
     ) -> None:
-        self._node, self._latest = node, latest
+        self._node, self._present = node, present
         self._throttle = Throttle(5.0)
         self._scale = node.create_publisher(Float64, SCALE, **overridable(OUTPUT_QOS))
         self._code = node.create_publisher(Int8, SERVO_STATUS, **overridable(OUTPUT_QOS))
@@ -73,12 +73,6 @@ class Scaling:
             JointState, COMMAND, self._on_command, raw=True, **overridable(COMMAND_QOS)
         )
         self.configure(settings)
-
-    @property
-    def topics(self) -> tuple[str, list[str]]:
-        """Return the full names of the topic of commands and of those of the answers."""
-        resolve = self._node.resolve_topic_name
-        return resolve(COMMAND), [resolve(name) for name in (SCALE, SCALE_REASON, SERVO_STATUS)]
 
     def configure(self, settings: NodeSettings) -> None:
         """Apply other settings: nothing is remembered of the arm before."""
@@ -100,9 +94,7 @@ class Scaling:
             self._say(reason.level, *_in_words(found, reason, value))
 
     def _found(self, message: JointState) -> MotionScale:
-        settings, present = self._settings, self._latest()
-        if isinstance(present, str):
-            raise RefusedTargetError(f'the joint positions are not known: {present}')
+        settings, present = self._settings, self._present()
         qdot = _velocities(message, settings.joint_names)
         # Both clocks are the robot's: the ROS clock of this process may be another one.
         stamp, timeout = stamp_of(message), settings.estimator.timeout
@@ -146,10 +138,7 @@ class Scaling:
         return _Reason(level, k)
 
     def _refuse(self, error: Exception) -> None:
-        sentence = str(error)
-        if not isinstance(error, KinematicsError):
-            sentence = 'internal error'
-            self._throttle.internal_error(self._node, 'a command', error)
+        sentence = self._throttle.reason_of(self._node, 'a command', error)
         self._last = 0.0, time.monotonic()
         self._publish(0.0, INVALID)
         reason = _Reason(Level.STALE)

@@ -7,6 +7,8 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.timer import Timer
 
+from ...errors import KinematicsError
+
 
 def steady_timer(
     node: Node, period: float, call: Callable[[], None], autostart: bool = True
@@ -35,6 +37,13 @@ class Throttle:
             return False
         self._passed[kind] = now
         return True
+
+    def reason_of(self, node: Node, what: str, error: Exception) -> str:
+        """Return why `what` is refused; an error of our own is logged."""
+        if isinstance(error, KinematicsError):
+            return str(error)
+        self.internal_error(node, what, error)
+        return 'internal error'
 
     def internal_error(self, node: Node, what: str, error: Exception) -> None:
         """Log an error of our own while `what` was handled."""

@@ -6,9 +6,11 @@ waits for one. An answer to a twist takes some 0.1 ms, in the thread of the exec
 """
 
 import contextlib
+import math
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from queue import SimpleQueue
 from typing import Any
 
@@ -21,7 +23,6 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
-from ...errors import KinematicsError, RefusedTargetError
 from ...estimation.estimator import EstimatorOutput
 from ...estimation.status_text import StatusText
 from ...kinematics.inverse.problem.plan import plan_for
@@ -79,8 +80,8 @@ class Targets:
         The node they belong to; topics and statuses carry its name.
     settings
         The settings in force.
-    latest
-        Returns the arm's present state, or a sentence why it is unknown.
+    present
+        Returns the arm's present state; RefusedTargetError if it is not known.
 
     Attributes
     ----------
@@ -93,16 +94,14 @@ class Targets:
         self,
         node: Node,
         settings: NodeSettings,
-        latest: Callable[[], EstimatorOutput | str],
+        present: Callable[[], EstimatorOutput],
     ) -> None:
         self._node, self.in_force = node, threading.Lock()
         self._poses: SimpleQueue[bytes | None] = SimpleQueue()  # None ends the thread
         self._thread: threading.Thread | None = None  # that of the poses, from the first one on
-        # What was said to have no arcs of postures: an arm, and what counts of its targets.
-        self._without_arcs: tuple[str, tuple[str, ...], str] | None = None
+        self._throttle, self._once = Throttle(5.0), Throttle(math.inf)
         self._settings = self._planned(settings)
-        self._latest = latest
-        self._throttle = Throttle(5.0)
+        self._present = present
         self._moving_since: float | None = None  # time of the last twist that is in force
 
         def publisher(kind: Any, name: str) -> Any:
@@ -120,14 +119,6 @@ class Targets:
             node.create_subscription(kind, name, take, raw=True, **overridable(qos))
         # Runs only while a twist is in force: its thread would wake for nothing otherwise.
         self._timer = steady_timer(node, self._watch_period(), self._watch, autostart=False)
-
-    @property
-    def topics(self) -> tuple[list[str], list[str]]:
-        """Return the full names of the topics of subscriptions and publishers."""
-        resolve = self._node.resolve_topic_name
-        heard = (TARGET_POSE, TARGET_TWIST)
-        told = (IK_JOINT_STATES, IK_SOLUTIONS, IK_JOINT_VELOCITY, IK_STATUS)
-        return [resolve(name) for name in heard], [resolve(name) for name in told]
 
     def configure(self, settings: NodeSettings) -> None:
         """Apply other settings; a motion in force is stopped."""
@@ -151,12 +142,6 @@ class Targets:
 
     def _watch_period(self) -> float:
         return self._settings.target_timeout * 1e-9 * WATCH_SHARE
-
-    def _present(self) -> EstimatorOutput:
-        latest = self._latest()
-        if isinstance(latest, str):
-            raise RefusedTargetError(f'the joint positions are not known: {latest}')
-        return latest
 
     # Poses
 
@@ -182,7 +167,7 @@ class Targets:
         except Exception as error:  # no message may stop the thread
             status_text = self._refused(error)
         values = (*status_text.values, ('replaced', str(replaced)))
-        self._say('target_pose', StatusText(status_text.level, status_text.sentence, values))
+        self._say('target_pose', replace(status_text, values=values))
 
     def _answer_pose(self, message: PoseStamped) -> StatusText:
         given = pose_of(message)
@@ -267,18 +252,14 @@ class Targets:
     # Statuses
 
     def _refused(self, error: Exception) -> StatusText:
-        if isinstance(error, KinematicsError):
-            return StatusText(Level.ERROR, f'refused: {error}', ())
-        self._throttle.internal_error(self._node, 'a target', error)
-        return StatusText(Level.ERROR, 'refused: internal error', ())
+        reason = self._throttle.reason_of(self._node, 'a target', error)
+        return StatusText(Level.ERROR, f'refused: {reason}', ())
 
     def _say(self, topic: str, status_text: StatusText) -> None:
         if self._status.get_subscription_count() > 0:
             name = full_name(self._node)
             robot = ('robot', self._settings.robot.name)
-            status_text = StatusText(
-                status_text.level, status_text.sentence, (robot, *status_text.values)
-            )
+            status_text = replace(status_text, values=(robot, *status_text.values))
             self._status.publish(status_message(f'{name}: {topic}', status_text))
 
     def _planned(self, settings: NodeSettings) -> NodeSettings:
@@ -286,10 +267,8 @@ class Targets:
         # waits for it later.
         robot, rows, axis = settings.robot, settings.target_rows, settings.target_axis or ''
         plan_for(robot, rows, axis)
-        if settings.redundancy == 'near':
-            self._without_arcs = None
-        elif not has_arcs(robot, rows, axis) and self._without_arcs != (robot.name, rows, axis):
-            self._without_arcs = (robot.name, rows, axis)
+        has_effect = settings.redundancy == 'near' or has_arcs(robot, rows, axis)
+        if not has_effect and self._once.passes(f'{robot.name} {rows} {axis}'):
             self._node.get_logger().warning(
                 f'the parameter ik.redundancy, {settings.redundancy}, has no effect: it is for '
                 'arms with one joint more than a pose, a position, or a position and an axis of '

@@ -8,6 +8,7 @@ from functools import lru_cache
 from ...estimation.estimator import NOT_OURS, Estimator
 from ...robot.bundled import bundled_robots
 from ...robot.robot import Robot
+from ...typography import listed
 
 # Number of names that a sentence lists.
 LISTED = 8
@@ -39,9 +40,8 @@ def _in_words(robot: Robot, lists: tuple[tuple[str, ...], ...]) -> str:
 
 
 def _shown(names: Sequence[str]) -> str:
-    shown = [name if PLAIN.fullmatch(name) else ascii(name[:60]) for name in names[:LISTED]]
-    more = f', ... ({len(names)} names)' if len(names) > LISTED else ''
-    return (', '.join(shown) or 'nothing') + more
+    shown = [name if PLAIN.fullmatch(name) else ascii(name[:60]) for name in names]
+    return listed(shown, LISTED) or 'nothing'
 
 
 def _remedies(robot: Robot, lists: Sequence[Sequence[str]], heard: list[str]) -> Iterator[str]:

@@ -12,7 +12,7 @@ from ...estimation.estimator import EstimatorSettings
 from ...kinematics.inverse.problem.target import TOOL_AXES
 from ...kinematics.inverse.servo import ServoSettings
 from ...kinematics.servo_rule import ServoRule
-from ...robot.file.parts.quantities import LARGEST, LONG, Kind, unit_doubt
+from ...robot.file.parts.quantities import LARGEST, LONG, unit_doubt
 from ...robot.measures import Thresholds, thresholds_for
 from ...robot.points import TOOL
 from ...robot.robot import Robot, with_singularity, with_tool
@@ -126,11 +126,6 @@ class NodeSettings:
         return self.robot.joint_names
 
 
-def tf_is_importable() -> bool:
-    """Return whether tf2_msgs can be imported, which the wheels on PyPI lack."""
-    return find_spec('tf2_msgs') is not None
-
-
 def _refuse(name: str, value: object, accepted: str) -> SettingsError:
     return SettingsError(f'parameter {name}: {value!r} is not accepted ({accepted})')
 
@@ -172,7 +167,7 @@ def _listed(value: Any) -> list[Any] | None:
 def check_value(parameter: Parameter, value: Any) -> None:
     """Refuse a value that is not among the choices of a parameter, or beyond its range."""
     if parameter.numbers:
-        _checked_numbers(parameter.name, value, parameter.numbers)
+        _check_numbers(parameter, value)
     if parameter.choices and value not in parameter.choices:
         raise _refuse(parameter.name, value, 'one of ' + ', '.join(parameter.choices))
     if parameter.range is not None:
@@ -180,8 +175,7 @@ def check_value(parameter: Parameter, value: Any) -> None:
         accepted = f'{low:g} to {high:g}'
         if parameter.least:
             accepted = f'0, or {parameter.least:g} to {high:g}'
-        fits = math.isfinite(value) and low <= value <= high
-        if not fits or 0.0 < value < parameter.least:
+        if not low <= value <= high or 0.0 < value < parameter.least:
             raise _refuse(parameter.name, value, accepted)
 
 
@@ -214,7 +208,7 @@ def settings_from(
         raise SettingsError(
             f'parameters base_frame and tool_frame: both are {tool!r}, and must differ'
         )
-    if values['publish_tf'] and not tf_is_importable():
+    if values['publish_tf'] and find_spec('tf2_msgs') is None:  # the wheels on PyPI lack it
         raise _refuse('publish_tf', True, 'only where the package tf2_msgs can be imported')
     rate = values['publish_rate']
     judged = replace(
@@ -261,21 +255,15 @@ def _doubts(values: Mapping[str, Any], robot: Robot) -> Iterator[str]:
     # A length of 20 m is doubted, and of an arm that is shorter than 1 m 20 times its reach.
     longest = LONG * min(robot.task.length, 1.0)
     for parameter in PARAMETERS:
+        if parameter.kind == 'number':
+            continue
         value = values[parameter.name]
-        numbers = value or () if parameter.numbers else [value]
-        if parameter.kind != 'number' and (doubt := _doubt(numbers, parameter.kind, longest)):
+        if parameter.numbers:
+            value = max(value or (), key=abs, default=0.0)
+        degrees = f'are these degrees? write {math.radians(value):.6g}'
+        millimetres = f'are these millimetres? write {value / 1000.0:.6g}'
+        if doubt := unit_doubt(value, parameter.kind, longest, degrees, millimetres):
             yield f'parameter {parameter.name}: {doubt}'
-
-
-def _doubt(numbers: Sequence[float], kind: Kind, longest: float = LONG) -> str:
-    value = max(numbers, key=abs, default=0.0)
-    return unit_doubt(
-        value,
-        kind,
-        longest,
-        f'are these degrees? write {math.radians(value):.6g}',
-        f'are these millimetres? write {value / 1000.0:.6g}',
-    )
 
 
 def _points(names: Any, robot: Robot, settings: NodeSettings) -> dict[str, NodeSettings]:
@@ -319,28 +307,23 @@ def _axis(values: Mapping[str, Any], rows: tuple[str, ...]) -> str | None:
     return axis
 
 
-def _checked_numbers(name: str, value: Any, count: int) -> tuple[float, ...] | None:
-    # None for an empty list.
-    listed = _listed(value)
-    largest = FULL_TURN if name == 'tool.rpy' else LARGEST
-    doubt = ''
-    if listed == []:
-        return None
-    if listed is not None and len(listed) == count:
-        kinds = {type(number) for number in listed}
-        if kinds <= {float, int} and all(abs(number) <= largest for number in listed):
-            return tuple(float(number) for number in listed)
-        kind: Kind = 'angle' if name == 'tool.rpy' else 'length'
-        doubt = _doubt(listed, kind) if kinds <= {float, int} else ''
-    accepted = (
-        f'empty, or {count} numbers of one kind, none beyond {largest:g}, such as [0.0, 0.0, 0.1]'
-    )
-    accepted += f'; {doubt}' if doubt else ''
-    raise _refuse(name, value if listed is None else listed, accepted)
+def _check_numbers(parameter: Parameter, value: Any) -> None:
+    listed, count = _listed(value), parameter.numbers
+    largest, unit = (FULL_TURN, ' rad') if parameter.kind == 'angle' else (LARGEST, '')
+    kinds = {type(number) for number in listed or ()}
+    if (
+        listed is None
+        or len(listed) not in (0, count)
+        or not kinds <= {float, int}
+        or not all(abs(number) <= largest for number in listed)
+    ):
+        accepted = f'empty, or {count} numbers of one kind, none beyond {largest:g}{unit}'
+        found = value if listed is None else listed
+        raise _refuse(parameter.name, found, f'{accepted}, such as [0.0, 0.0, 0.1]')
 
 
 def _with_tool(values: Mapping[str, Any], robot: Robot) -> Robot:
-    xyz, rpy = (_checked_numbers(name, values[name], 3) for name in ('tool.xyz', 'tool.rpy'))
+    xyz, rpy = (tuple(map(float, values[name] or ())) or None for name in ('tool.xyz', 'tool.rpy'))
     try:
         return with_tool(robot, xyz, rpy)
     except RobotFileError as error:

@@ -6,6 +6,9 @@ from pathlib import Path
 
 import rclpy
 
+# Where ROS writes its log files: folders below what a variable names.
+LOGS = (('ROS_LOG_DIR', ''), ('ROS_HOME', 'log'), ('HOME', '.ros/log'))
+
 
 def security_refusal() -> str | None:
     """
@@ -53,19 +56,12 @@ def log_refusal() -> str | None:
     Return why ROS can write no log file, None if it can. It would not start then: on a read-only
     file system, or if no variable names the home folder.
     """
-    try:
-        folder = _log_folder()
-        folder.mkdir(parents=True, exist_ok=True)
-    except KeyError:
+    # The same search as in rcl.
+    folders = [Path(os.environ[name], below) for name, below in LOGS if os.environ.get(name)]
+    if not folders:
         return 'neither ROS_LOG_DIR, ROS_HOME nor HOME is set'
+    try:
+        folders[0].mkdir(parents=True, exist_ok=True)
     except OSError as error:
         return f'{error.filename}: {error.strerror}'
-    return None if os.access(folder, os.W_OK) else f'{folder} cannot be written to'
-
-
-def _log_folder() -> Path:
-    # The same search as in rcl.
-    for name, below in (('ROS_LOG_DIR', ''), ('ROS_HOME', 'log'), ('HOME', '.ros/log')):
-        if os.environ.get(name):
-            return Path(os.environ[name], below)
-    raise KeyError
+    return None if os.access(folders[0], os.W_OK) else f'{folders[0]} cannot be written to'

@@ -5,22 +5,10 @@ import os
 from rclpy.node import Node
 
 from ...typography import counted
-from ..messages.topics import WARNING
+from ..messages.graph import kinematics_nodes
 
-# A kinematics node is recognised by this topic, whatever its name is.
-MARK = WARNING.replace('~', '')
-STATUS = 'diagnostic_msgs/msg/DiagnosticStatus'
 JOINT_STATES_ANSWERED = 'joint states'
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
-
-
-def kinematics_nodes(node: Node) -> list[str]:
-    """Return the full names of the kinematics nodes in the graph."""
-    return sorted(
-        topic.removesuffix(MARK)
-        for topic, types in node.get_topic_names_and_types()
-        if topic.endswith(MARK) and STATUS in types and node.count_publishers(topic) > 0
-    )
 
 
 def why_no_messages(

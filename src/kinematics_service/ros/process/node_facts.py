@@ -77,8 +77,7 @@ class NodeFacts(NamedTuple):
         own = robot.description.tool.motion.matrix
         if np.allclose(own, self.tool, rtol=0.0, atol=SAME_TOOL):
             return robot
-        x, y, z = self.tool[:3, 3].tolist()
-        return with_tool(robot, (x, y, z), exact_rpy(self.tool[:3, :3]))
+        return with_tool(robot, tuple(self.tool[:3, 3].tolist()), exact_rpy(self.tool[:3, :3]))
 
     def edited(self, robot: Robot) -> str:
         """Return that the file has changed since the node read it; empty if it has not."""

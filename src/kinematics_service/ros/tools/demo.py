@@ -9,7 +9,6 @@ from pathlib import Path
 from rclpy.context import Context
 from rclpy.node import Node
 from rich.console import Console, RenderableType
-from rich.live import Live
 
 from ...formats.recordings.recording import read_recording
 from ...kinematics.trajectory import TRAJECTORIES
@@ -24,6 +23,7 @@ from ..process.standard_output import StandardOutput
 from .demo_listener import DemoListener
 from .demo_report import PlainReport, invitation, motion_in_words, summary
 from .demo_screen import screen
+from .live_table import live
 from .virtual_arm import (
     VirtualArm,
     moments_of_recording,
@@ -46,8 +46,8 @@ RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 # Variables that would lead discovery off this host all the same.
 LEADS_ELSEWHERE = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER')
 
-# Periods of the live table and of the plain line, s.
-REDRAW, SECOND = 0.1, 1.0
+# Period of the plain line, s.
+SECOND = 1.0
 # Longest waits for the parts to find each other, and for the last answers (after a signal, too),
 # in s.
 MEETING, FAREWELL = 5.0, 0.4
@@ -181,18 +181,9 @@ def _report(
         steady_timer(display, SECOND, report.tick)
         yield
         return
-    console = Console(markup=False, highlight=False, emoji=False)
 
-    def drawn() -> RenderableType:
+    def drawn(console: Console) -> RenderableType:
         return screen(listener, console.size, output.shows_blocks, units)
 
-    with Live(
-        drawn(),
-        console=console,
-        screen=True,
-        auto_refresh=False,
-        redirect_stdout=False,
-        redirect_stderr=False,
-    ) as live:
-        steady_timer(display, REDRAW, lambda: live.update(drawn(), refresh=True))
+    with live(display, drawn, whole=True):
         yield

@@ -4,26 +4,17 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, Float64MultiArray
+from std_msgs.msg import Float64
 
 from ...robot.measures import MEASURES
 from ..messages.readings import PoseReading, WarningReading, pose_of, warned_of
-from ..messages.topics import (
-    JOINT_STATES,
-    OUTPUT_QOS,
-    SCALE,
-    SCALE_REASON,
-    WARNING,
-    WARNING_QOS,
-)
+from ..messages.topics import JOINT_STATES, OUTPUT_QOS
 from ..process.latest_message import LatestMessage
+from .echo_topics import ECHO_TOPICS
 
 # The time of an entry of the history, s, and the number of entries.
 INTERVAL = 0.25
@@ -82,24 +73,16 @@ class DemoListener:
         self.levels: list[str] = []
         self.then: Callable[[WarningReading], None] = lambda warned: None
 
-        def subscribe(
-            topic: str, kind: Any, then: Callable[[bytes], None] | None = None
-        ) -> LatestMessage:
-            return LatestMessage(node, f'{source}/{topic}', kind, OUTPUT_QOS, then)
-
-        self.pose = subscribe('pose', PoseStamped)
-        self.jacobian = subscribe('jacobian', Float64MultiArray)
-        self.twist = subscribe('twist', TwistStamped)
+        self.pose, self.jacobian, self.twist, self.scale, self.reason = (
+            ECHO_TOPICS[name].heard_by(node, source)
+            for name in ('pose', 'jacobian', 'twist', 'scale', 'scale_reason')
+        )
+        self.warning = ECHO_TOPICS['warning'].heard_by(node, source, self._warn)
         self.measures = {
-            name: subscribe(f'singularity/{name}', Float64, took)
+            name: LatestMessage(node, f'{source}/singularity/{name}', Float64, OUTPUT_QOS, took)
             for name, took in {**dict.fromkeys(MEASURES), 'distance': self._note}.items()
         }
         self.distance = self.measures['distance']
-        warning = WARNING.replace('~', source)
-        self.warning = LatestMessage(node, warning, DiagnosticStatus, WARNING_QOS, self._warn)
-        self.scale = LatestMessage(node, SCALE.replace('~', source), Float64, OUTPUT_QOS)
-        reason = SCALE_REASON.replace('~', source)
-        self.reason = LatestMessage(node, reason, DiagnosticStatus, WARNING_QOS)
 
     def found(self, node: Node) -> bool:
         """Return whether the node's publishers have found all subscriptions."""
@@ -140,7 +123,7 @@ class DemoListener:
         return {} if message is None else dict(zip(message.name, message.velocity))
 
     def _note(self, message: bytes) -> None:
-        distance = float(deserialize_message(message, Float64).data)
+        distance = float(self.distance.message.data)
         now = self.time
         if distance < self.nearest.distance:
             # The node publishes the pose first, so this is the pose of this distance.
@@ -155,7 +138,7 @@ class DemoListener:
         self.speeds[-1] = max([self.speeds[-1], *speeds])
 
     def _warn(self, message: bytes) -> None:
-        self.warned = warned_of(deserialize_message(message, DiagnosticStatus))
+        self.warned = warned_of(self.warning.message)
         if not self.levels or self.levels[-1] != self.warned.level:
             self.levels.append(self.warned.level)
         self.then(self.warned)

@@ -246,9 +246,7 @@ def _measures(listener: DemoListener, width: int, units: Mapping[str, str]) -> l
             value = _measure(number) if number is None else f'{_measure(number)} {unit}'.rstrip()
             cells.append(_labelled(measure.short or measure.words, value.ljust(LEFT_COLUMN)))
     across = 2 if width >= 2 * len(cells[0]) else 1
-    return [
-        *(Text.assemble(*cells[k : k + across]) for k in range(0, len(cells), across)),
-    ]
+    return [Text.assemble(*cells[k : k + across]) for k in range(0, len(cells), across)]
 
 
 def _lost(listener: DemoListener) -> list[Text]:

@@ -5,20 +5,16 @@ import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from rich.console import Console, Group
-from rich.live import Live
 from rich.text import Text
 
 from ...errors import LayoutError
 from ...printing import json_text
 from ...stop_signals import StopSignal
-from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS
 from ..node.steady_time import steady_timer
-from ..process.latest_message import LatestMessage
 from ..process.no_messages import why_no_messages
 from ..process.session import (
     FAULT,
@@ -33,10 +29,9 @@ from ..process.session import (
 )
 from ..process.spin import Spinner
 from ..process.standard_output import StandardOutput
-from .echo_topics import ECHO_TOPICS, EchoTopic
-from .live_table import coloured
+from .echo_topics import ECHO_TOPICS, diagnostics_of
+from .live_table import coloured, live
 
-REDRAW = 0.1
 # Missing messages are explained after this time, s.
 EXPLAIN_AFTER = 5.0
 UNBROKEN = 10_000
@@ -76,12 +71,11 @@ def run_echo(
     """
     if not is_name('--node', node, NODE_NAMES):
         return WRONG_USAGE
-    echoed = ECHO_TOPICS[what].of(node.strip('/'))
-    topic = echoed.name.replace('~', '/' + node.strip('/'))
+    source = f'/{node.strip("/")}'
 
     def work(context: Context, stop: StopSignal) -> int:
         listener = helper_node(f'kinematics_echo_{os.getpid()}', context)
-        echo = _Echo(listener, echoed, topic, once, as_json, timeout)
+        echo = _Echo(listener, source, what, once, as_json, timeout)
         spinner = Spinner(context, [listener])
         spinner.obey(stop)
         with echo.shown():
@@ -99,32 +93,22 @@ class _Echo:
     def __init__(
         self,
         node: Node,
-        echoed: EchoTopic,
-        topic: str,
+        source: str,
+        what: str,
         once: bool,
         as_json: bool,
         timeout: float | None,
     ) -> None:
         self.in_vain = False
-        self._node, self._echoed = node, echoed
+        diagnostics = diagnostics_of(source)
+        self._node, self._echoed = node, ECHO_TOPICS.get(what, diagnostics)
         self._once, self._as_json, self._timeout = once, as_json, timeout
         self._output = StandardOutput()
         self._live = self._output.is_terminal and not once and not as_json
-        self._latest = LatestMessage(
-            *(node, topic, echoed.type, echoed.qos, None if self._live else self._write),
-            echoed.wanted,
-        )
+        then = None if self._live else self._write
+        self._latest = self._echoed.heard_by(node, source, then)
+        self._diagnostics = diagnostics.heard_by(node, source)
         self._explained = False
-        self._report = ''
-        self._input = f'{topic.removesuffix(echoed.name[1:]).strip("/")}: input'
-        node.create_subscription(
-            DiagnosticArray, DIAGNOSTICS, self._take_diagnostics, DIAGNOSTICS_QOS
-        )
-
-    def _take_diagnostics(self, message: DiagnosticArray) -> None:
-        for status in message.status:
-            if status.name == self._input:
-                self._report = status.message
 
     @property
     def over(self) -> bool:
@@ -133,7 +117,7 @@ class _Echo:
 
     @property
     def _silent(self) -> bool:
-        expected = not (self._echoed.rare and self._latest.count > 0)
+        expected = not (self._echoed.is_rare and self._latest.count > 0)
         return expected and self._latest.age >= EXPLAIN_AFTER
 
     @contextmanager
@@ -145,17 +129,8 @@ class _Echo:
             steady_timer(self._node, 0.5, self._watch)
             yield
             return
-        console = Console(markup=False, highlight=False, emoji=False)
-        with Live(
-            console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False
-        ) as live:
-
-            def redraw() -> None:
-                live.update(self._screen(console.width), refresh=True)
-
-            steady_timer(self._node, REDRAW, redraw)
+        with live(self._node, self._screen, whole=False):
             yield
-            redraw()
 
     def _write(self, message: bytes) -> None:
         if self._once and self._latest.count > 1:
@@ -185,7 +160,9 @@ class _Echo:
 
     def _why_silent(self) -> str:
         topic = self._echoed.awaited or self._latest.topic
-        return why_no_messages(self._node, topic, self._echoed.answers, self._report)
+        said = self._diagnostics.message
+        report = said.status[0].message if said else ''  # that of the input is the first
+        return why_no_messages(self._node, topic, self._echoed.answers, report)
 
     def _give_up(self) -> None:
         # At the time-out the reason why no message came is printed, if it has not been printed
@@ -197,13 +174,13 @@ class _Echo:
         self.in_vain = True
         tell(f'gave up after {self._timeout:g} s without a message')
 
-    def _screen(self, width: int) -> Group:
+    def _screen(self, console: Console) -> Group:
         latest = self._latest
         title, lines = f'{latest.topic}   no message yet', []
         if latest.message is not None:
             title = f'{latest.topic}   {latest.rate():.1f} Hz   {latest.age:.1f} s ago'
             try:
-                lines = self._echoed.lines(latest.message, width)
+                lines = self._echoed.lines(latest.message, console.width)
             except LayoutError as error:
                 lines = [str(error)]
         level = lines[0].partition(' ')[0] if lines else ''

@@ -1,12 +1,13 @@
 """The topics that `echo` can show, each as lines for people and as an object for programs."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import AccelStamped, PoseStamped, TwistStamped, WrenchStamped
+from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64, Float64MultiArray
 
@@ -29,7 +30,8 @@ from ..messages.topics import (
     WARNING,
     WARNING_QOS,
 )
-from ..process.no_messages import JOINT_STATES_ANSWERED, MARK
+from ..process.latest_message import LatestMessage
+from ..process.no_messages import JOINT_STATES_ANSWERED
 from .live_table import (
     matrix_lines,
     pose_lines,
@@ -55,8 +57,6 @@ class EchoTopic:
         From a message to its content; LayoutError if it cannot be read.
     shown
         From that and a width to lines.
-    rare
-        Whether messages are rare, so that none after the first is normal.
     answers
         What the node answers with them.
     wanted
@@ -70,22 +70,21 @@ class EchoTopic:
     qos: QoSProfile
     reading: Callable[[Any], Any]
     shown: Callable[[Any, int], list[str]]
-    rare: bool = False
     answers: str = JOINT_STATES_ANSWERED
     wanted: Callable[[Any], bool] | None = None
     awaited: str = ''
 
-    def of(self, node: str) -> 'EchoTopic':
-        """Return it for a node (no leading slash): all programs publish on /diagnostics."""
-        if self.name != DIAGNOSTICS:
-            return self
-        reading, awaited = partial(statuses_of, node), f'/{node}{MARK}'
-        return replace(
-            self,
-            reading=reading,
-            wanted=lambda message: bool(reading(message).statuses),
-            awaited=awaited,
-        )
+    @property
+    def is_rare(self) -> bool:
+        """Return whether messages are rare, so that none after the first is normal."""
+        return self.qos is WARNING_QOS
+
+    def heard_by(
+        self, node: Node, source: str, then: Callable[[bytes], None] | None = None
+    ) -> LatestMessage:
+        """Return a subscription of a node to that of `source` (its full name)."""
+        topic = self.name.replace('~', source)
+        return LatestMessage(node, topic, self.type, self.qos, then, self.wanted)
 
     def lines(self, message: Any, width: int) -> list[str]:
         """Return a message as lines; LayoutError if it cannot be read."""
@@ -96,6 +95,21 @@ class EchoTopic:
         content: dict[str, Any] = self.reading(message)._asdict()
         content |= content.pop('vectors', {})
         return content
+
+
+def diagnostics_of(node: str) -> EchoTopic:
+    """Return the diagnostics of a node (its full name): all programs publish on the topic."""
+    reading = partial(statuses_of, node.removeprefix('/'))
+    return EchoTopic(
+        DIAGNOSTICS,
+        DiagnosticArray,
+        DIAGNOSTICS_QOS,
+        reading,
+        statuses_lines,
+        answers='itself, once a second',
+        wanted=lambda message: bool(reading(message).statuses),
+        awaited=WARNING.replace('~', node),
+    )
 
 
 ECHO_TOPICS = {
@@ -109,27 +123,9 @@ ECHO_TOPICS = {
             ('wrench', WrenchStamped, WRENCH),
         )
     },
-    'warning': EchoTopic(
-        WARNING, DiagnosticStatus, WARNING_QOS, warned_of, warned_lines, rare=True
-    ),
-    'diagnostics': EchoTopic(
-        DIAGNOSTICS,
-        DiagnosticArray,
-        DIAGNOSTICS_QOS,
-        partial(statuses_of, ''),
-        statuses_lines,
-        answers='itself, once a second',
-    ),
-    'scale': EchoTopic(
-        SCALE, Float64, OUTPUT_QOS, scale_of, scale_lines, answers=COMMANDS_ANSWERED
-    ),
+    'warning': EchoTopic(WARNING, DiagnosticStatus, WARNING_QOS, warned_of, warned_lines),
+    'scale': EchoTopic(SCALE, Float64, OUTPUT_QOS, scale_of, scale_lines, COMMANDS_ANSWERED),
     'scale_reason': EchoTopic(
-        SCALE_REASON,
-        DiagnosticStatus,
-        WARNING_QOS,
-        warned_of,
-        warned_lines,
-        rare=True,
-        answers=COMMANDS_ANSWERED,
+        SCALE_REASON, DiagnosticStatus, WARNING_QOS, warned_of, warned_lines, COMMANDS_ANSWERED
     ),
 }

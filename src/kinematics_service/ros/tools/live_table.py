@@ -2,8 +2,12 @@
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 
+from rclpy.node import Node
+from rich.console import Console, RenderableType
+from rich.live import Live
 from rich.text import Text
 
 from ...kernel import Floats
@@ -18,6 +22,7 @@ from ..messages.readings import (
     VectorReading,
     WarningReading,
 )
+from ..node.steady_time import steady_timer
 
 # Width of a number and a gap, and how wide a column may grow for its joint's name.
 CELL, WIDEST_CELL = 9, 14
@@ -32,6 +37,29 @@ STYLES = {
 }
 BARS = '▁▂▃▄▅▆▇█'
 SCALE_BAR = 20
+# Period of a live table, s.
+REDRAW = 0.1
+
+
+@contextmanager
+def live(node: Node, draw: Callable[[Console], RenderableType], whole: bool) -> Iterator[None]:
+    """Redraw a part of the terminal, or the whole, by a timer of a node within the block."""
+    console = Console(markup=False, highlight=False, emoji=False)
+    with Live(
+        console=console,
+        screen=whole,
+        auto_refresh=False,
+        redirect_stdout=False,
+        redirect_stderr=False,
+    ) as screen:
+
+        def redraw() -> None:
+            screen.update(draw(console), refresh=True)
+
+        redraw()
+        steady_timer(node, REDRAW, redraw)
+        yield
+        redraw()
 
 
 def number(value: float, decimals: int = 4) -> str:

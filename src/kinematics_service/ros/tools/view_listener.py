@@ -20,9 +20,9 @@ from ...estimation.estimator import Estimator, EstimatorOutput, EstimatorSetting
 from ...kernel import Floats
 from ...kinematics.singularity import singularity_of
 from ...robot.robot import Robot
+from ..messages.graph import kinematics_nodes
 from ..messages.messages import sample_of, time_message
 from ..messages.topics import DESCRIBE, JOINT_STATES, JOINT_STATES_QOS, OUTPUT_QOS, WARNING
-from ..process.no_messages import kinematics_nodes
 from ..process.node_facts import NodeFacts, ask_node
 from ..process.session import destroy, helper_node
 from ..process.spin import Spinner

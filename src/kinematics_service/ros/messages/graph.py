@@ -1,0 +1,17 @@
+"""The kinematics nodes that the ROS graph shows."""
+
+from rclpy.node import Node
+
+from .topics import WARNING
+
+STATUS = 'diagnostic_msgs/msg/DiagnosticStatus'
+
+
+def kinematics_nodes(node: Node) -> list[str]:
+    """Return the full names of the kinematics nodes in the graph, known by their warnings."""
+    mark = WARNING.removeprefix('~')
+    return sorted(
+        topic.removesuffix(mark)
+        for topic, types in node.get_topic_names_and_types()
+        if topic.endswith(mark) and STATUS in types and node.count_publishers(topic) > 0
+    )
