@@ -11,13 +11,13 @@ import kinematics_service as ks
 from kinematics_service.estimation.input_checks import (
     FORM_LIMIT,
     MESSAGE_LIMIT,
-    SECOND,
     SIZE_LIMIT,
     WINDOW,
     JointMessages,
     arrival_jitter,
     input_faults,
 )
+from kinematics_service.estimation.joint_state_columns import SECOND
 from kinematics_service.robot.file.parts.description import MimicFormula
 
 BEGIN = 1_795_720_000 * SECOND
