@@ -13,15 +13,9 @@ import numpy as np
 
 from ..kernel import LARGEST, Floats, Integers
 from ..robot.robot import Robot
+from . import motion_checks
 from .joint_state_columns import SECOND, Flags, columns_of
-from .motion_checks import (
-    POSITION_TOLERANCE,
-    SAMPLE_MINIMUM,
-    contradiction,
-    integral,
-    jumps,
-    largest_speed,
-)
+from .motion_checks import POSITION_TOLERANCE, SAMPLE_MINIMUM
 
 # Messages that are kept for the checks: a second at 1 kHz.
 MESSAGE_LIMIT = 1000
@@ -37,7 +31,7 @@ MICROSECONDS = 'nanosec most likely holds microseconds; write nanoseconds'
 MILLISECONDS = 'nanosec most likely holds milliseconds; write nanoseconds'
 # Causes of a wrong pace, by its ratio: time by stamps over time of arrival.
 PACE_CAUSES = {1e3: 'sec most likely holds milliseconds', 1e-3: MICROSECONDS, 1e-6: MILLISECONDS}
-# The ratio may differ by this share: jitter over half a second.
+# Largest relative error of the ratio: jitter over half a second.
 PACE_TOLERANCE = 0.1
 # Causes of a nanosec below these bounds in all messages of more than a second.
 NANOSEC_CAUSES = {
@@ -158,6 +152,13 @@ def arrival_jitter(groups: Sequence[JointMessages], names: Sequence[str]) -> str
     return text
 
 
+def zeros_of(groups: Sequence[JointMessages], names: Sequence[str]) -> tuple[int, int]:
+    """Return how many messages report 0 for each of the joints that they name, and of how many."""
+    values = [group.q[:, np.isin(group.names, names)] for group in groups]
+    values = [one for one in values if one.shape[1]]
+    return sum(int(np.sum(np.all(one == 0.0, axis=1))) for one in values), sum(map(len, values))
+
+
 def _last(where: Flags) -> int:
     # Returns the index of the message after the last interval that is true; 0 if none is.
     return int(np.flatnonzero(np.append(True, where))[-1])
@@ -175,7 +176,8 @@ def _stamp_fault(group: JointMessages, simulated: bool) -> str:
     dropped, cause = ~_advances(group.stamps), _cause_of_nanosec(group)
     late = group.arrivals > group.arrivals[-1] - SECOND
     late[-SAMPLE_MINIMUM:] = True
-    if np.mean(dropped[late & ~_second_copies(group)]) > 0.5:
+    counted = late & ~(dropped & _came_twice(group))
+    if 2 * np.sum(dropped & counted) > np.sum(counted):
         why = cause or (
             'their stamps are not newer than that of a message before; stamp each message with '
             'the time of its measurement; if several nodes publish, synchronize their clocks'
@@ -199,14 +201,12 @@ def _advances(stamps: Integers) -> Flags:
     return np.append(True, stamps[1:] > np.maximum.accumulate(stamps)[:-1])
 
 
-def _second_copies(group: JointMessages) -> Flags:
-    # Returns whether a message is the second with its stamp and numbers: it came twice.
-    copies, seen = list[bool](), Counter[bytes]()
-    for stamp, q, qdot in zip(group.stamps, group.q, group.qdot):
-        message = stamp.tobytes() + q.tobytes() + qdot.tobytes()
-        seen[message] += 1
-        copies.append(seen[message] == 2)
-    return np.array(copies)
+def _came_twice(group: JointMessages) -> Flags:
+    # Returns whether exactly one other message has the same stamp and numbers: a relay repeats it.
+    columns = zip(group.stamps, group.q, group.qdot)
+    messages = [b''.join(one.tobytes() for one in row) for row in columns]
+    counts = Counter(messages)
+    return np.array([counts[message] == 2 for message in messages])
 
 
 def _cause_of_nanosec(group: JointMessages) -> str:
@@ -240,10 +240,8 @@ def _motion_faults(
     group: JointMessages, robot: Robot, ours: Mapping[str, int], reported: bool
 ) -> Iterator[str]:
     places = {name: group.names.index(name) for name in ours if name in group.names}
-    known, told = (
-        np.all(np.abs(values[:, list(places.values())]) <= LARGEST, axis=1)
-        for values in (group.q, group.qdot)
-    )
+    sizes = [np.abs(values[:, list(places.values())]) for values in (group.q, group.qdot)]
+    known, told = (np.all(values <= LARGEST, axis=1) for values in sizes)
     # The estimator uses all velocities of a message or none.
     group = group._replace(qdot=np.where(reported & told[:, None], group.qdot, np.nan))
     unstamped = group.stamps[-1] == 0
@@ -258,12 +256,13 @@ def _motion_faults(
         if robot.continuous[j]:
             q = np.unwrap(q)
         unit, limit = robot.units[j], float(robot.velocity_limits[j])
-        text = contradiction(t, q, qdot, POSITION_TOLERANCE[bool(robot.prismatic[j])], unit)
+        text = motion_checks.contradiction(
+            t, q, qdot, POSITION_TOLERANCE[bool(robot.prismatic[j])], unit
+        )
         # Speeds that contradict the positions explain no step.
-        found = jumps(robot, j, t, q, np.nan * qdot if text else qdot)
-        speed = 0.0
-        if not unstamped:
-            speed = largest_speed(t, q if np.isnan(qdot).any() else integral(t, qdot))
+        found = motion_checks.jumps(robot, j, t, q, np.nan * qdot if text else qdot)
+        path = q if np.isnan(qdot).any() else motion_checks.integral(t, qdot)
+        speed = 0.0 if unstamped else motion_checks.largest_speed(t, path)
         if len(found):
             steps[name] = found
         elif text:

@@ -54,6 +54,4 @@ def columns_of(raws: Sequence[bytes], ros1: bool = False) -> MessageColumns | No
 
 
 def _view(table: np.ndarray, place: slice, kind: str) -> np.ndarray:  # type: ignore[type-arg]
-    if place.start == place.stop:
-        return np.zeros((len(table), 0))
     return np.ascontiguousarray(table[:, place]).view(kind)

@@ -13,7 +13,7 @@ from ...estimation.joint_memory import LIMIT_SLACK
 from ...estimation.motion_checks import explained_steps, joint_steps
 from ...formats.recordings.columns import median, spans
 from ...robot.robot import Robot
-from .reported_velocities import VelocityCheck, longest_interval, velocity_check
+from .reported_velocities import INTERVAL_FACTOR, VelocityCheck, velocity_check
 from .stream import steps_of
 from .timeline import Timeline
 
@@ -128,12 +128,12 @@ def look_like_degrees(reports: tuple[JointReport, ...]) -> bool:
 
 def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
     """Return the number of jumps, and the first of them."""
-    longest = longest_interval(median(steps[steps > 0] for _, steps in steps_of(timeline.stamps)))
+    usual = median(steps[steps > 0] for _, steps in steps_of(timeline.stamps))
     count, first = 0, list[Jump]()
     for rows in spans(len(timeline)):
         span = slice(max(rows.start - 1, 0), rows.stop)
         gaps, differenced = np.diff(timeline.stamps[span]), timeline.differenced[span]
-        steady, found = (gaps > 0) & (gaps <= longest), list[Jump]()
+        steady, found = (gaps > 0) & (gaps <= INTERVAL_FACTOR * usual), list[Jump]()
         for j in range(robot.dof):
             steps = joint_steps(timeline.q.columns[j][span], bool(robot.continuous[j]))
             speeds = np.where(differenced, np.nan, timeline.qdot.columns[j][span])

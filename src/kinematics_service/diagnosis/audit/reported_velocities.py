@@ -21,9 +21,9 @@ LAG_INTERVALS = 12
 # Lags are tried with about this many messages, spread over the recording in pieces of LAG_PIECE.
 LAG_MESSAGES = 50_000
 LAG_PIECE = 5_000
-# A lag or a scale is reported if it reduces the difference (RMS) to less than this share of it.
+# A lag or a scale is reported if it reduces the difference (RMS) below this fraction of it.
 EXPLAINED_SHARE = 0.6
-# Smaller differences, as a share of the speed, have no cause that matters.
+# Differences below this fraction of the speed have no cause that matters.
 DIFFERENCE_SHARE = 0.002
 # A scale that differs from 1 by less is not reported.
 SCALE_TOLERANCE = 0.05
@@ -35,7 +35,7 @@ NOISE_FACTOR = math.sqrt(6.0)
 RANGE_FACTOR = 20.0
 # Intervals longer than this many median ones are not used.
 INTERVAL_FACTOR = 5.0
-# A median difference above this share of the joint's own speed is reported.
+# A median difference is reported above this fraction of the joint's speed (RMS).
 VELOCITY_SHARE = 0.2
 
 
@@ -120,11 +120,6 @@ class VelocityCheck(NamedTuple):
         return ''
 
 
-def longest_interval(usual: float) -> float:
-    """Return the longest interval in which a joint moves steadily, from the median interval."""
-    return INTERVAL_FACTOR * usual
-
-
 def smooth_products(velocities: Floats, use: Flags) -> Floats:
     """
     Return products of mean velocities whose mean is the mean square of the motion without noise.
@@ -155,7 +150,7 @@ def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityChec
     """Return how the reported velocities of joint j agree; None if there is nothing to compare."""
     samples = _samples(timeline, j)
     usual = median(steps[steps > 0.0] for _, steps in steps_of(samples.columns[0]))
-    longest, differences = longest_interval(usual), Column(np.float64)
+    longest, differences = INTERVAL_FACTOR * usual, Column(np.float64)
     row, worst, sums = 0, -1.0, np.zeros(6)
     position = least = greatest = 0.0
     for rows in spans(len(samples)):
@@ -202,17 +197,22 @@ def _lag(samples: StateTable, wraps: bool, usual: float, least: float) -> float:
     # Returns the delay (s) of the reported velocities that explains their difference; 0 if none
     # does, or if the difference (RMS) is not above the least.
     lags = usual * np.linspace(-LAG_INTERVALS, LAG_INTERVALS, 8 * LAG_INTERVALS + 1)
-    squares, count = np.zeros(len(lags)), 0
+    pieces = [np.zeros((len(lags), 0))]
     for begin in range(0, len(samples), LAG_PIECE * math.ceil(len(samples) / LAG_MESSAGES)):
         t, q, qdot, _ = samples[begin : begin + LAG_PIECE].T
         path = np.append(0.0, np.cumsum(joint_steps(q, wraps)))
         steps, errors = np.diff(t), np.diff(path_errors(t, path, qdot, lags), axis=1)
         # An interval is used if no gap is within the largest lag of it.
-        gaps = np.append(0.0, np.cumsum((steps <= 0.0) | (steps > longest_interval(usual))))
+        gaps = np.append(0.0, np.cumsum((steps <= 0.0) | (steps > INTERVAL_FACTOR * usual)))
         ends = t[:-1] + lags[0], t[1:] + lags[-1]
         use = np.ptp(np.interp(ends, t, gaps, left=math.nan, right=math.nan), axis=0) == 0.0
-        squares += np.sum((errors[:, use] / steps[use]) ** 2, axis=1)
-        count += int(np.sum(use))
-    best, now = int(np.argmin(squares)), float(squares[len(lags) // 2])
-    explained = squares[best] <= EXPLAINED_SHARE**2 * now and now > count * least**2
-    return float(lags[best]) if explained and 0 < best < len(lags) - 1 else 0.0
+        pieces.append(np.abs(errors[:, use] / steps[use]))
+    found = np.concatenate(pieces, axis=1)
+    squares, now = np.sum(found**2, axis=1), len(lags) // 2
+    best = int(np.argmin(squares))
+    if squares[now] <= found.shape[1] * least**2 or best in (0, len(lags) - 1):
+        return 0.0
+    # A few outliers hide a lag from the mean square, a long rest from the median.
+    explained = squares[best] < EXPLAINED_SHARE**2 * squares[now]
+    explained |= np.median(found[best]) < EXPLAINED_SHARE * np.median(found[now])
+    return float(lags[best]) if explained else 0.0
