@@ -14,7 +14,6 @@ from kinematics_service.diagnosis.audit.auditing import AuditProgress, AuditSett
 from kinematics_service.diagnosis.audit.curves import curve_of
 from kinematics_service.diagnosis.audit.ingest import Ingest
 from kinematics_service.diagnosis.audit.report.document import document_of
-from kinematics_service.diagnosis.audit.reported_velocities import Unwrapped
 from kinematics_service.diagnosis.audit.verdict import verdict_of
 from kinematics_service.errors import RecordingError
 from kinematics_service.estimation.estimator import (
@@ -23,9 +22,9 @@ from kinematics_service.estimation.estimator import (
     EstimatorOutput,
     EstimatorSettings,
 )
+from kinematics_service.estimation.joint_state_columns import columns_of
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.formats.recordings.block import blocks_of
-from kinematics_service.formats.recordings.joint_state_cdr import columns_of
 from kinematics_service.formats.recordings.open_file import open_source
 from kinematics_service.formats.recordings.source import Selection
 from kinematics_service.kinematics.singularity import singularity_of
@@ -266,18 +265,6 @@ def test_a_way_of_a_few_jitters_is_no_motion_to_compare(reach, compared):
     qdot[:, 0] = 3.0 * turning * reach * jitter * np.cos(turning * t)
     result, _ = audited(samples_of(robot, t, q, qdot), robot)
     assert (result.joints[0].check is not None) == compared
-
-
-@pytest.mark.parametrize('size', [1, 2, 7, 100])
-def test_positions_are_unwrapped_as_by_numpy_in_pieces_of_any_size(size):
-    # Steps of exactly half a turn, up and down, among others.
-    steps = np.resize([math.pi, -math.pi, 3.5, -0.2, math.pi, -math.pi, -6.0, 0.0], 100)
-    q = np.mod(np.cumsum(steps) + math.pi, math.tau) - math.pi
-    q[::7] = [0.0, math.pi] * 7 + [0.0]
-    q[1::7] = [math.pi, 0.0] * 7 + [math.pi]
-    unwrapped = Unwrapped(True)
-    pieces = [unwrapped.take(q[k : k + size]) for k in range(0, len(q), size)]
-    np.testing.assert_allclose(np.concatenate(pieces), np.unwrap(q), atol=1e-12)
 
 
 def test_limits_that_are_touched_are_told():

@@ -16,8 +16,8 @@ from recordings import SECOND, awkward, motion, samples_of
 
 import kinematics_service as ks
 from kinematics_service.estimation.estimator import UNREADABLE
+from kinematics_service.estimation.joint_state_columns import columns_of
 from kinematics_service.formats.recordings import columns, table_rows, unpacking
-from kinematics_service.formats.recordings.joint_state_cdr import columns_of
 from kinematics_service.formats.recordings.open_file import open_source
 from kinematics_service.formats.recordings.source import Selection
 

@@ -2,6 +2,7 @@
 
 import functools
 import json
+import math
 
 import numpy as np
 import pytest
@@ -11,11 +12,11 @@ from recordings import BEGIN, SECOND, awkward, motion, samples_of
 
 from kinematics_service.diagnosis.audit.report.document import document_of
 from kinematics_service.diagnosis.audit.report.page import page_of
-from kinematics_service.diagnosis.audit.reported_velocities import Unwrapped
 from kinematics_service.diagnosis.audit.stream import StreamWatch
+from kinematics_service.estimation.joint_state_columns import columns_of
+from kinematics_service.estimation.motion_checks import joint_steps
 from kinematics_service.formats.recordings import columns
 from kinematics_service.formats.recordings.block import blocks_of
-from kinematics_service.formats.recordings.joint_state_cdr import columns_of
 from kinematics_service.printing import json_text
 from kinematics_service.robot.measures import Level
 
@@ -121,13 +122,27 @@ def test_a_median_of_pieces_is_that_of_all(monkeypatch):
     assert columns.median([]) == 0.0
 
 
-def test_turns_are_unwrapped_in_pieces_as_in_one():
+@pytest.mark.parametrize('size', [1, 3, 1000])
+def test_turns_are_neither_jumps_nor_velocities_in_pieces_of_any_size(size, monkeypatch):
+    robot = robot_of('kinova_gen3')
+    assert robot.continuous[0]
+    t = 0.01 * np.arange(400)
+    q, qdot = np.zeros((400, robot.dof)), np.zeros((400, robot.dof))
+    q[:, 0] = np.mod(1.2 * t + 2.5 + math.pi, math.tau) - math.pi
+    q[250:, 0] += 0.2
+    qdot[:, 0] = -1.2 - 0.01 * np.sin(t)
+    monkeypatch.setattr(columns, 'AT_ONCE', size)
+    result, _ = audited(samples_of(robot, t, q, qdot), robot)
+    (jump,) = result.jumps
+    assert (jump.row, jump.joint) == (250, robot.joint_names[0])
+    assert jump.step == pytest.approx(0.212, abs=1e-6)
+    assert result.joints[0].check.scale == pytest.approx(-1.0, abs=0.1)
+
+
+def test_the_steps_of_a_joint_that_wraps_are_the_shortest():
     q = np.random.default_rng(3).uniform(-4.0, 4.0, 1000)
-    whole = np.unwrap(q)
-    for size in (1, 3, 1000):
-        joint = Unwrapped(True)
-        pieces = [joint.take(q[k : k + size]) for k in range(0, 1000, size)]
-        np.testing.assert_array_equal(np.concatenate(pieces), whole)
+    np.testing.assert_allclose(joint_steps(q, True), np.diff(np.unwrap(q)), atol=1e-12)
+    np.testing.assert_array_equal(joint_steps(q, False), np.diff(q))
 
 
 def test_gaps_are_counted_across_blocks_and_pieces(monkeypatch):

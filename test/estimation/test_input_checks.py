@@ -11,13 +11,13 @@ import kinematics_service as ks
 from kinematics_service.estimation.input_checks import (
     FORM_LIMIT,
     MESSAGE_LIMIT,
-    SECOND,
     SIZE_LIMIT,
     WINDOW,
     JointMessages,
     arrival_jitter,
     input_faults,
 )
+from kinematics_service.estimation.joint_state_columns import SECOND
 from kinematics_service.robot.file.parts.description import MimicFormula
 
 BEGIN = 1_795_720_000 * SECOND
@@ -152,6 +152,28 @@ def test_messages_that_come_twice_have_no_fault():
     robot, t = ks.load_robot('ur5e'), np.repeat(np.arange(0.0, 6.0, 0.01), 2)
     group = stream(robot, t, *swinging(robot, t), late=0.001 + 1e-5 * (np.arange(len(t)) % 2))
     assert faults(robot, group) == []
+
+
+@pytest.mark.parametrize('period', [2, 3])
+@pytest.mark.parametrize('late', [0.0, 0.015])
+def test_more_than_half_dropped_is_a_fault_unless_messages_come_twice(period, late):
+    robot, t = ks.load_robot('ur5e'), np.arange(0.0, 6.0, 0.01)
+    q, qdot = swinging(robot, t)
+    arrival = np.concatenate([t + k * (late + 1e-5) for k in range(period)])
+    order = np.argsort(arrival, kind='stable')
+    rows = np.tile(np.arange(len(t)), period)[order]
+    stamps = BEGIN + np.round(t[rows] * 1e9).astype(np.int64)
+    group = stream(robot, arrival[order], q[rows], qdot[rows], stamps)
+    said = faults(robot, group)
+    assert [' dropped: ' in sentence for sentence in said] == [True] * (period - 2)
+
+
+def test_a_little_more_than_half_dropped_is_a_fault():
+    robot, t = ks.load_robot('ur5e'), np.arange(0.0, 6.0, 0.01)
+    stamps = BEGIN + np.round(t * 1e9).astype(np.int64)
+    stamps[np.arange(len(t)) % 11 < 6] -= SECOND // 2
+    (sentence,) = faults(robot, stream(robot, t, *swinging(robot, t), stamps))
+    assert 'dropped: their stamps are not newer' in sentence
 
 
 # Stamps

@@ -247,6 +247,12 @@ def test_publishers_that_disagree_are_both_named_with_the_joint(arm):
     status = one.diagnose()
     assert status.message == 'publishers disagree about q2: /impostor and /peer'
     assert values_of(status)['joints that publishers disagree about'] == 'q2'
+    for k in range(12):
+        one.stamp += STEP
+        q = (0.0, 0.0, 0.0) if k % 3 == 0 else Q
+        first.publish(joint_state(NAMES, q, (), one.stamp))
+    one.spin_until(lambda: 'report 0 for these joints' in one.diagnose().message, 'zeros')
+    assert one.diagnose().message.startswith('publishers disagree about q')
 
 
 @BOTH_TRANSPORTS

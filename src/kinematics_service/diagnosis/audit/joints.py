@@ -1,5 +1,7 @@
 """
-The motion of each joint: range, limits, jumps, and its reported velocity against its positions.
+Report the motion of each joint: range, limits, jumps, and its reported velocities.
+
+A step is a jump if it is larger than the speed of the joint explains.
 """
 
 import math
@@ -7,19 +9,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...estimation.input_checks import explained_steps
 from ...estimation.joint_memory import LIMIT_SLACK
+from ...estimation.motion_checks import explained_steps, joint_steps
 from ...formats.recordings.columns import median, spans
-from ...kernel import Floats
 from ...robot.robot import Robot
-from .reported_velocities import Unwrapped, VelocityCheck, longest_interval, velocity_check
+from .reported_velocities import INTERVAL_FACTOR, VelocityCheck, velocity_check
 from .stream import steps_of
 from .timeline import Timeline
 
-# A position this near to its limit touches it (rad, m).
-TOUCHES = (math.radians(0.5), 1e-3)
+# A position touches its limit if it is at most this far from it (rad, m).
+LIMIT_MARGIN = (math.radians(0.5), 1e-3)
 # Positions beyond their limits by more than a turn may be in degrees.
 DEGREES_BEYOND = math.tau
+# Number of jumps that are listed.
 MOST_JUMPS = 100
 
 
@@ -90,7 +92,7 @@ def _report(robot: Robot, timeline: Timeline, j: int) -> JointReport:
         if first_beyond < 0 and np.any(outside):
             first_beyond = rows.start + int(np.argmax(outside))
         beyond += int(np.sum(outside))
-        touching += int(np.sum((excess > -TOUCHES[sliding]) & ~outside))
+        touching += int(np.sum((excess > -LIMIT_MARGIN[sliding]) & ~outside))
         least, greatest = min(least, float(np.min(q))), max(greatest, float(np.max(q)))
         worst = max(worst, float(np.max(excess)))
         speeds = np.abs(timeline.qdot.columns[j][rows])
@@ -126,28 +128,25 @@ def look_like_degrees(reports: tuple[JointReport, ...]) -> bool:
 
 def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
     """Return the number of jumps, and the first of them."""
-    forwards = median(steps[steps > 0] for _, steps in steps_of(timeline.stamps))
-    longest = longest_interval(forwards)
-    joints = [Unwrapped(bool(wraps)) for wraps in robot.continuous]
-    before: list[Floats] = [np.zeros(0)] * robot.dof
-    count = 0
-    first: list[Jump] = []
+    usual = median(steps[steps > 0] for _, steps in steps_of(timeline.stamps))
+    count, first = 0, list[Jump]()
     for rows in spans(len(timeline)):
-        begin = max(rows.start - 1, 0)
-        span = slice(begin, rows.stop)
-        gaps = np.diff(timeline.stamps[span])
-        steady, differenced = (gaps > 0) & (gaps <= longest), timeline.differenced[span]
-        found: list[Jump] = []
+        span = slice(max(rows.start - 1, 0), rows.stop)
+        gaps, differenced = np.diff(timeline.stamps[span]), timeline.differenced[span]
+        steady, found = (gaps > 0) & (gaps <= INTERVAL_FACTOR * usual), list[Jump]()
         for j in range(robot.dof):
-            q = joints[j].take(timeline.q.columns[j][rows])
-            steps = np.diff(np.concatenate([before[j], q]))
-            before[j] = q[-1:]
+            steps = joint_steps(timeline.q.columns[j][span], bool(robot.continuous[j]))
             speeds = np.where(differenced, np.nan, timeline.qdot.columns[j][span])
             allowed = explained_steps(robot, j, np.abs(speeds), gaps * 1e-9)
             odd = np.flatnonzero(steady & (np.abs(steps) > allowed))
             count += len(odd)
             found += [
-                Jump(begin + k + 1, robot.joint_names[j], float(steps[k]), float(gaps[k] * 1e-9))
+                Jump(
+                    span.start + k + 1,
+                    robot.joint_names[j],
+                    float(steps[k]),
+                    float(gaps[k] * 1e-9),
+                )
                 for k in odd[:MOST_JUMPS].tolist()
             ]
         first = (first + sorted(found))[:MOST_JUMPS]

@@ -1,30 +1,41 @@
-"""Reported velocities of a joint against differences of its positions."""
+"""
+Compare the reported velocities of each joint of a recording with differences of its positions.
+
+A regression of one on the other finds a wrong factor, and a search over shifts a lag. The noise of
+the positions is estimated from products of differences that share no position.
+"""
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ...estimation.motion_checks import joint_steps, path_errors, scale_in_words
 from ...formats.recordings.block import Flags, Times
 from ...formats.recordings.columns import Column, StateTable, median, spans
 from ...kernel import Floats
+from .stream import steps_of
 
-# Lags tried, in median intervals; and the number of messages for the trials.
-LAGS, LAG_ROWS = 12, 50_000
-# A lag or a scale is believed if it removes this share of the difference.
-BELIEVED = 0.6
-# Differences below this share of the speed need no explanation; scales this near to 1 are no
-# finding.
-WORTH, SAME_SCALE = 0.002, 0.05
-# There is nothing to compare below this speed (rad/s, m/s; RMS), nor if the motion could be this
-# many standard errors of the noise, or if the way is no longer than this many jitters of a
-# position.
-STILL, SURE, MANY_JITTERS = 1e-3, math.sqrt(6.0), 20.0
+# Lags up to this many median intervals are tried.
+LAG_INTERVALS = 12
+# Lags are tried with about this many messages, spread over the recording in pieces of LAG_PIECE.
+LAG_MESSAGES = 50_000
+LAG_PIECE = 5_000
+# A lag or a scale is reported if it reduces the difference (RMS) below this fraction of it.
+EXPLAINED_SHARE = 0.6
+# Differences below this fraction of the speed have no cause that matters.
+DIFFERENCE_SHARE = 0.002
+# A scale that differs from 1 by less is not reported.
+SCALE_TOLERANCE = 0.05
+# A joint with a lower speed (RMS; rad/s, m/s) is not compared.
+SPEED_MINIMUM = 1e-3
+# The motion exceeds its noise if it is this many standard errors of it.
+NOISE_FACTOR = math.sqrt(6.0)
+# Nor is a joint compared whose range is below this many standard deviations of its positions.
+RANGE_FACTOR = 20.0
 # Intervals longer than this many median ones are not used.
-LONGEST = 5.0
-# Difference of reported velocity that is worth a sentence, as a share of the joint's own speed.
+INTERVAL_FACTOR = 5.0
+# A median difference is reported above this fraction of the joint's speed (RMS).
 VELOCITY_SHARE = 0.2
 
 
@@ -98,12 +109,9 @@ class VelocityCheck(NamedTuple):
     scale: float
 
     def in_words(self, unit: str) -> str:
-        """Return what reported velocities do that is worth a sentence, empty for nothing."""
+        """Return how the velocities differ from the positions, in words; empty if they agree."""
         if self.scale != 1.0:
-            text = f'are {self.scale:.3g} times what its positions say'
-            if abs(self.scale - math.degrees(1.0)) < 1.0:
-                return f'{text} (degrees?)'
-            return f'{text} (the wrong sign)' if abs(self.scale + 1.0) < 0.05 else text
+            return f'are {scale_in_words(self.scale)}'
         if self.lag:
             side = 'behind' if self.lag > 0.0 else 'ahead of'
             return f'are {1e3 * abs(self.lag):.3g} ms {side} its positions'
@@ -112,236 +120,99 @@ class VelocityCheck(NamedTuple):
         return ''
 
 
-@dataclass
-class Unwrapped:
-    """Positions of a joint without the jumps of a full turn, as from `numpy.unwrap`."""
-
-    wraps: bool
-    _last: Floats = field(default_factory=lambda: np.zeros(0))
-    _turns: float = 0.0
-
-    def take(self, q: Floats) -> Floats:
-        """Return the next positions, shape (N,), N > 0."""
-        if not self.wraps:
-            return q
-        last = self._last if len(self._last) else q[:1]
-        steps = np.diff(q, prepend=last)
-        wrapped = np.mod(steps + math.pi, math.tau) - math.pi
-        wrapped[(wrapped == -math.pi) & (steps > 0.0)] = math.pi
-        turns = np.where(np.abs(steps) < math.pi, 0.0, wrapped - steps)
-        total = np.cumsum(np.concatenate([[self._turns], turns]))[1:]
-        self._last, self._turns = q[-1:], float(total[-1])
-        unwrapped: Floats = q + total
-        return unwrapped
-
-
-class SmoothMotion:
+def smooth_products(velocities: Floats, use: Flags) -> Floats:
     """
-    Mean square of the differences without that noise, the same in pieces as at once.
+    Return products of mean velocities whose mean is the mean square of the motion without noise.
 
-    The noise of one position is in two differences, next to each other; the product of one and the
-    next but one is free of it, and the speed hardly changes in between.
+    The noise of one position is in two velocities, next to each other. The product of a velocity
+    and the next but one has none, and the speed hardly changes in between.
     """
-
-    def __init__(self) -> None:
-        self._sum, self._count = 0.0, 0
-        self._before, self._use_before = np.zeros(0), np.zeros(0, dtype=bool)
-
-    def take(self, differences: Floats, use: Flags) -> None:
-        """Take the next differences, and which of them are valid, shape (N,)."""
-        all_, usable = np.append(self._before, differences), np.append(self._use_before, use)
-        both = usable[2:] & usable[1:-1] & usable[:-2]
-        self._sum += float(np.sum((all_[2:] * all_[:-2])[both]))
-        self._count += int(np.sum(both))
-        self._before, self._use_before = all_[-2:], usable[-2:]
-
-    def square(self, otherwise: float) -> float:
-        """Return the mean square of the motion, `otherwise` if there are too few differences."""
-        return max(self._sum / self._count, 0.0) if self._count else otherwise
+    products: Floats = velocities[2:] * velocities[:-2]
+    return products[use[2:] & use[1:-1] & use[:-2]]
 
 
-def longest_interval(forwards: float) -> float:
-    """
-    Return the longest interval (ns) after which a state still follows the one before, from the
-    median.
-    """
-    return LONGEST * forwards
-
-
-class _JointSamples(NamedTuple):
-    """Messages with new values of a joint, after the one before them."""
-
-    q: Floats
-    reported: Floats
-    stamps: Times
-    t: Floats
-    rows: Times
-
-
-class _Intervals(NamedTuple):
-    """
-    The intervals between samples: mean velocity, mean of the reported ones at the ends, and which
-    to use.
-    """
-
-    mean: Floats
-    ends: Floats
-    use: Flags
-
-
-@dataclass
-class _Joint:
-    """One joint of a recording, to be read several times."""
-
-    timeline: MotionColumns
-    j: int
-    wraps: bool
-    longest: float = 0.0
-
-    def pieces(self) -> Iterator[_JointSamples]:
-        timeline, unwrapped = self.timeline, Unwrapped(self.wraps)
-        last = np.array([math.nan]), np.array([math.nan])
-        before: list[Any] | None = None
-        for rows in spans(len(timeline)):
-            q = unwrapped.take(timeline.q.columns[self.j][rows])
-            velocities = timeline.qdot.columns[self.j][rows]
-            reported = np.where(timeline.differenced[rows], np.nan, velocities)
-            # If neither changes, the joint stood still or was in none of the messages.
-            news = np.flatnonzero(
-                (np.diff(q, prepend=last[0]) != 0.0) | (np.diff(reported, prepend=last[1]) != 0.0)
-            )
-            last = q[-1:], reported[-1:]
-            columns = (q, reported, timeline.stamps[rows], timeline.t[rows])
-            piece = [*(column[news] for column in columns), news + rows.start]
-            if before is not None:
-                piece = [np.concatenate(pair) for pair in zip(before, piece)]
-            if len(piece[0]):
-                yield _JointSamples(*piece)
-                before = [column[-1:] for column in piece]
-
-    def intervals(self) -> Iterator[tuple[_JointSamples, _Intervals]]:
-        for piece in self.pieces():
-            steps, known = np.diff(piece.stamps), ~np.isnan(piece.reported)
-            use = (steps > 0) & (steps <= self.longest) & known[1:] & known[:-1]
-            safe = np.where(use, steps * 1e-9, 1.0)
-            # The mean velocity of an interval against the mean of its ends: right to second order.
-            mean = np.where(use, np.diff(piece.q) / safe, 0.0)
-            sums = piece.reported[1:] + piece.reported[:-1]
-            yield piece, _Intervals(mean, np.where(use, 0.5 * sums, 0.0), use)
-
-    def forwards(self) -> Iterator[Times]:
-        for piece in self.pieces():
-            steps = np.diff(piece.stamps)
-            yield steps[steps > 0]
-
-    def differences(self) -> Iterator[Floats]:
-        for _, (mean, ends, use) in self.intervals():
-            yield np.abs(ends - mean)[use]
-
-    def times(self) -> Iterator[Floats]:
-        for piece, (_, _, use) in self.intervals():
-            yield np.diff(piece.t)[use]
+def _samples(timeline: MotionColumns, j: int) -> StateTable:
+    # Returns time, position, reported velocity and row of the states with new values of joint j.
+    # If neither changes, the joint stood still or was in none of the messages.
+    samples = StateTable(4)
+    columns = timeline.t, timeline.q.columns[j], timeline.qdot.columns[j]
+    for rows in spans(len(timeline)):
+        numbers = np.arange(rows.start, rows.stop)
+        piece = np.column_stack([*(column[rows] for column in columns), numbers])
+        piece = piece[~(timeline.differenced[rows] | np.isnan(piece[:, 2]))]
+        before = samples[-1:] if len(samples) else np.full((1, 4), np.nan)
+        changes = np.diff(piece[:, 1:3], axis=0, prepend=before[:, 1:3])
+        samples.append(piece[np.any(changes != 0.0, axis=1)])
+    return samples
 
 
 def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityCheck | None:
     """Return how the reported velocities of joint j agree; None if there is nothing to compare."""
-    joint = _Joint(timeline, j, wraps)
-    joint.longest = longest_interval(median(joint.forwards()))
-    count, row, worst = 0, 0, -1.0
-    means = products = squares = 0.0
-    motion, least, greatest = SmoothMotion(), math.inf, -math.inf
-    for piece, (mean, ends, use) in joint.intervals():
+    samples = _samples(timeline, j)
+    usual = median(steps[steps > 0.0] for _, steps in steps_of(samples.columns[0]))
+    longest, differences = INTERVAL_FACTOR * usual, Column(np.float64)
+    row, worst, sums = 0, -1.0, np.zeros(6)
+    position = least = greatest = 0.0
+    for rows in spans(len(samples)):
+        begin = max(rows.start - 3, 0)  # a product without noise is of three intervals
+        t, q, qdot, numbers = samples[begin : rows.stop].T
+        steps, motion = np.diff(t), joint_steps(q, wraps)
+        use = (steps > 0.0) & (steps <= longest)
+        # The mean velocity of an interval against the mean of its ends: right to second order.
+        mean = np.where(use, motion, 0.0) / np.where(use, steps, 1.0)
+        ends = np.where(use, 0.5 * (qdot[1:] + qdot[:-1]), 0.0)
+        products, new = smooth_products(mean, use), slice(max(rows.start - begin - 1, 0), None)
+        mean, ends, path = mean[new], ends[new], position + np.cumsum(motion[new])
         if not len(mean):
             continue
         off = np.abs(ends - mean)
-        count += int(np.sum(use))
-        means += float(np.sum(mean**2))
-        products += float(np.sum(ends * mean))
-        squares += float(np.sum(off**2))
-        motion.take(mean, use)
-        least, greatest = min(least, float(piece.q.min())), max(greatest, float(piece.q.max()))
+        differences.append(off[use[new]])
+        squares = mean @ mean, ends @ mean, ends @ ends, off @ off
+        sums += np.array([*squares, np.sum(products), len(products)])
+        position, least, greatest = path[-1], min(least, path.min()), max(greatest, path.max())
         k = int(np.argmax(off))
         if off[k] > worst:
-            row, worst = int(piece.rows[k + 1]), float(off[k])
-    if count < 4:
+            row, worst = int(numbers[new][k + 1 - len(numbers[new])]), float(off[k])
+    if (count := len(differences)) < 4:
         return None
-    speed, rms = math.sqrt(means / count), math.sqrt(squares / count)
-    moving = motion.square(means / count)
-    noise = math.sqrt(max(speed**2 - moving, 0.0))
-    jitter = noise * median(joint.times()) / math.sqrt(2.0)
-    surely = max(STILL, SURE * noise / count**0.25)
-    if moving < surely**2 or greatest - least < MANY_JITTERS * jitter:
+    square, product, reported, left, smooth = (sums[:5] / count).tolist()
+    moving = max(smooth * count / sums[5], 0.0) if sums[5] else square
+    speed, rms, noise = math.sqrt(square), math.sqrt(left), math.sqrt(max(square - moving, 0.0))
+    jitter = noise * usual / math.sqrt(2.0)
+    surely = max(SPEED_MINIMUM, NOISE_FACTOR * noise / count**0.25)
+    if moving < surely**2 or greatest - least < RANGE_FACTOR * jitter:
         return None
-    scale = lag = 0.0
-    if rms > WORTH * speed:
-        # The noise of the positions is in the differences alone: the motion is the measure.
-        scale = _scale(joint, products / count / moving, count, rms)
-        lag = 0.0 if scale else _lag(joint, count, rms)
-    typical = median(joint.differences())
-    return VelocityCheck(rms, typical, worst, row, speed, noise, lag, scale or 1.0)
+    # The noise of the positions is in the differences alone: the motion is the measure.
+    scale, lag = product / moving, 0.0
+    left = reported - 2.0 * scale * product + scale**2 * square
+    least = DIFFERENCE_SHARE * speed
+    explained = left < (EXPLAINED_SHARE * rms) ** 2 and abs(scale - 1.0) > SCALE_TOLERANCE
+    if rms <= least or not explained:
+        scale, lag = 1.0, _lag(samples, wraps, usual, least)
+    typical = median(differences[rows] for rows in spans(count))
+    return VelocityCheck(rms, typical, worst, row, speed, noise, lag, scale)
 
 
-def _scale(joint: _Joint, scale: float, count: int, rms: float) -> float:
-    # Returns the factor by which the reported velocities are too large, 0 if none explains them.
-    left = 0.0
-    for _, (mean, ends, use) in joint.intervals():
-        left += float(np.sum((ends - scale * mean)[use] ** 2))
-    believed = math.sqrt(left / count) < BELIEVED * rms
-    return scale if believed and abs(scale - 1.0) > SAME_SCALE else 0.0
-
-
-def _lag(joint: _Joint, count: int, rms: float) -> float:
-    # Returns the shift of the reported velocities that brings them nearest, s.
-    interval = median(joint.times())
-    shifts = interval * np.linspace(-LAGS, LAGS, 8 * LAGS + 1)
-    stride = max(1, count // LAG_ROWS)
-    trial, seen, first = _ShiftTrial(shifts), 0, True
-    for piece, (mean, _, use) in joint.intervals():
-        at = np.flatnonzero(use)
-        at, seen = at[-seen % stride :: stride], seen + len(at)
-        begin = 0 if first else 1  # the message before them was there already
-        known = np.flatnonzero(~np.isnan(piece.reported[begin:])) + begin
-        trial.take(
-            piece.t[known],
-            piece.reported[known],
-            0.5 * (piece.t[at] + piece.t[at + 1]),
-            mean[at],
-        )
-        first = False
-    errors = trial.errors()
-    best = int(np.argmin(errors))
-    if math.sqrt(float(errors[best])) > BELIEVED * rms or best in (0, len(shifts) - 1):
+def _lag(samples: StateTable, wraps: bool, usual: float, least: float) -> float:
+    # Returns the delay (s) of the reported velocities that explains their difference; 0 if none
+    # does, or if the difference (RMS) is not above the least.
+    lags = usual * np.linspace(-LAG_INTERVALS, LAG_INTERVALS, 8 * LAG_INTERVALS + 1)
+    pieces = [np.zeros((len(lags), 0))]
+    for begin in range(0, len(samples), LAG_PIECE * math.ceil(len(samples) / LAG_MESSAGES)):
+        t, q, qdot, _ = samples[begin : begin + LAG_PIECE].T
+        path = np.append(0.0, np.cumsum(joint_steps(q, wraps)))
+        steps, errors = np.diff(t), np.diff(path_errors(t, path, qdot, lags), axis=1)
+        # An interval is used if no gap is within the largest lag of it.
+        gaps = np.append(0.0, np.cumsum((steps <= 0.0) | (steps > INTERVAL_FACTOR * usual)))
+        ends = t[:-1] + lags[0], t[1:] + lags[-1]
+        use = np.ptp(np.interp(ends, t, gaps, left=math.nan, right=math.nan), axis=0) == 0.0
+        pieces.append(np.abs(errors[:, use] / steps[use]))
+    found = np.concatenate(pieces, axis=1)
+    squares, now = np.sum(found**2, axis=1), len(lags) // 2
+    best = int(np.argmin(squares))
+    if squares[now] <= found.shape[1] * least**2 or best in (0, len(lags) - 1):
         return 0.0
-    return float(shifts[best])
-
-
-class _ShiftTrial:
-    """Velocities looked up at shifted times, as soon as the samples after them are known."""
-
-    def __init__(self, shifts: Floats) -> None:
-        self._shifts = shifts
-        nothing = np.zeros(0)
-        self._t = self._reported = self._middle = self._mean = nothing
-        self._squares: list[list[Floats]] = [[] for _ in shifts]
-
-    def take(self, t: Floats, reported: Floats, middle: Floats, mean: Floats) -> None:
-        self._t = np.concatenate([self._t, t])
-        self._reported = np.concatenate([self._reported, reported])
-        self._middle = np.concatenate([self._middle, middle])
-        self._mean = np.concatenate([self._mean, mean])
-        if len(self._t):
-            self._look_up(int(np.searchsorted(self._middle, self._t[-1] - 2.0 * self._shifts[-1])))
-        # The next piece begins at the end of this one; one earlier velocity is enough.
-        needed = self._middle[0] if len(self._middle) else self._t[-1:].sum()
-        keep = max(int(np.searchsorted(self._t, needed + self._shifts[0])) - 1, 0)
-        self._t, self._reported = self._t[keep:], self._reported[keep:]
-
-    def _look_up(self, count: int) -> None:
-        middle, mean = self._middle[:count], self._mean[:count]
-        for squares, shift in zip(self._squares, self._shifts):
-            squares.append((np.interp(middle + shift, self._t, self._reported) - mean) ** 2)
-        self._middle, self._mean = self._middle[count:], self._mean[count:]
-
-    def errors(self) -> Floats:
-        self._look_up(len(self._middle))
-        return np.array([np.mean(np.concatenate(squares)) for squares in self._squares])
+    # A few outliers hide a lag from the mean square, a long rest from the median.
+    explained = squares[best] < EXPLAINED_SHARE**2 * squares[now]
+    explained |= np.median(found[best]) < EXPLAINED_SHARE * np.median(found[now])
+    return float(lags[best]) if explained else 0.0

@@ -13,12 +13,12 @@ from rosbags.typesys import Stores, get_typestore
 
 from ...errors import KinematicsError, RecordingError
 from ...estimation.joint_sample import JointSample
+from ...estimation.joint_state_columns import columns_of
 from ...typography import listed
 from .bag_checks import checked, missing
 from .bag_poses import POSES, track_of_messages
 from .between_points import PlannedTrajectory
 from .block import LARGEST_BLOCK, LARGEST_BYTES, SECOND, Block, UnreadableMessage, blocks_of
-from .joint_state_cdr import columns_of
 from .plan_reader import blocks_of_trajectories, trajectory_of_message
 from .ros1_index import LongBag
 from .source import PoseTrack, RecordingSource, Remark, Selection

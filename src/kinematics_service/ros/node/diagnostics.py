@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from ...estimation import estimator
-from ...estimation.input_checks import JointMessages, arrival_jitter, input_faults
+from ...estimation.input_checks import JointMessages, arrival_jitter, input_faults, zeros_of
 from ...estimation.status_text import StatusText
 from ...robot.measures import Level
 from ...typography import counted
@@ -199,9 +199,11 @@ def input_warnings(arm: estimator.Estimator, heard: InputState) -> list[str]:
 
 def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
     if disputed := _disputed(arm, heard):
+        zeros, total = zeros_of(heard.messages, disputed)
         yield (
             f'publishers disagree about {", ".join(disputed)}: '
             f'{" and ".join(dict.fromkeys(heard.publishers))}'
+            f'{f"; {zeros} of {total} messages report 0 for these joints" if zeros else ""}'
         )
     if beyond := arm.beyond_limits():
         yield f'beyond the limits: {", ".join(beyond)}'

@@ -1,28 +1,38 @@
 """
-Many serialised JointState messages at once, if they differ in stamp and numbers alone.
+Read many serialized JointState messages at once, if they differ in stamp and numbers alone.
 
 The reader of messages takes those that do not look like the first one.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
-from ...estimation.cdr import STAMP_AT
-from ...estimation.joint_state_form import form_of, ros1_form_of
-from ...kernel import Floats
-from .block import SECOND, Flags, Times
+from ..kernel import Floats, Integers
+from .cdr import STAMP_AT
+from .joint_state_form import form_of, ros1_form_of
+
+Flags: TypeAlias = npt.NDArray[np.bool_]
+
+SECOND = 1_000_000_000  # ns
 
 
 class MessageColumns(NamedTuple):
-    """Messages in columns; `alike` tells which rows are valid."""
+    """Messages in columns, with both numbers of the stamps; `alike` tells which rows are valid."""
 
     alike: Flags
     names: tuple[str, ...]
-    stamps: Times
+    seconds: Integers
+    nanoseconds: Integers
     positions: Floats
     velocities: Floats
+
+    @property
+    def stamps(self) -> Integers:
+        """Return the stamps, ns."""
+        return self.seconds * SECOND + self.nanoseconds
 
 
 def columns_of(raws: Sequence[bytes], ros1: bool = False) -> MessageColumns | None:
@@ -33,18 +43,15 @@ def columns_of(raws: Sequence[bytes], ros1: bool = False) -> MessageColumns | No
     table = np.frombuffer(b''.join(raws), dtype=np.uint8).reshape(len(raws), -1)
     at = np.flatnonzero(form.fixed)
     alike = np.all(table[:, at] == table[0, at], axis=1)
-    seconds = _view(table, slice(STAMP_AT, STAMP_AT + 4), '<i4')[:, 0].astype(np.int64)
-    nanoseconds = _view(table, slice(STAMP_AT + 4, STAMP_AT + 8), '<u4')[:, 0].astype(np.int64)
     return MessageColumns(
         alike,
         form.names,
-        seconds * SECOND + nanoseconds,
+        _view(table, slice(STAMP_AT, STAMP_AT + 4), '<i4')[:, 0].astype(np.int64),
+        _view(table, slice(STAMP_AT + 4, STAMP_AT + 8), '<u4')[:, 0].astype(np.int64),
         _view(table, form.positions, '<f8'),
         _view(table, form.velocities, '<f8'),
     )
 
 
 def _view(table: np.ndarray, place: slice, kind: str) -> np.ndarray:  # type: ignore[type-arg]
-    if place.start == place.stop:
-        return np.zeros((len(table), 0))
     return np.ascontiguousarray(table[:, place]).view(kind)
