@@ -2,10 +2,12 @@
 
 from collections.abc import Callable
 from pathlib import PurePath
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...errors import Fault
-from .parts.description import MimicFormula
+
+if TYPE_CHECKING:
+    from .parts.description import MimicFormula
 
 # The largest descriptions of whole humanoids have half a megabyte.
 MAX_BYTES = 8 * 1024 * 1024
@@ -27,7 +29,7 @@ class RobotText(NamedTuple):
 
     text: str
     doubts: tuple[Fault, ...]
-    mimics: tuple[MimicFormula, ...] = ()
+    mimics: 'tuple[MimicFormula, ...]' = ()
     remarks: tuple[str, ...] = ()
 
 

@@ -186,7 +186,7 @@ def unstamped_in_words(arm: estimator.Estimator, heard: InputState) -> str:
 def input_warnings(arm: estimator.Estimator, heard: InputState) -> list[str]:
     """Return what is wrong with the input, in sentences."""
     settings, robot, disputed = arm.settings, arm.robot, _disputed(arm, heard)
-    names = {one.name: settings.joint_prefix + one.name for one in robot.description.mimics}
+    names = {one.name: one.name for one in robot.description.mimics}
     joints = zip(robot.joint_names, arm.names)
     names |= {joint: name for joint, name in joints if name not in disputed}
     reported = settings.velocity_source != 'difference'

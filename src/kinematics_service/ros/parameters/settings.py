@@ -156,6 +156,16 @@ def _joint_names(values: Mapping[str, Any], robot: Robot) -> tuple[str, ...]:
     return tuple(names)
 
 
+def _renamed(robot: Robot, names: tuple[str, ...], prefix: str) -> Robot:
+    # Returns the arm with the names of its joints on the topic; mimic joints have the prefix.
+    name_of = dict(zip(robot.joint_names, names))
+    mimics = tuple(
+        one._replace(name=prefix + one.name, leader=name_of.get(one.leader, one.leader))
+        for one in robot.description.mimics
+    )
+    return replace(robot, joint_names=names, description=replace(robot.description, mimics=mimics))
+
+
 def _listed(value: Any) -> list[Any] | None:
     # Returns None for other values than lists. At start, ROS hands over an empty list as None.
     if value is None:
@@ -211,9 +221,8 @@ def settings_from(
     if values['publish_tf'] and find_spec('tf2_msgs') is None:  # the wheels on PyPI lack it
         raise _refuse('publish_tf', True, 'only where the package tf2_msgs can be imported')
     rate = values['publish_rate']
-    judged = replace(
-        _judged(values, _with_tool(values, robot)), joint_names=_joint_names(values, robot)
-    )
+    judged = _judged(values, _with_tool(values, robot))
+    judged = _renamed(judged, _joint_names(values, robot), values['joint_prefix'])
     rows = _rows(values['ik.rows'], judged)
     axis = _axis(values, rows)
     settings = NodeSettings(
