@@ -222,10 +222,10 @@ class _Baseline:
         pairs = np.sum(left[1:] * left[:-1]), 0.5 * np.sum(left[1:] ** 2 + left[:-1] ** 2)
         self.pairs, self.last = fade * self.pairs + pairs, left[-1:]
 
-    def settle(self, rounds: int = 3) -> None:
+    def settle(self) -> None:
         # The noise follows from the remainder and from how many numbers of x the poses determine
         # (MacKay 1992).
-        for _ in range(rounds):
+        for _ in range(3):
             weights = self.noise**-2
             self.information = np.tensordot(weights, self.gram, 1) + np.eye(self.gram.shape[1])
             self.covariance = np.asarray(np.linalg.inv(self.information), dtype=np.float64)
@@ -364,22 +364,20 @@ class JumpDetector:
             self._test()
             over = len(self._used) - WINDOW
             if over > 0:
-                if self._calm:
-                    old = self._used & (np.arange(len(self._used)) < over)
-                    if np.any(old):
-                        self._admit(old)
+                old = self._used & (np.arange(len(self._used)) < over)
+                if self._calm and np.any(old):
+                    self._admit(old)
                 self._keep(over)
         return self._watched()
 
     def _watched(self) -> Watched:
-        position, rotation = self._baseline.noise.tolist()
         outliers = len(self._used) - int(np.sum(self._used))
         recent = self._window
         if outliers <= FAILING:
             recent = recent.at(self._used)
         newest = min(self._jump.count, NEWEST) if self._jump else NEWEST
         recent = recent.at(slice(-newest, None))
-        noise = position, rotation
+        noise = float(self._baseline.noise[0]), float(self._baseline.noise[1])
         return Watched(self._jump, self._count, outliers, recent, noise, self._smallest())
 
     def _test(self) -> None:
@@ -457,10 +455,9 @@ class JumpDetector:
             inverse = np.divide(1.0, values, out=np.zeros_like(values), where=known)
             gains = np.sum(u**2 * inverse, axis=1)
             at = int(np.argmax(gains))
-            dof = len(values[0])
-            excess = float(_excess(gains[at], dof, evidence.misfit, evidence.freedom))
-            size = vectors[at] @ (inverse[at] * u[at])
-            found.append(_JumpCandidate(own, excess, float(gains[at]), size, at))
+            gain, size = float(gains[at]), vectors[at] @ (inverse[at] * u[at])
+            excess = _excess(gain, len(size), evidence)
+            found.append(_JumpCandidate(own, excess, gain, size, at))
         return found
 
     def _proven(self, evidence: _JumpEvidence, best: _JumpCandidate) -> int:
@@ -570,14 +567,12 @@ def _outlier_gains(H: Floats, r: Floats, covariance: Floats) -> Floats:
     return np.asarray(np.sum(r * np.linalg.solve(V, r[:, :, None])[:, :, 0], axis=1))
 
 
-def _excess(
-    gain: float | Floats, dof: int, misfit: float | Floats, freedom: float | Floats
-) -> Floats:
+def _excess(gain: float, dof: int, evidence: _JumpEvidence) -> float:
     # The likelihood ratio with the scale of the noise unknown, but not below 1, over its quantile;
     # Bartlett's factor makes it chi-square.
-    rest = freedom - dof
-    ratio = np.log1p(gain / np.maximum(misfit - gain, rest))
-    return np.asarray((rest + 0.5 * dof - 1.0) * ratio - THRESHOLDS[dof])
+    rest = evidence.freedom - dof
+    ratio = math.log1p(gain / max(evidence.misfit - gain, rest))
+    return (rest + 0.5 * dof - 1.0) * ratio - THRESHOLDS[dof]
 
 
 def _scale(gain: float, evidence: _JumpEvidence) -> float:
