@@ -62,7 +62,9 @@ def said_in(folder):
 
 
 def test_the_package_has_its_types_and_nothing_of_the_build():
-    assert {file.name for file in PACKAGE.rglob('*.pxd')} == {'arrays.pxd', 'math.pxd'}
+    assert {file.name for file in PACKAGE.rglob('*.pxd')} == {
+        *('arrays.pxd', 'math.pxd', 'stop_timer.pxd')
+    }
     assert not [*PACKAGE.rglob('*.c'), *PACKAGE.rglob('*.html')]
 
 
@@ -73,7 +75,7 @@ def test_every_file_is_compiled_but_the_included_ones_and_those_of_python_alone(
     modules = {name: sys.modules[f'{kernel.__name__}.{".".join(name.parts)}'] for name in names
                if name.name not in ('__init__', 'reinstallation')}  # fmt: skip
     left_out = {name.name for name, module in modules.items() if module.__file__.endswith('.py')}
-    assert left_out == {'arrays', 'compiled', 'pairs', 'places'}
+    assert left_out == {'arrays', 'compiled', 'pairs', 'places', 'stop_timer'}
     compiled = {module.__file__ for module in modules.values()} - {
         str(folder / f'{name}.py') for name in modules
     }
@@ -263,7 +265,8 @@ def write_smallest(folder):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     of_package = PACKAGE / 'kernel'
-    for name in ('compiled.py', 'layout/arrays.py', 'layout/arrays.pxd', 'layout/math.pxd'):
+    of_layout = ('arrays.py', 'arrays.pxd', 'math.pxd', 'stop_timer.py', 'stop_timer.pxd')
+    for name in ('compiled.py', *(f'layout/{name}' for name in of_layout)):
         shutil.copy(of_package / name, folder / name)
 
 

@@ -55,7 +55,6 @@ CALLS = {
     'load_robot': (None, {'name': 'puma560'}),
     'null_space': (PANDA, {'q': Q7, 'rows': None, 'near': None}),
     'pose_covariance': (UR, {'q': Q, 'joints': 1e-3, 'calibration': None}),
-    'posture_change': (PLANAR, {'distance': math.nan, 'seed': 0}),
     'propose_poses': (UR, {'count': 0, 'among': None}),
     'pseudo_inverse': (
         UR,
@@ -127,7 +126,6 @@ SENTENCES = {
     'rates must be one of': (lambda: ks.analytic_jacobian(UR, Q, rates=[1]),),
     'seed must be a whole number from 0 on, not -1': (
         lambda: ks.inverse_kinematics(UR, T, seed=-1),
-        lambda: ks.posture_change(PLANAR, seed=-1),
     ),
     'joints must be numbers': (lambda: ks.pose_covariance(UR, Q, joints='x'),),
     'robot must be a Robot, the name of': (

@@ -63,7 +63,7 @@ SAID_OF_A_STEP = ('qdot', 'damping', 'least_singular_value', 'shortened', 'slowe
 NOT_PART_OF_IT = {
     *('is_compiled', 'notice', 'use_compiled', 'sine_and_cosine'),
     *('decompose', 'determinant_of', 'eigenvectors', 'shortest_angle', 'groups_from'),
-    'linearise',
+    *('linearise', 'end_in_time'),
 }
 
 

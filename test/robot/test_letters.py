@@ -78,7 +78,6 @@ def test_derive_and_compare_work_on_letters(file, capsys, tmp_path):
         ['fk', '--q', '0,0'],
         ['jacobian', '--q', '0,0'],
         ['ik', '--xyz', '1,0,0'],
-        ['postures'],
         ['plot', 'arm', '--q', '0,0'],
         ['export', '--urdf', '-'],
     ],

@@ -19,12 +19,17 @@ def numbers_of(
     given: object,
     refusal: type[ArgumentError] = ArgumentError,
     expected: Sequence[Any] = ('(...)',),
+    shapes: str = '',
 ) -> Floats:
-    """Return an argument as a new array of numbers, or raise an ArgumentError of a type."""
+    """
+    Return an argument as a new array of numbers, or raise an ArgumentError of a type.
+
+    `shapes`: the expected shapes in words, if leading dimensions are accepted, too.
+    """
     try:
         return np.array(given, dtype=np.float64, order='C')
     except (TypeError, ValueError, OverflowError):
-        shapes = ' or '.join(map(str, expected))
+        shapes = shapes or ' or '.join(map(str, expected))
         sentence = f'{name} must be numbers of shape {shapes}, not {given!r:.80}'
         raise refusal(sentence, name, expected) from None
 

@@ -152,7 +152,7 @@ def as_the_kernel_takes_it(vector: object) -> TypeGuard[Floats]:
 def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
     # A copy in the only layout the kernel takes: so the state keeps the numbers of the kernel's
     # run, whatever the caller does.
-    array = numbers_of(name, q, JointVectorError, [(robot.dof,)])
+    array = numbers_of(name, q, JointVectorError, [(robot.dof,)], f'(..., {robot.dof})')
     if array.ndim == 0 or array.shape[-1] != robot.chain.dof:
         raise JointVectorError(
             f'{name} has shape {array.shape}; {robot.name} has {robot.dof} joints '

@@ -62,9 +62,10 @@ def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
 
 
 def _combinations_of_turns(plan: InversePlan) -> float:
-    # At most, of joints with two limits.
-    ways = np.ptp(plan.limits, axis=1) / plan.periods
-    return float(np.prod(np.floor(ways[np.isfinite(ways)]) + 1.0))
+    # At most, of joints that turn and have two limits.
+    turns = np.isfinite(plan.limits).all(axis=1) & np.isfinite(plan.periods)
+    ways = np.ptp(plan.limits[turns], axis=1) / plan.periods[turns]
+    return float(np.prod(np.floor(ways) + 1.0))
 
 
 def _of_curves(

@@ -16,8 +16,9 @@ ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
 def read_singularity(data: Any, quantities: Quantities) -> SingularityDescription | None:
     """Return the section with its defaults, or None with its faults reported."""
+    usual = default_measure(len(quantities.joint_types))
     if data is None:
-        return SingularityDescription()
+        return SingularityDescription(measure=usual.name, warn=usual.warn, stop=usual.stop)
     at = quantities.top['singularity']
     entry = checked(SingularityEntry, data, at)
     intact = at.intact
@@ -28,7 +29,6 @@ def read_singularity(data: Any, quantities: Quantities) -> SingularityDescriptio
     factors = () if entry.factors is None else _factors(entry.factors, at['factors'], quantities)
     if not intact:
         return None  # what has been refused would be taken for the default
-    usual = default_measure(len(quantities.joint_types))
     measure = MEASURES[entry.measure or usual.name]
     thresholds = _thresholds(entry, measure, at, quantities)
     if thresholds is None or not at.intact:

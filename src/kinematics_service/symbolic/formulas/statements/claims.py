@@ -48,7 +48,7 @@ class Claim:
 
 
 @dataclass(frozen=True)
-class _Equation:
+class _ZeroCondition:
     # A function of N poses (N, n) that vanishes where the equation holds.
     function: Callable[[Floats], Floats]
 
@@ -95,7 +95,7 @@ def _sound(robot: Robot, names: FormulaNames, claim: Statement) -> Claim:
             q[:, joint] = _value(names, claim, value, integers)(q) * _unit(names, claim, joint)
             free[joint] = 0.0
     equations = [
-        _Equation(_value(names, claim, value, integers))
+        _ZeroCondition(_value(names, claim, value, integers))
         for joint, value in claim.conditions
         if joint < 0
     ]
@@ -166,7 +166,7 @@ def _gap(
     # Distance of poses to a condition (rad or m), of an equation to first order; inf where it has
     # no value.
     if joint < 0:
-        equation = _Equation(function)
+        equation = _ZeroCondition(function)
         slope = np.linalg.norm(equation.gradient(q), axis=-1)
         gap = np.abs(equation(q)) / np.maximum(slope, np.finfo(float).tiny)
     else:
