@@ -410,7 +410,7 @@ def determinant_factors(robot: Robot) -> DeterminantFactors:
     Raises
     ------
     DerivationError
-        An angle is no fraction of a joint's, or the pose is too long.
+        An angle is not a fraction of a joint's, or the pose is too long.
     """
     names = names_of(robot.description, None)
     arithmetic = arithmetic_of(robot.description, names)

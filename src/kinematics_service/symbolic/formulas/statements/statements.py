@@ -42,8 +42,8 @@ class Statement:
     left
         The left side of an equation.
     conditions
-        Of a claim, pairs of a joint index and the joint's value, with the integer k; of an
-        equation in several joints, -1 and what is 0.
+        Pairs of a claim: a joint index and the joint's value, with the integer k; or, for an
+        equation in several joints, -1 and the expression that is 0.
     decimals
         Decimal places of a formula that is nothing but numbers, else None.
     inexact
