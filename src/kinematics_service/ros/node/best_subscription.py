@@ -87,7 +87,7 @@ class BestSubscription:
         self._node, self._kind, self.given_topic, self._take = node, kind, topic, take
         self._size = size
         self._adapts = False
-        # By subscriptions that are closed, and whether that is a lower bound.
+        # Messages that closed subscriptions lost, and whether the number is a lower bound.
         self._lost: int | None = 0
         self._lost_more = False
         # The messages taken recently, while some of them may come once more.
