@@ -23,7 +23,7 @@ import time
 
 import numpy as np
 
-from processes import JointStates, age_of, node, paced, running  # isort: skip
+from processes import JointStates, age_of, node, paced, peer, running  # isort: skip
 from node_process import memory, processor_seconds
 
 WINDOWS = 6
@@ -37,52 +37,48 @@ TOPICS = ('jacobian', 'twist', 'singularity/distance')
 
 def feed(options):
     """Publish joint states with the time of sending as their stamp."""
-    import rclpy
     from rclpy.qos import QoSProfile, ReliabilityPolicy
     from sensor_msgs.msg import JointState
 
     import kinematics_service as ks
 
-    rclpy.init()
-    peer = rclpy.create_node('feeder')
-    qos = QoSProfile(depth=100, reliability=ReliabilityPolicy[options.reliability.upper()])
-    publisher = peer.create_publisher(JointState, 'joint_states', qos)
-    while publisher.get_subscription_count() == 0:
-        time.sleep(0.05)
-    time.sleep(1.0)
-    if options.burners:
-        with contextlib.suppress(PermissionError):
-            os.nice(-15)
-    joints, messages = np.arange(ks.load_robot(options.robot).dof), JointStates(options.robot)
-    for k in paced(options.rate):
-        if k == round(options.rate * options.seconds):
-            break
-        publisher.publish(messages.at(1.5 * np.sin(0.001 * k + joints)))
-    time.sleep(2.0)
+    with peer('feeder') as node:
+        qos = QoSProfile(depth=100, reliability=ReliabilityPolicy[options.reliability.upper()])
+        publisher = node.create_publisher(JointState, 'joint_states', qos)
+        while publisher.get_subscription_count() == 0:
+            time.sleep(0.05)
+        time.sleep(1.0)
+        if options.burners:
+            with contextlib.suppress(PermissionError):
+                os.nice(-15)
+        joints, messages = np.arange(ks.load_robot(options.robot).dof), JointStates(options.robot)
+        for k in paced(options.rate):
+            if k == round(options.rate * options.seconds):
+                break
+            publisher.publish(messages.at(1.5 * np.sin(0.001 * k + joints)))
+        time.sleep(2.0)
 
 
 def feed_targets(options):
     """Publish target poses that the arm can reach, at their rate, until SIGINT."""
-    import rclpy
     from geometry_msgs.msg import PoseStamped
 
     import kinematics_service as ks
     from kinematics_service import kernel
 
-    rclpy.init()
-    peer = rclpy.create_node('target_feeder')
-    publisher = peer.create_publisher(PoseStamped, '/kinematics/target_pose', 10)
-    robot = ks.load_robot(options.robot)
-    joints, message, xyzw = np.arange(robot.dof), PoseStamped(), np.empty((1, 4))
-    message.header.frame_id = robot.base_frame
-    for k in paced(options.targets):
-        T = ks.forward_kinematics(robot, np.sin(0.01 * k + joints))
-        kernel.quaternions(T[None], xyzw)
-        place, turn = message.pose.position, message.pose.orientation
-        place.x, place.y, place.z = map(float, T[:3, 3])
-        turn.x, turn.y, turn.z, turn.w = map(float, xyzw[0])
-        message.header.stamp = peer.get_clock().now().to_msg()
-        publisher.publish(message)
+    with peer('target_feeder') as node:
+        publisher = node.create_publisher(PoseStamped, '/kinematics/target_pose', 10)
+        robot = ks.load_robot(options.robot)
+        joints, message, xyzw = np.arange(robot.dof), PoseStamped(), np.empty((1, 4))
+        message.header.frame_id = robot.base_frame
+        for k in paced(options.targets):
+            T = ks.forward_kinematics(robot, np.sin(0.01 * k + joints))
+            kernel.quaternions(T[None], xyzw)
+            place, turn = message.pose.position, message.pose.orientation
+            place.x, place.y, place.z = map(float, T[:3, 3])
+            turn.x, turn.y, turn.z, turn.w = map(float, xyzw[0])
+            message.header.stamp = node.get_clock().now().to_msg()
+            publisher.publish(message)
 
 
 class Listener:
@@ -214,8 +210,7 @@ def main():
         parser.add_argument(part, action='store_true', help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.feed or options.feed_targets:
-        with contextlib.suppress(KeyboardInterrupt):
-            (feed if options.feed else feed_targets)(options)
+        (feed if options.feed else feed_targets)(options)
         return
     queue = ('-p', f'qos_overrides./joint_states.subscription.depth:={options.depth}')
     arguments = ('--ros-args', *queue) if options.depth else ()

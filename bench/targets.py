@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from processes import JointStates, age_of, node, paced, running  # isort: skip
+from processes import JointStates, age_of, node, paced, peer, running  # isort: skip
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test' / 'ros'))
 
@@ -37,48 +37,45 @@ def positions(robot, ahead=0.0):
 
 def feed(options):
     """Publish joint states with the time of sending as their stamp."""
-    import rclpy
     from sensor_msgs.msg import JointState
 
     import kinematics_service as ks
 
-    rclpy.init()
-    publisher = rclpy.create_node('feeder').create_publisher(JointState, 'joint_states', 100)
-    while publisher.get_subscription_count() == 0:
-        time.sleep(0.05)
-    time.sleep(1.0)
-    robot, messages = ks.load_robot(options.robots), JointStates(options.robots)
-    for k in paced(JOINT_STATES):
-        if k == round(JOINT_STATES * options.seconds):
-            break
-        publisher.publish(messages.at(positions(robot)))
-    time.sleep(0.5)
+    with peer('feeder') as node:
+        publisher = node.create_publisher(JointState, 'joint_states', 100)
+        while publisher.get_subscription_count() == 0:
+            time.sleep(0.05)
+        time.sleep(1.0)
+        robot, messages = ks.load_robot(options.robots), JointStates(options.robots)
+        for k in paced(JOINT_STATES):
+            if k == round(JOINT_STATES * options.seconds):
+                break
+            publisher.publish(messages.at(positions(robot)))
+        time.sleep(0.5)
 
 
 def aim(options):
     """Publish targets that the arm can reach."""
-    import rclpy
     from geometry_msgs.msg import PoseStamped, TwistStamped
     from target_harness import pose_target, twist_target
 
     import kinematics_service as ks
 
-    rclpy.init()
     kind = {'pose': PoseStamped, 'twist': TwistStamped}[options.kind]
-    peer = rclpy.create_node('aimer')
-    publisher = peer.create_publisher(kind, f'/kinematics/target_{options.kind}', 100)
-    while publisher.get_subscription_count() == 0:
-        time.sleep(0.05)
-    robot = ks.load_robot(options.robots)
-    for _ in paced(float(options.rates)):
-        if options.kind == 'twist':
-            twist = 0.05 * np.sin(time.time() + np.arange(6))
-            publisher.publish(twist_target(twist, robot.base_frame))
-            continue
-        present, wanted = (
-            ks.forward_kinematics(robot, positions(robot, ahead)) for ahead in (0.0, AHEAD)
-        )
-        publisher.publish(pose_target(np.linalg.inv(present) @ wanted, robot.tool_frame))
+    with peer('aimer') as node:
+        publisher = node.create_publisher(kind, f'/kinematics/target_{options.kind}', 100)
+        while publisher.get_subscription_count() == 0:
+            time.sleep(0.05)
+        robot = ks.load_robot(options.robots)
+        for _ in paced(float(options.rates)):
+            if options.kind == 'twist':
+                twist = 0.05 * np.sin(time.time() + np.arange(6))
+                publisher.publish(twist_target(twist, robot.base_frame))
+                continue
+            present, wanted = (
+                ks.forward_kinematics(robot, positions(robot, ahead)) for ahead in (0.0, AHEAD)
+            )
+            publisher.publish(pose_target(np.linalg.inv(present) @ wanted, robot.tool_frame))
 
 
 class Listener:

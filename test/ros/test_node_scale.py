@@ -121,7 +121,9 @@ def test_a_command_with_an_old_stamp_is_stopped_and_told(arm, file):
     assert controller.command(still, names, one.stamp - 19 * SECOND) > 0.0
     assert controller.command((0.0, 0.0), stamp=one.stamp + 1000 * SECOND) > 0.0
     assert controller.command((0.0, 0.0), stamp=one.stamp - 25 * SECOND) == 0.0
-    one.spin_until(lambda: 'older' in controller.reasons[-1].message, 'reason')
+    one.spin_until(
+        lambda: controller.reasons and 'older' in controller.reasons[-1].message, 'reason'
+    )
     assert 'is 25 s older' in controller.reasons[-1].message
     assert 'joint_state_timeout is 20 s' in controller.reasons[-1].message
     assert controller.codes[-1].data == -1
