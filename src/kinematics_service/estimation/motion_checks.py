@@ -53,7 +53,7 @@ def jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Integers:
     Parameters
     ----------
     t, q, qdot : shape (N,), s, rad or m, rad/s or m/s
-        Of messages; `qdot` is NaN if not reported.
+        Stamps, positions and velocities; `qdot` is NaN if not reported.
     """
     sliding, steps = bool(robot.prismatic[j]), np.abs(joint_steps(q, bool(robot.continuous[j])))
     intervals, tolerance = np.diff(t), POSITION_TOLERANCE[sliding]

@@ -62,10 +62,10 @@ RIVAL = 9.2
 # Quantile of the normal distribution: nine of ten jumps are detected that exceed the threshold by
 # 1.28 standard deviations.
 NINE_OF_TEN = 1.28
-# Number of the newest poses that are given to a diagnosis.
-NEWEST = 64
+# Number of the newest poses that are given to a diagnosis: half of the window.
+NEWEST = WINDOW // 2
 # A source fails if more poses of the window are outliers: an eighth.
-FAILING = 16
+FAILING = WINDOW // 8
 # Number of poses that the smallest jump is given for.
 FORECAST = 50
 
@@ -220,19 +220,21 @@ class _Jump(NamedTuple):
 
 
 class _LikelihoodRatios:
-    # Of jumps in a window, with x by baseline and window; all in units of the noise.
+    # The ratios of jumps in a window, with x by baseline and window, in units of the noise.
     def __init__(
         self, rows: Floats, used: Flags, unknown: Integers, jumping: int, baseline: _Baseline
     ) -> None:
         Z = rows * (used[:, None] * np.repeat(1.0 / baseline.noise, 3))[:, :, None]
         e, A, H = Z[:, :, 0], Z[:, :, 1 : jumping + 1], Z[:, :, 1:][:, :, unknown]
         r, K, prior = e.reshape(-1), H.reshape(e.size, -1), baseline.information @ baseline.mean
-        whitening = np.linalg.inv(np.linalg.cholesky(baseline.information + K.T @ K))
+        G = baseline.information + K.T @ K
+        G += np.finfo(np.float64).eps * np.trace(G) * np.eye(len(G))
+        whitening = np.linalg.inv(np.linalg.cholesky(G))
         # The columns of B are independent directions of x.
         B, y = K @ whitening.T, whitening @ (prior + K.T @ r)
         self.A, self.B, self.left = A, B.reshape(H.shape), (r - B @ y).reshape(e.shape)
         products = np.concatenate([A, self.B, self.left[:, :, None]], axis=2)
-        # From each pose on.
+        # Sum the products from each pose on.
         self.sums = np.cumsum((np.swapaxes(A, 1, 2) @ products)[::-1], axis=0)[::-1]
         told = float(np.sum(baseline.freedom))
         self.misfit = told + float(r @ r + baseline.mean @ prior - y @ y)
@@ -266,7 +268,7 @@ class _LikelihoodRatios:
         x = jump.size @ self.sums[begin, jump.own, many:-1]
         after = self.left[begin:] - jumped + self.B[begin:] @ x
         shares = np.sum(jumped * self.left[begin:], axis=1)
-        noise = float(np.sum(after**2)) / max(np.count_nonzero(after), 1)
+        noise = float(np.sum(after**2)) / (int(np.count_nonzero(after)) or 1)
         least = THRESHOLDS[len(jump.size)] * max(jump.scale, noise)
         limit = least / (UNPROVEN + 0.5)
         return bool(jump.excess > 0.0 and np.sum(np.clip(shares, -limit, limit)) >= least)

@@ -25,7 +25,7 @@ from .reference import FIRST
 
 # A jump makes poses look wrong in one of these ways, too: then the jump is reported.
 LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'time_lag')
-# What helps if poses remain far off and no mistake explains it.
+# The remedy if poses remain far off and no mistake explains it.
 ADVICE = 'calibrate --live collects poses for a robot file of this very arm'
 
 
