@@ -31,13 +31,13 @@ from .collecting import CollectedPoses
 THRESHOLDS = {1: 41.8, 6: 58.4}
 # The baseline is frozen if a ratio is nearer to its threshold than half of the smaller threshold.
 SUSPICION = 0.5
-# Poses of the window: a slip must be detected within 100 poses of a camera.
+# Poses of the window, and up to a batch more: a camera must detect a slip within 100 poses.
 WINDOW = 128
 # A second source may fail for this number of poses without an alarm.
 UNPROVEN = 5
 # Shortest time (poses) since a jump: more than may fail.
 SHORTEST = UNPROVEN + 1
-# Largest number of poses added before a test; no pose enters the baseline untested.
+# Poses that enter the baseline together; no more are added before a test, so all are tested.
 BATCH = 16
 # Smallest standard deviations of one number of a pose, m and rad: those of a tracker.
 LEAST_NOISE = 1e-4, np.radians(0.02)
@@ -45,8 +45,8 @@ LEAST_NOISE = 1e-4, np.radians(0.02)
 OFFSET = 0.3
 # Prior standard deviation (s) of the lag: two periods of joint states at 200 Hz.
 LAG = 0.01
-# Number of poses of the baseline: old ones fade, so an arm that warms up is followed.
-MEMORY = 2000
+# Number of poses of the baseline, the newest ones: an arm that warms up is followed.
+MEMORY = 2 * WINDOW
 # Linearize the offsets anew after a step of this size (m, rad): its square is negligible.
 STEP = 2e-3
 # The median of chi-square with 6 degrees of freedom.
@@ -170,41 +170,29 @@ class Watched(NamedTuple):
 
 
 class _Baseline:
-    # Sums over healthy poses, of positions and of rotations; x in units of its prior.
-    def __init__(self, size: int, floor: Floats) -> None:
-        self.gram, self.right = np.zeros((2, size, size)), np.zeros((2, size))
-        self.squares, self.count = np.zeros(2), 0.0
-        self.noise = self.floor = floor
-        self.pairs, self.last = np.ones(2), np.zeros((0, 6))
-
-    def admit(self, rows: Floats, unknown: Integers) -> None:
+    # What healthy poses say of x, in units of its prior, and of the noise (MacKay 1992): it
+    # follows from the remainder and from how many numbers of x the poses determine.
+    def __init__(self, rows: Floats, unknown: Integers, floor: Floats) -> None:
         e, H = rows[:, :, 0], rows[:, :, 1:][:, :, unknown]
-        fade = min(1.0, max(MEMORY - len(e), 0) / max(self.count, 1.0))
-        J, r = H.reshape(len(e), 2, 3, -1), e.reshape(len(e), 2, 3)
-        self.gram = fade * self.gram + np.einsum('nkim,nkil->kml', J, J, optimize=True)
-        self.right = fade * self.right + np.einsum('nkim,nki->km', J, r)
-        self.squares = fade * self.squares + np.sum(r**2, axis=(0, 2))
-        self.count = fade * self.count + len(e)
-        # The noise follows from the remainder and from how many numbers of x the poses determine
-        # (MacKay 1992). Successive poses share errors that are none of x: an elastic arm, a
-        # distorted image. The ratio of `pairs` (von Neumann 1941) is how many times more of them
-        # tell as much as independent ones.
-        before = fade * self.pairs
+        r = np.moveaxis(e.reshape(len(e), 2, 3), 1, 0).reshape(2, -1, 1)
+        K = np.moveaxis(H.reshape(len(e), 2, 3, -1), 1, 0).reshape(2, r.shape[1], -1)
+        gram, right = np.swapaxes(K, 1, 2) @ K, (np.swapaxes(K, 1, 2) @ r)[:, :, 0]
+        self.noise = floor
         for _ in range(3):
             weights = self.noise**-2
-            self.information = np.tensordot(weights, self.gram, 1) + np.eye(self.gram.shape[1])
+            self.information = np.tensordot(weights, gram, 1) + np.eye(len(unknown))
             covariance = np.asarray(np.linalg.inv(self.information), dtype=np.float64)
-            self.mean = covariance @ (weights @ self.right)
-            told = weights * np.einsum('ij,kji->k', covariance, self.gram)
-            self.freedom = np.maximum(3.0 * self.count - told, 1.0)
-            squares = self.squares + (self.gram @ self.mean - 2.0 * self.right) @ self.mean
-            left = np.concatenate([self.last, (e - H @ self.mean) / np.repeat(self.noise, 3)])
-            two = left[1:] + left[:-1], left[1:] - left[:-1]
-            self.pairs = before + [np.sum(one**2) for one in two]
-            longer = max(1.0, self.pairs[0] / self.pairs[1])
-            noise = np.sqrt(np.maximum(squares, 0.0) / self.freedom * longer)
-            self.noise = np.maximum(noise, self.floor)
-        self.last = left[-1:]
+            self.mean = covariance @ (weights @ right)
+            told = weights * np.einsum('ij,kji->k', covariance, gram)
+            self.freedom = np.maximum(3.0 * len(e) - told, 1.0)
+            # Successive poses share errors that are none of x: an elastic arm, a distorted image.
+            # This ratio (von Neumann 1941) is how many times more of them tell as much.
+            left = e - H @ self.mean
+            scaled = left / np.repeat(self.noise, 3)
+            sums, differences = scaled[1:] + scaled[:-1], scaled[1:] - scaled[:-1]
+            longer = max(1.0, float(np.sum(sums**2) / np.sum(differences**2)))
+            squares = np.sum(left.reshape(-1, 2, 3) ** 2, axis=(0, 2))
+            self.noise = np.maximum(np.sqrt(squares / self.freedom * longer), floor)
 
 
 class _Jump(NamedTuple):
@@ -306,7 +294,6 @@ class JumpDetector:
         while True:
             A = evaluate(robot, first.q).pose
             self._X, self._Y = fit_offsets(A[None], first.poses[None])[:2]
-            self._baseline = _Baseline(len(self._unknown), self._floor)
             self._window, self._learned = first, first.at(slice(0))
             self._rows, self._used = self._linearized(first), np.ones(len(first.q), dtype=bool)
             self._learn(first)
@@ -322,14 +309,13 @@ class JumpDetector:
     def _learn(self, poses: CollectedPoses) -> None:
         # Admit poses to the baseline, and linearize the offsets where it has them.
         self._learned = self._learned.followed_by(poses).at(slice(-MEMORY, None))
-        self._baseline.admit(self._linearized(poses), self._unknown)
         for _ in range(ROUNDS):
+            rows = self._linearized(self._learned)
+            self._baseline = _Baseline(rows, self._unknown, self._floor)
             step = OFFSET * self._baseline.mean[None, : TOOL.stop]
             if np.max(np.abs(step)) < STEP:
                 break
             self._X, self._Y = moved_offsets(self._X, self._Y, step, ONE)
-            self._baseline = _Baseline(len(self._unknown), self._floor)
-            self._baseline.admit(self._linearized(self._learned), self._unknown)
             self._rows = self._linearized(self._window)
 
     def _keep(self, begin: int) -> None:
@@ -360,10 +346,10 @@ class JumpDetector:
             self._rows = np.concatenate([self._rows, self._linearized(part)])
             self._count += len(part.q)
             is_calm = self._test()
-            if (over := max(len(self._used) - WINDOW, 0)) and is_calm:
-                old = self._window.at(slice(over)).at(self._used[:over])
-                self._learn(old)
-            self._keep(over)
+            if (over := len(self._used) - WINDOW) >= BATCH:
+                if is_calm:
+                    self._learn(self._window.at(slice(over)).at(self._used[:over]))
+                self._keep(over)
         outliers = len(self._used) - int(np.sum(self._used))
         recent = self._window if outliers > FAILING else self._window.at(self._used)
         newest = min(self._jump.count, NEWEST) if self._jump else NEWEST
