@@ -195,7 +195,7 @@ class _Baseline:
             self.noise = np.maximum(np.sqrt(squares / self.freedom * longer), floor)
 
 
-class _Jump(NamedTuple):
+class _JumpCandidate(NamedTuple):
     # A parameter that may jump: its columns, first pose of the window, size, gain (twice the
     # increase of the log likelihood), what that exceeds its threshold by, and the variance of the
     # window over that of the baseline, at least 1.
@@ -235,7 +235,7 @@ class _LikelihoodRatios:
         unit = least[:, None, None] * np.eye(whole.shape[1])
         return np.asarray(whole - D @ np.swapaxes(D, 1, 2) + unit)
 
-    def likeliest(self, own: slice, sums: Floats, first: int) -> _Jump:
+    def likeliest(self, own: slice, sums: Floats, first: int) -> _JumpCandidate:
         # `sums` are those of jumps from the pose `first` on, the next one and so on.
         u = sums[:, own, -1]
         sizes = np.linalg.solve(self.information(sums, own), u[:, :, None])[:, :, 0]
@@ -246,9 +246,9 @@ class _LikelihoodRatios:
         # The ratio with the scale of the noise unknown; Bartlett's factor makes it chi-square.
         ratio = (rest + 0.5 * dof - 1.0) * math.log1p(gain / max(left, rest))
         scale = max(1.0, left / self.freedom)
-        return _Jump(own, first + at, sizes[at], gain, ratio - THRESHOLDS[dof], scale)
+        return _JumpCandidate(own, first + at, sizes[at], gain, ratio - THRESHOLDS[dof], scale)
 
-    def is_proven(self, jump: _Jump) -> bool:
+    def is_proven(self, jump: _JumpCandidate) -> bool:
         # The sum of the shares is the gain; each is clipped so that UNPROVEN poses do not suffice.
         # They must fit with the jump, too: otherwise the noise has grown.
         begin, many = jump.begin, self.A.shape[2]
@@ -403,11 +403,13 @@ class JumpDetector:
         ranges = (self._most - self._least) / self._robot.task.column_scales
         return [int(j) for j in np.flatnonzero(ranges > MOVED)]
 
-    def _candidates(self, ratios: _LikelihoodRatios, sums: Floats, first: int) -> list[_Jump]:
+    def _candidates(
+        self, ratios: _LikelihoodRatios, sums: Floats, first: int
+    ) -> list[_JumpCandidate]:
         joints = [slice(LAGS.stop + j, LAGS.stop + j + 1) for j in self._moved]
         return [ratios.likeliest(own, sums, first) for own in (BASE, TOOL, LAGS, *joints)]
 
-    def _returned(self, ratios: _LikelihoodRatios, best: _Jump) -> int:
+    def _returned(self, ratios: _LikelihoodRatios, best: _JumpCandidate) -> int:
         # The first pose after the end of a jump that was only for a while; 0: it lasts.
         first, end = best.begin + SHORTEST, len(self._rows) - UNPROVEN
         if first >= end:
@@ -416,7 +418,7 @@ class JumpDetector:
         ended = max(self._candidates(ratios, passed, first), key=lambda one: one.gain)
         return ended.begin if ended.gain - best.gain > THRESHOLDS[6] * ended.scale else 0
 
-    def _report(self, candidates: list[_Jump], best: _Jump) -> None:
+    def _report(self, candidates: list[_JumpCandidate], best: _JumpCandidate) -> None:
         joints = [one for one in candidates if one.own.start >= LAGS.stop]
         joints.sort(key=lambda one: -one.gain)
         if best.own in (BASE, TOOL) and joints:

@@ -21,8 +21,9 @@ from ...rigid_motion import roll_pitch_yaw
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from ..parameters.settings import ReferenceLimits
-from .reference import FIRST
 
+# Poses of the first diagnosis, and new ones before the next while something is wrong.
+FIRST = 20
 # A jump makes poses look wrong in one of these ways, too: then the jump is reported.
 LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'time_lag')
 # The remedy if poses remain far off and no mistake explains it.

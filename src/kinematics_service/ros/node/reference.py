@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 MOST = 256
 # The joints' path is kept in steps of this (ns), and this number of them, to find a lag.
 WAY_STEP, WAY = 10_000_000, 6_000
-# Different poses before the first diagnosis.
-FIRST = 20
 # Different poses that show whether this is the robot of the file.
 FIRST_LOOK = 10
 
@@ -144,20 +142,20 @@ class Reference:
 
     def status_text(self) -> StatusText | None:
         """Return the status of the frames, None if there is no second source."""
-        busy, limits = self._thread is not None and self._thread.is_alive(), self._limits()
-        count = 0 if self._poses is None else self._poses.different
-        if self._poses is not None and count > FIRST:
+        if self._poses is not None:
             # Imported if there is a second source: most nodes have none.
-            from .frames import examined, frames_status
+            from .frames import FIRST, examined, frames_status
 
-            if not busy and (new := self._poses.taken()).stamps:
+            count, limits = self._poses.different, self._limits()
+            busy = self._thread is not None and self._thread.is_alive()
+            if count > FIRST and not busy and (new := self._poses.taken()).stamps:
                 known = self._robot(), limits, self._examined, new, list(self._way)
                 self._begin('_examined', examined, *known)
             if self._examined is not None:
                 # Judged each time: the limits may have changed.
                 return frames_status(self._examined, limits)
-        if self._refused:
-            refused = f'pose of {self.topic_name} refused: {self._refused}'
-            return StatusText(Level.WARN, refused, ())
-        collected = StatusText(Level.OK, f'{count} of {FIRST} different poses collected', ())
-        return collected if self.is_there else None
+            if not self._refused:
+                return StatusText(Level.OK, f'{count} of {FIRST} different poses collected', ())
+        if not self._refused:
+            return None
+        return StatusText(Level.WARN, f'pose of {self.topic_name} refused: {self._refused}', ())
