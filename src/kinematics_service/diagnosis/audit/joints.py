@@ -140,12 +140,7 @@ def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
             odd, steps = odd[steady[odd]], joint_steps(q, bool(robot.continuous[j]))
             count += len(odd)
             found += [
-                Jump(
-                    span.start + k + 1,
-                    robot.joint_names[j],
-                    float(steps[k]),
-                    float(gaps[k] * 1e-9),
-                )
+                Jump(span.start + k + 1, robot.joint_names[j], float(steps[k]), gaps[k] * 1e-9)
                 for k in odd[:MOST_JUMPS].tolist()
             ]
         first = (first + sorted(found))[:MOST_JUMPS]

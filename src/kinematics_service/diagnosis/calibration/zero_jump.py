@@ -350,7 +350,7 @@ class JumpDetector:
                 if is_calm:
                     self._learn(self._window.at(slice(over)).at(self._used[:over]))
                 self._keep(over)
-        outliers = len(self._used) - int(np.sum(self._used))
+        outliers = int(np.sum(~self._used[-WINDOW:]))
         recent = self._window if outliers > FAILING else self._window.at(self._used)
         newest = min(self._jump.count, NEWEST) if self._jump else NEWEST
         noise = float(self._baseline.noise[0]), float(self._baseline.noise[1])
@@ -428,12 +428,10 @@ class JumpDetector:
             best = joints[0] if best.gain - joints[0].gain < bent + fewer else best
         rows = self._rows[best.begin :, :, 1:][:, :, best.own] @ best.size
         position, angle = np.sqrt(np.mean(np.sum(rows.reshape(-1, 2, 3) ** 2, axis=2), axis=0))
-        key, sizes = 'joint_offset', [float(angle)]
-        if best.own in (BASE, TOOL):
-            key = 'base' if best.own == BASE else 'tool'
-        elif best.own == LAGS:
-            key, sizes = 'time_lag', [LAG * float(best.size[0])]
-        names = [key]
+        key = {BASE.start: 'base', TOOL.start: 'tool', LAGS.start: 'time_lag'}.get(
+            best.own.start, 'joint_offset'
+        )
+        names, sizes = [key], [LAG * float(best.size[0]) if best.own == LAGS else float(angle)]
         if key == 'joint_offset':
             near = best.gain * (1.0 - float(best.size[0]) ** 2) - RIVAL * best.scale
             named = [one for one in joints if one.gain >= near][:2]

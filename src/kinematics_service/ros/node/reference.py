@@ -43,7 +43,7 @@ class Reference:
     Collects poses of a second source with the joint positions at their stamps, and compares them.
 
     Both must have the same clock. The work has a thread of its own: it takes 20 ms for a diagnosis
-    and 0.5 ms for a new pose.
+    and 1 ms for a new pose.
     The first few poses are compared as they are, and the log says whether they are of this robot.
 
     Parameters
