@@ -204,6 +204,20 @@ def test_the_columns_of_a_bag_are_its_messages():
 # Findings
 
 
+def test_a_start_that_is_reported_three_messages_late_is_no_jump():
+    robot = robot_of('ur5e')
+    t, late = 0.02 * np.arange(300), 3
+    qdot = np.zeros((300, 6))
+    qdot[100:, 2] = 1.5
+    q = np.cumsum(qdot, axis=0) * 0.02
+    told = np.roll(qdot, late, axis=0)
+    result, _ = audited(samples_of(robot, t, q, told), robot)
+    assert not result.jumps
+    q[200:, 2] += 0.3
+    (jump,) = audited(samples_of(robot, t, q, told), robot)[0].jumps
+    assert jump.row == 200
+
+
 def test_planted_faults_of_a_stream_are_found():
     robot = robot_of('ur5e')
     t, q, qdot = motion(robot, 1000, 100.0)

@@ -170,8 +170,8 @@ class Watched(NamedTuple):
 
 
 class _Baseline:
-    # What healthy poses say of x, in units of its prior, and of the noise (MacKay 1992): it
-    # follows from the remainder and from how many numbers of x the poses determine.
+    # The mean and information of x by healthy poses, in units of its prior. The noise follows
+    # from the remainder and from how many numbers of x the poses determine (MacKay 1992).
     def __init__(self, rows: Floats, unknown: Integers, floor: Floats) -> None:
         e, H = rows[:, :, 0], rows[:, :, 1:][:, :, unknown]
         r = np.moveaxis(e.reshape(len(e), 2, 3), 1, 0).reshape(2, -1, 1)
