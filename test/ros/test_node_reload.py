@@ -173,6 +173,7 @@ def test_an_orientation_of_the_tool_in_degrees_is_refused(arm, file):
     result = change(one, tool__rpy=[0.0, 0.0, 90.0])
     assert not result.successful
     assert 'tool.rpy: [0.0, 0.0, 90.0] is not accepted' in result.reason
+    assert result.reason.endswith('are these degrees? write 1.5708')
     assert 'none beyond 6.28319' in result.reason
     assert change(one, tool__rpy=[0.0, 0.0, -math.pi]).successful
 

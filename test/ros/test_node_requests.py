@@ -78,7 +78,7 @@ def test_a_parameter_is_set(arm, told):
         (('scale.rise', 'fast'), 'scale.rise is refused: Wrong parameter type'),
         (
             ('/arm/kinematics', 'scale.rise', '3'),
-            'list_parameters does not answer; kinematics nodes here: /kinematics',
+            'there is no node of this name; kinematics nodes here: /kinematics',
         ),
     ],
 )
@@ -95,7 +95,10 @@ def test_a_node_that_is_not_there_is_answered_with_those_that_are(arm, told, mon
     with turned(one), turned(other):
         code, _, errors = told('reload')
         assert code == 1
-        assert 'kinematics nodes here: /left/kinematics, /right/kinematics' in errors
+        assert (
+            'no node of this name; kinematics nodes here: /left/kinematics, /right/kinematics'
+            in errors
+        )
         code, output, _ = told('reload', '/left/kinematics')
     assert code == 0
     assert 'robot planar_2r' in output

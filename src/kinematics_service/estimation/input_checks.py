@@ -5,7 +5,7 @@ Stamps are compared with times of arrival, and motions judged by `motion_checks`
 noise of healthy drivers pass. Each sentence begins with the kind of fault, up to a colon.
 """
 
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
@@ -250,7 +250,7 @@ def _motion_faults(
     if len(times) < SAMPLE_MINIMUM:
         return
     t, steps = 1e-9 * (times - times[0]), dict[str, Floats]()
-    fast, contrary = list[str](), defaultdict[str, list[str]](list)
+    fast, contrary = list[str](), list[str]()
     for name, k in places.items():
         j, q, qdot = ours[name], group.q[:, k], group.qdot[:, k]
         if robot.continuous[j]:
@@ -264,9 +264,9 @@ def _motion_faults(
         path = q if np.isnan(qdot).any() else motion_checks.integral(t, qdot)
         speed = 0.0 if unstamped else motion_checks.largest_speed(t, path)
         if len(found):
-            steps[name] = found
+            steps[name] = np.diff(q)[found]
         elif text:
-            contrary[text].append(name)
+            contrary.append(f'that of {name} is {text}')
         elif speed > SPEED_TOLERANCE * limit:
             fast.append(f'{name} {speed / limit:.3g} times at {speed:.3g} {unit}/s')
     if steps:
@@ -278,9 +278,8 @@ def _motion_faults(
             f'{largest[name]:+.3g} {robot.units[ours[name]]}; look for wrong messages'
         )
     if contrary:
-        each = '; '.join(f'of {", ".join(names)} {text}' for text, names in contrary.items())
         remedy = 'correct the driver, or set velocity_source to difference'
-        yield f'reported velocities contradict the positions: {each}; {remedy}'
+        yield f'reported velocities contradict the positions: {"; ".join(contrary)}; {remedy}'
     if fast:
         yield f'beyond the velocity limit: {", ".join(fast)}; check units and robot file'
 
@@ -302,8 +301,10 @@ def _mimic_faults(
             # A joint that follows late is off by less than the motion of the second.
             if np.min(np.abs(q - formula)) > POSITION_TOLERANCE[slides] + np.ptp(formula):
                 unit = 'm' if slides else 'rad'
+                factor = {1.0: '', -1.0: '-'}.get(multiplier, f'{multiplier:g} * ')
+                shift = f' {"-" if offset < 0.0 else "+"} {abs(offset):g}' if offset else ''
                 yield (
                     f'mimic joint {pair[0]} differs from its formula: {q[-1]:.4g} {unit} in the '
-                    f'messages, {multiplier:g} * {pair[1]} + {offset:g} = {formula[-1]:.4g} '
+                    f'messages, {factor}{pair[1]}{shift} = {formula[-1]:.4g} '
                     f'{unit} in the poses; correct the driver or the mimic element'
                 )

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from ..kernel import Floats
+from ..kernel import Floats, Integers
 from ..robot.robot import Robot
 
 # Smaller differences of positions have no fault (rad, m): encoders, rounding, play.
@@ -43,44 +43,32 @@ def joint_steps(q: Floats, wraps: bool) -> Floats:
     return np.asarray(np.mod(steps + math.pi, math.tau) - math.pi if wraps else steps)
 
 
-def explained_steps(robot: Robot, j: int, speeds: Floats, intervals: Floats) -> Floats:
+def jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Integers:
     """
-    Return the largest steps of joint j that its speed explains, shape (N,), rad or m.
-
-    Parameters
-    ----------
-    speeds : shape (N + 1,), rad/s or m/s
-        Reported at the ends of the intervals, none negative; NaN if not reported.
-    intervals : shape (N,), s
-        Between messages.
-    """
-    sliding = bool(robot.prismatic[j])
-    reported = SPEED_MARGIN * np.fmax(speeds[1:], speeds[:-1])
-    limit = LIMIT_MARGIN * float(robot.velocity_limits[j])
-    otherwise = limit if math.isfinite(limit) else FREE_SPEED[sliding]
-    explained: Floats = np.where(np.isnan(reported), otherwise, reported) * intervals
-    return explained + POSITION_TOLERANCE[sliding]
-
-
-def jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Floats:
-    """
-    Return the steps of joint j that no speed within `LAG_LIMIT` explains, rad or m.
+    Return the intervals in which joint j jumps: no speed within `LAG_LIMIT` explains its step.
 
     Messages that are stamped or arrive in pairs were not measured in pairs, so no interval is
     shorter than the median.
+
+    Parameters
+    ----------
+    t, q, qdot : shape (N,), s, rad or m, rad/s or m/s
+        Stamps, positions and velocities; `qdot` is NaN if not reported.
     """
-    intervals, steps = np.diff(t), np.diff(q)
-    if np.max(np.abs(steps)) <= POSITION_TOLERANCE[bool(robot.prismatic[j])]:
-        return steps[:0]
-    usual = float(np.median(intervals))
+    sliding, steps = bool(robot.prismatic[j]), np.abs(joint_steps(q, bool(robot.continuous[j])))
+    intervals, tolerance = np.diff(t), POSITION_TOLERANCE[sliding]
+    if np.max(steps, initial=0.0) <= tolerance or not np.any(intervals > 0.0):
+        return np.zeros(0, dtype=np.int64)
+    usual = float(np.median(intervals[intervals > 0.0]))
     intervals = np.maximum(intervals, usual)
     near = min(math.ceil(LAG_LIMIT / usual), len(t))  # messages by which reported speeds may lag
     speeds = sliding_window_view(np.pad(np.abs(qdot), near, 'edge'), 2 * near + 1).max(axis=1)
-    by_speed, by_limit = (
-        explained_steps(robot, j, known, intervals) for known in (speeds, np.nan * speeds)
-    )
-    found: Floats = steps[np.abs(steps) > np.where(intervals > START_AND_STOP, by_limit, by_speed)]
-    return found
+    reported = SPEED_MARGIN * np.maximum(speeds[1:], speeds[:-1])
+    limit = LIMIT_MARGIN * float(robot.velocity_limits[j])
+    otherwise = limit if math.isfinite(limit) else FREE_SPEED[sliding]
+    unknown = np.isnan(reported) | (intervals > START_AND_STOP)
+    explained = np.where(unknown, otherwise, reported) * intervals + tolerance
+    return np.flatnonzero(steps > explained)
 
 
 def integral(t: Floats, qdot: Floats) -> Floats:
@@ -108,10 +96,9 @@ def path_errors(t: Floats, q: Floats, qdot: Floats, lags: Floats) -> Floats:
 
 def scale_in_words(scale: float) -> str:
     """Return what a ratio of reported velocities to those by the positions means."""
-    text = f'{scale:.3g} times what its positions say'
-    if abs(scale - math.degrees(1.0)) < 2.0:
-        return f'{text} (degrees?)'
-    return f'{text} (the wrong sign)' if abs(scale + 1.0) < 0.1 else text
+    degrees, flipped = abs(scale - math.degrees(1.0)) < 2.0, abs(scale + 1.0) < 0.1
+    cause = ': degrees?' if degrees else ': wrong sign' if flipped else ''
+    return f'{scale:.3g} times the change of its position{cause}'
 
 
 def contradiction(t: Floats, q: Floats, qdot: Floats, tolerance: float, unit: str) -> str:
@@ -132,7 +119,7 @@ def contradiction(t: Floats, q: Floats, qdot: Floats, tolerance: float, unit: st
     if off <= tolerance + 0.5 * longest * fastest + VELOCITY_SHARE * max(moved, motion):
         return ''
     if moved <= tolerance:
-        return f'up to {fastest:.3g} {unit}/s of a joint that moves by {moved:.1g} {unit}'
+        return f'up to {fastest:.3g} {unit}/s, but its position moves by {moved:.1g} {unit}'
     # The latest half may have the cause alone.
     x, y = (half - np.mean(half) for half in (q[len(q) // 2 :], path[len(q) // 2 :]))
     scale = float(np.dot(x, y) / max(np.dot(x, x), np.finfo(float).tiny))

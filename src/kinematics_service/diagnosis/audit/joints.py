@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...estimation.joint_memory import LIMIT_SLACK
-from ...estimation.motion_checks import explained_steps, joint_steps
+from ...estimation.motion_checks import joint_steps, jumps
 from ...formats.recordings.columns import median, spans
 from ...robot.robot import Robot
 from .reported_velocities import INTERVAL_FACTOR, VelocityCheck, velocity_check
@@ -135,18 +135,12 @@ def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
         gaps, differenced = np.diff(timeline.stamps[span]), timeline.differenced[span]
         steady, found = (gaps > 0) & (gaps <= INTERVAL_FACTOR * usual), list[Jump]()
         for j in range(robot.dof):
-            steps = joint_steps(timeline.q.columns[j][span], bool(robot.continuous[j]))
-            speeds = np.where(differenced, np.nan, timeline.qdot.columns[j][span])
-            allowed = explained_steps(robot, j, np.abs(speeds), gaps * 1e-9)
-            odd = np.flatnonzero(steady & (np.abs(steps) > allowed))
+            q, speeds = timeline.q.columns[j][span], timeline.qdot.columns[j][span]
+            odd = jumps(robot, j, timeline.t[span], q, np.where(differenced, np.nan, speeds))
+            odd, steps = odd[steady[odd]], joint_steps(q, bool(robot.continuous[j]))
             count += len(odd)
             found += [
-                Jump(
-                    span.start + k + 1,
-                    robot.joint_names[j],
-                    float(steps[k]),
-                    float(gaps[k] * 1e-9),
-                )
+                Jump(span.start + k + 1, robot.joint_names[j], float(steps[k]), gaps[k] * 1e-9)
                 for k in odd[:MOST_JUMPS].tolist()
             ]
         first = (first + sorted(found))[:MOST_JUMPS]

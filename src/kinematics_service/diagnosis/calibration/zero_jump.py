@@ -1,11 +1,11 @@
 """
-Detect a jump of a joint zero by the windowed generalized likelihood ratio test.
+Detect a jump of a joint zero by the generalized likelihood ratio (GLR) test of Willsky and Jones.
 
-Willsky and Jones 1976; Basseville and Nikiforov 1993, chapter 7; Lai 1995. The residual of pose k
-is e = H x + A delta + noise: x are base, tool, lag and the errors of the table, which have priors;
-delta is what jumps, from a pose of the window on. The gain of a jump is twice the increase of the
-log likelihood, with x and the scale of the noise maximized. A wrong table is part of x, so a new
-working region raises no alarm.
+Willsky and Jones 1976; Basseville and Nikiforov 1993, chapter 7. The residual of pose k is
+e = H x + A delta + noise: x are base, tool, lag and the errors of the table, which have Gaussian
+priors; delta is what jumps, from some pose of the window on. The test maximizes the likelihood
+ratio over the jumping parameter, its first pose and delta, with x by the baseline of healthy poses
+and the window. A wrong table is part of x, so a new working region raises no alarm.
 """
 
 import math
@@ -16,28 +16,28 @@ import numpy as np
 
 from ... import kernel
 from ...formats.recordings.block import Flags
-from ...kernel import Floats
+from ...kernel import Floats, Integers
 from ...kinematics.tool_state import evaluate
 from ...kinematics.uncertainty.arm_errors import TableErrors, table_errors_of
 from ...kinematics.uncertainty.parameters import parameters_of
 from ...robot.file.parts.description import Uncertainty
 from ...robot.robot import Robot
 from ..frame_check.errors import angle_in_words, length_in_words, time_in_words
-from ..frame_check.offsets import equations_of, fit_at, fit_offsets, moved_offsets
+from ..frame_check.offsets import fit_at, fit_offsets, jacobian, moved_offsets, residual
 from .collecting import CollectedPoses
 
-# Quantiles of chi-square with 1 and 6 degrees of freedom at 1e-10: with some 100 tests a pose, a
-# healthy arm raises one false alarm in 1e8 poses.
+# Quantiles of chi-square with 1 and 6 degrees of freedom at 1e-10: with some 1000 tests a pose, a
+# healthy arm raises one false alarm in 1e7 poses.
 THRESHOLDS = {1: 41.8, 6: 58.4}
-# The baseline is frozen if a gain is nearer to its threshold than half of the smaller threshold.
+# The baseline is frozen if a ratio is nearer to its threshold than half of the smaller threshold.
 SUSPICION = 0.5
-# Poses of the window: a slip must be detected within 100 poses of a camera.
+# Poses of the window, and up to a batch more: a camera must detect a slip within 100 poses.
 WINDOW = 128
-# Ages (poses) at which a jump may have begun: a factor of 1.4 loses at most 1/6 of the gain.
-AGES = {6, 8, 11, 16, 24, 35, 50, 70, 95, WINDOW}
 # A second source may fail for this number of poses without an alarm.
 UNPROVEN = 5
-# Largest number of poses added before a test; no pose enters the baseline untested.
+# Shortest time (poses) since a jump: more than may fail.
+SHORTEST = UNPROVEN + 1
+# Poses that enter the baseline together; no more are added before a test, so all are tested.
 BATCH = 16
 # Smallest standard deviations of one number of a pose, m and rad: those of a tracker.
 LEAST_NOISE = 1e-4, np.radians(0.02)
@@ -45,42 +45,31 @@ LEAST_NOISE = 1e-4, np.radians(0.02)
 OFFSET = 0.3
 # Prior standard deviation (s) of the lag: two periods of joint states at 200 Hz.
 LAG = 0.01
-# Largest weight (poses) of the baseline: old poses fade, so an arm that warms up is followed.
-MEMORY = 2000.0
+# Number of poses of the baseline, the newest ones: an arm that warms up is followed.
+MEMORY = 2 * WINDOW
 # Linearize the offsets anew after a step of this size (m, rad): its square is negligible.
 STEP = 2e-3
-# A pose fits with a jump that explains 95 % of its square, as a turn by 20 degrees does.
-UNEXPLAINED = 0.05
-# Share of the poses since a jump that must fit with it: an age may be 1.4 times too long.
-FITTING = 0.6
 # The median of chi-square with 6 degrees of freedom.
 MEDIAN = 5.35
+# Largest number of linearizations of the offsets in a row.
+ROUNDS = 8
 # Joints that moved less (rad, prismatic joints by length) are never named.
 MOVED = 0.02
-# An eigenvalue of an information below 1e-9 of the largest is round-off.
+# An information below 1e-9 of that with x known is round-off.
 ROUND_OFF = 1e-9
-# A correlation of successive poses counts beyond three standard deviations.
-CORRELATION_DEVIATIONS = 3.0
-# Largest correlation (AR(1)) of successive poses: the noise counts as 6 times larger at most.
-CORRELATION_LIMIT = 0.95
-# Twice the logarithm of 100: a candidate that is less likely by more is not named.
+# Twice the logarithm of 100: a joint that is less likely by more is not named.
 RIVAL = 9.2
 # Quantile of the normal distribution: nine of ten jumps are detected that exceed the threshold by
 # 1.28 standard deviations.
 NINE_OF_TEN = 1.28
-# Number of the newest poses that are given to a diagnosis.
-NEWEST = 64
+# Number of the newest poses that are given to a diagnosis: half of the window.
+NEWEST = WINDOW // 2
 # A source fails if more poses of the window are outliers: an eighth.
-FAILING = 16
+FAILING = WINDOW // 8
 # Number of poses that the smallest jump is given for.
 FORECAST = 50
-# Largest number of linearizations of the offsets in a row.
-ROUNDS = 8
-# Number of poses that are kept to linearize the baseline anew: few poses leave the offsets loose.
-RELEARNED = 256
 
 BASE, TOOL, LAGS = slice(0, 6), slice(6, 12), slice(12, 13)
-BOUNDS = np.minimum, np.maximum
 # Positions are in m.
 ONE = np.ones((1, 1, 1))
 
@@ -95,7 +84,7 @@ class ZeroJump:
     key
         joint_offset, base, tool or time_lag.
     names
-        The joints that may have jumped, the likeliest first, or `base`, `tool` or `lag`.
+        The joints that may have jumped, the likeliest first, or the key.
     sizes
         The jump of each, rad, m or s; the rotation (rad) of base and tool.
     position, angle
@@ -180,75 +169,103 @@ class Watched(NamedTuple):
         ]
 
 
-class _JumpCandidate(NamedTuple):
-    # A parameter that may jump: its columns, gain and size, and the age (an index of `ages`).
-    columns: slice
-    excess: float
-    gain: float
-    size: Floats
-    at: int
-
-
-class _JumpEvidence(NamedTuple):
-    # One test: ages of jumps, rows (6 N, M) and what remains (6 N,) in units of the noise, the
-    # covariance of x, and per age the sums of the rows' products since.
-    ages: tuple[int, ...]
-    rows: Floats
-    left: Floats
-    covariance: Floats
-    sums: Floats
-    misfit: float
-    freedom: float
-
-
 class _Baseline:
-    # Sums over healthy poses, of positions and of rotations; x in units of its prior.
-    def __init__(self, size: int, floor: Floats) -> None:
-        self.gram, self.right = np.zeros((2, size, size)), np.zeros((2, size))
-        self.squares, self.count = np.zeros(2), 0.0
-        self.noise = self.floor = floor
-        self.pairs, self.last = np.zeros(2), np.zeros((0, 6))
-
-    def admit(self, e: Floats, H: Floats) -> None:
-        fade = min(1.0, max(MEMORY - len(e), 0.0) / max(self.count, 1.0))
-        J, r = H.reshape(len(e), 2, 3, -1), e.reshape(len(e), 2, 3)
-        self.gram = fade * self.gram + np.einsum('nkim,nkil->kml', J, J, optimize=True)
-        self.right = fade * self.right + np.einsum('nkim,nki->km', J, r)
-        self.squares = fade * self.squares + np.sum(r**2, axis=(0, 2))
-        self.count = fade * self.count + len(e)
-        self.settle()
-        # Successive poses share errors that are none of x: an elastic arm, a distorted image.
-        left = np.concatenate([self.last, (e - H @ self.mean) / np.repeat(self.noise, 3)])
-        pairs = np.sum(left[1:] * left[:-1]), 0.5 * np.sum(left[1:] ** 2 + left[:-1] ** 2)
-        self.pairs, self.last = fade * self.pairs + pairs, left[-1:]
-
-    def settle(self) -> None:
-        # The noise follows from the remainder and from how many numbers of x the poses determine
-        # (MacKay 1992).
+    # The mean and information of x by healthy poses, in units of its prior. The noise follows
+    # from the remainder and from how many numbers of x the poses determine (MacKay 1992).
+    def __init__(self, rows: Floats, unknown: Integers, floor: Floats) -> None:
+        e, H = rows[:, :, 0], rows[:, :, 1:][:, :, unknown]
+        r = np.moveaxis(e.reshape(len(e), 2, 3), 1, 0).reshape(2, -1, 1)
+        K = np.moveaxis(H.reshape(len(e), 2, 3, -1), 1, 0).reshape(2, r.shape[1], -1)
+        gram, right = np.swapaxes(K, 1, 2) @ K, (np.swapaxes(K, 1, 2) @ r)[:, :, 0]
+        self.noise = floor
         for _ in range(3):
             weights = self.noise**-2
-            self.information = np.tensordot(weights, self.gram, 1) + np.eye(self.gram.shape[1])
-            self.covariance = np.asarray(np.linalg.inv(self.information), dtype=np.float64)
-            self.mean = self.covariance @ (weights @ self.right)
-            told = weights * np.einsum('ij,kji->k', self.covariance, self.gram)
-            self.freedom = np.maximum(3.0 * self.count - told, 1.0)
-            left = self.squares + (self.gram @ self.mean - 2.0 * self.right) @ self.mean
-            noise = np.sqrt(np.maximum(left, 0.0) / self.freedom * self._longer())
-            self.noise = np.maximum(noise, self.floor)
+            self.information = np.tensordot(weights, gram, 1) + np.eye(len(unknown))
+            covariance = np.asarray(np.linalg.inv(self.information), dtype=np.float64)
+            self.mean = covariance @ (weights @ right)
+            told = weights * np.einsum('ij,kji->k', covariance, gram)
+            self.freedom = np.maximum(3.0 * len(e) - told, 1.0)
+            # Successive poses share errors that are none of x: an elastic arm, a distorted image.
+            # This ratio (von Neumann 1941) is how many times more of them tell as much.
+            left = e - H @ self.mean
+            scaled = left / np.repeat(self.noise, 3)
+            sums, differences = scaled[1:] + scaled[:-1], scaled[1:] - scaled[:-1]
+            longer = max(1.0, float(np.sum(sums**2) / np.sum(differences**2)))
+            squares = np.sum(left.reshape(-1, 2, 3) ** 2, axis=(0, 2))
+            self.noise = np.maximum(np.sqrt(squares / self.freedom * longer), floor)
 
-    def _longer(self) -> float:
-        # How many times more poses of correlated errors (AR(1)) tell as much as independent ones.
-        sure = CORRELATION_DEVIATIONS / math.sqrt(6.0 * max(self.count, 1.0))
-        share = float(self.pairs[0]) / max(float(self.pairs[1]), ROUND_OFF) - sure
-        share = min(max(share, 0.0), CORRELATION_LIMIT)
-        return (1.0 + share) / (1.0 - share)
 
-    def shift(self, by: Floats) -> None:
-        # Count x from another point.
-        moved = self.gram @ by
-        self.squares = self.squares + (moved - 2.0 * self.right) @ by
-        self.right = self.right - moved
-        self.settle()
+class _JumpCandidate(NamedTuple):
+    # A parameter that may jump: its columns, first pose of the window, size, gain (twice the
+    # increase of the log likelihood), what that exceeds its threshold by, and the variance of the
+    # window over that of the baseline, at least 1.
+    own: slice
+    begin: int
+    size: Floats
+    gain: float
+    excess: float
+    scale: float
+
+
+class _LikelihoodRatios:
+    # The ratios of jumps in a window, with x by baseline and window, in units of the noise.
+    def __init__(
+        self, rows: Floats, used: Flags, unknown: Integers, jumping: int, baseline: _Baseline
+    ) -> None:
+        Z = rows * (used[:, None] * np.repeat(1.0 / baseline.noise, 3))[:, :, None]
+        e, A, H = Z[:, :, 0], Z[:, :, 1 : jumping + 1], Z[:, :, 1:][:, :, unknown]
+        r, K, prior = e.reshape(-1), H.reshape(e.size, -1), baseline.information @ baseline.mean
+        G = baseline.information + K.T @ K
+        G += np.finfo(np.float64).eps * np.trace(G) * np.eye(len(G))
+        whitening = np.linalg.inv(np.linalg.cholesky(G))
+        # The columns of B are independent directions of x.
+        B, y = K @ whitening.T, whitening @ (prior + K.T @ r)
+        self.A, self.B, self.left = A, B.reshape(H.shape), (r - B @ y).reshape(e.shape)
+        products = np.concatenate([A, self.B, self.left[:, :, None]], axis=2)
+        # Sum the products from each pose on.
+        self.sums = np.cumsum((np.swapaxes(A, 1, 2) @ products)[::-1], axis=0)[::-1]
+        told = float(np.sum(baseline.freedom))
+        self.misfit = told + float(r @ r + baseline.mean @ prior - y @ y)
+        self.freedom = told + 6.0 * float(np.sum(used))
+
+    def information(self, sums: Floats, own: slice) -> Floats:
+        # That of a jump (K, k, k), with x unknown.
+        D, whole = sums[:, own, self.A.shape[2] : -1], sums[:, own, own]
+        least = ROUND_OFF * (1.0 + np.max(np.einsum('kii->ki', whole), axis=1))
+        unit = least[:, None, None] * np.eye(whole.shape[1])
+        return np.asarray(whole - D @ np.swapaxes(D, 1, 2) + unit)
+
+    def likeliest(self, own: slice, sums: Floats, first: int) -> _JumpCandidate:
+        # `sums` are those of jumps from the pose `first` on, the next one and so on.
+        u = sums[:, own, -1]
+        sizes = np.linalg.solve(self.information(sums, own), u[:, :, None])[:, :, 0]
+        gains = np.sum(u * sizes, axis=1)
+        at = int(np.argmax(gains))
+        gain, dof = float(gains[at]), u.shape[1]
+        rest, left = self.freedom - dof, self.misfit - gain
+        # The ratio with the scale of the noise unknown; Bartlett's factor makes it chi-square.
+        ratio = (rest + 0.5 * dof - 1.0) * math.log1p(gain / max(left, rest))
+        scale = max(1.0, left / self.freedom)
+        return _JumpCandidate(own, first + at, sizes[at], gain, ratio - THRESHOLDS[dof], scale)
+
+    def is_proven(self, jump: _JumpCandidate) -> bool:
+        # The sum of the shares is the gain; each is clipped so that UNPROVEN poses do not suffice.
+        # They must fit with the jump, too: otherwise the noise has grown.
+        begin, many = jump.begin, self.A.shape[2]
+        jumped = self.A[begin:, :, jump.own] @ jump.size
+        x = jump.size @ self.sums[begin, jump.own, many:-1]
+        after = self.left[begin:] - jumped + self.B[begin:] @ x
+        shares = np.sum(jumped * self.left[begin:], axis=1)
+        noise = float(np.sum(after**2)) / (int(np.count_nonzero(after)) or 1)
+        least = THRESHOLDS[len(jump.size)] * max(jump.scale, noise)
+        limit = least / (UNPROVEN + 0.5)
+        return bool(jump.excess > 0.0 and np.sum(np.clip(shares, -limit, limit)) >= least)
+
+    def outlier_gains(self) -> Floats:
+        # The gain if a pose alone is off, (N,).
+        V = (1.0 + ROUND_OFF) * np.eye(6) - self.B @ np.swapaxes(self.B, 1, 2)
+        left = self.left[:, :, None]
+        return np.asarray(np.sum(left * np.linalg.solve(V, left), axis=(1, 2)))
 
 
 class JumpDetector:
@@ -265,71 +282,41 @@ class JumpDetector:
 
     def __init__(self, robot: Robot, first: CollectedPoses) -> None:
         self._jump: ZeroJump | None = None
-        self._count = 0
+        self._begun = self._count = 0  # number of the first pose after the jump, and of all
         self._robot, self._table = robot, _table_of(robot)
-        self._scales = robot.task.column_scales
-        self._begun = 0  # number of the first pose after the jump
-        self._calm = True
-        self._evidence: _JumpEvidence | None = None
-        many = LAGS.stop + robot.dof
-        causes = range(many, many + self._table.factor.shape[1])
-        self._jumping, self._unknown = slice(0, many), np.array([*range(LAGS.stop), *causes])
+        self._jumping = LAGS.stop + robot.dof
+        causes = self._jumping + np.arange(self._table.factor.shape[1])
+        self._unknown = np.append(np.arange(LAGS.stop), causes)
         said = robot.description.uncertainty
         floor = (said.floor_xyz, said.floor_rpy) if said else (0.0, 0.0)
         self._floor = np.maximum(floor, LEAST_NOISE)
-        self._spans = np.min(first.q, axis=0), np.max(first.q, axis=0)
-        self._window, self._used = first, np.ones(len(first.q), dtype=bool)
-        self._begin()
-
-    def _begin(self) -> None:
-        # The offsets and the baseline, again and again without the worst outlier.
+        self._least, self._most = np.min(first.q, axis=0), np.max(first.q, axis=0)
         while True:
-            used = self._window.at(self._used)
-            A = evaluate(self._robot, used.q).pose
-            fit = fit_offsets(A[None], used.poses[None]).one(0)
-            self._X, self._Y, self._learned = fit.X, fit.Y, used
-            self._learn_again()
-            self._recentre()
-            weights = np.repeat(1.0 / self._baseline.noise, 3)
-            rows = self._linearized(self._window) * weights[:, None]
-            H = rows[:, :, 1:][:, :, self._unknown]
-            r = rows[:, :, 0] - H @ self._baseline.mean
-            gains = _outlier_gains(H, r, self._baseline.covariance) * self._used
+            A = evaluate(robot, first.q).pose
+            self._X, self._Y = fit_offsets(A[None], first.poses[None])[:2]
+            self._window, self._learned = first, first.at(slice(0))
+            self._rows, self._used = self._linearized(first), np.ones(len(first.q), dtype=bool)
+            self._learn(first)
+            gains = self._ratios_of_window().outlier_gains()
             # The noise is that of the worst, too: compare with the median.
             worst = float(np.max(gains))
-            if worst <= THRESHOLDS[6] / MEDIAN * float(np.median(gains[self._used])):
+            if worst <= THRESHOLDS[6] / MEDIAN * float(np.median(gains)):
                 break
-            self._used &= gains < worst
-        self._window, self._used = self._window.at(slice(0, 0)), np.zeros(0, dtype=bool)
-        self._rows = rows[:0]
+            first = first.at(gains < worst)
+        self._ratios = self._ratios_of_window()
+        self._keep(len(first.q))
 
-    def _learn(self, rows: Floats) -> None:
-        self._baseline.admit(rows[:, :, 0], rows[:, :, 1:][:, :, self._unknown])
-
-    def _learn_again(self) -> None:
-        self._baseline = _Baseline(len(self._unknown), self._floor)
-        self._learn(self._linearized(self._learned))
-
-    def _admit(self, chosen: Flags) -> None:
-        self._learn(self._rows[chosen])
-        if self._baseline.count <= RELEARNED:
-            self._learned = self._learned.followed_by(self._window.at(chosen))
-        if self._recentre():
-            self._rows = self._linearized(self._window)
-
-    def _recentre(self) -> bool:
-        # Take the offsets where the baseline has them: exactly while its poses are kept.
-        for k in range(ROUNDS):
-            step = OFFSET * self._baseline.mean[: TOOL.stop]
+    def _learn(self, poses: CollectedPoses) -> None:
+        # Admit poses to the baseline, and linearize the offsets where it has them.
+        self._learned = self._learned.followed_by(poses).at(slice(-MEMORY, None))
+        for _ in range(ROUNDS):
+            rows = self._linearized(self._learned)
+            self._baseline = _Baseline(rows, self._unknown, self._floor)
+            step = OFFSET * self._baseline.mean[None, : TOOL.stop]
             if np.max(np.abs(step)) < STEP:
-                return k > 0
-            offsets = moved_offsets(self._X[None], self._Y[None], step[None], ONE)
-            self._X, self._Y = (one[0] for one in offsets)
-            if self._baseline.count <= RELEARNED:
-                self._learn_again()
-            else:
-                self._baseline.shift(np.pad(step / OFFSET, (0, len(self._unknown) - TOOL.stop)))
-        return True
+                break
+            self._X, self._Y = moved_offsets(self._X, self._Y, step, ONE)
+            self._rows = self._linearized(self._window)
 
     def _keep(self, begin: int) -> None:
         # Leave out the poses before this one.
@@ -340,202 +327,128 @@ class JumpDetector:
         # Return residuals and their derivatives, (N, 6, 1 + M), m and rad.
         state = evaluate(self._robot, of.q, of.rates, depth=kernel.ALL_FRAMES)
         A, count = state.pose, len(of.q)
-        fit = fit_at(A[None], of.poses[None], self._X[None], self._Y[None], ONE).one(0)
-        ends, left = equations_of(A, fit, ONE)
+        fit = fit_at(A[None], of.poses[None], self._X, self._Y, ONE)
         table = _table_columns(self._table, state.link_frames, A, of.q)
-        lag = LAG * state.twist[:, :, None]
-        moves = np.concatenate([lag, state.jacobian, table], axis=2)
-        tool = A[:, :3, :3] @ self._Y[:3, 3]
+        moves = np.concatenate([LAG * state.twist[:, :, None], state.jacobian, table], axis=2)
+        tool = A[:, :3, :3] @ self._Y[0, :3, 3]
         moves[:, :3] += np.cross(moves[:, 3:], tool[:, :, None], axis=1)
-        moves = (self._X[:3, :3] @ moves.reshape(count, 2, 3, -1)).reshape(count, 6, -1)
-        e, ends = left.reshape(count, 6, 1), OFFSET * ends.reshape(count, 6, -1)
-        return np.concatenate([e, ends, moves], axis=2)
+        moves = (self._X[0, :3, :3] @ moves.reshape(count, 2, 3, -1)).reshape(count, 6, -1)
+        ends = OFFSET * jacobian(A[None], fit, ONE).reshape(count, 6, -1)
+        return np.concatenate([residual(fit, ONE).reshape(count, 6, 1), ends, moves], axis=2)
 
     def observe(self, new: CollectedPoses) -> Watched:
         """Test new poses and return the result of all."""
         for begin in range(0, len(new.q), BATCH):
             part = new.at(slice(begin, begin + BATCH))
-            self._spans = tuple(
-                bound(self._spans[k], bound.reduce(part.q)) for k, bound in enumerate(BOUNDS)
-            )
+            self._least = np.minimum(self._least, np.min(part.q, axis=0))
+            self._most = np.maximum(self._most, np.max(part.q, axis=0))
             self._window = self._window.followed_by(part)
             self._rows = np.concatenate([self._rows, self._linearized(part)])
             self._count += len(part.q)
-            self._test()
-            over = len(self._used) - WINDOW
-            if over > 0:
-                old = self._used & (np.arange(len(self._used)) < over)
-                if self._calm and np.any(old):
-                    self._admit(old)
+            is_calm = self._test()
+            if (over := len(self._used) - WINDOW) >= BATCH:
+                if is_calm:
+                    self._learn(self._window.at(slice(over)).at(self._used[:over]))
                 self._keep(over)
-        return self._watched()
-
-    def _watched(self) -> Watched:
-        outliers = len(self._used) - int(np.sum(self._used))
-        recent = self._window
-        if outliers <= FAILING:
-            recent = recent.at(self._used)
+        outliers = int(np.sum(~self._used[-WINDOW:]))
+        recent = self._window if outliers > FAILING else self._window.at(self._used)
         newest = min(self._jump.count, NEWEST) if self._jump else NEWEST
-        recent = recent.at(slice(-newest, None))
         noise = float(self._baseline.noise[0]), float(self._baseline.noise[1])
+        recent = recent.at(slice(-newest, None))
         return Watched(self._jump, self._count, outliers, recent, noise, self._smallest())
 
-    def _test(self) -> None:
+    def _ratios_of_window(self) -> _LikelihoodRatios:
+        return _LikelihoodRatios(
+            self._rows, self._used, self._unknown, self._jumping, self._baseline
+        )
+
+    def _test(self) -> bool:
+        # Return whether no jump is suspected.
         count = len(self._rows)
         self._used = np.ones(count, dtype=bool)
-        if count < min(AGES):
-            return
+        if count < SHORTEST:
+            return False
+        begins = slice(0, count - UNPROVEN)
+        if self._jump:
+            first = max(count - self._count + self._begun, 0)
+            begins = slice(first, first + 1)
         while True:
-            evidence = self._evidence_of(self._used)
-            candidates = self._candidates(evidence, evidence.sums)
+            ratios = self._ratios_of_window()
+            candidates = self._candidates(ratios, ratios.sums[begins], begins.start)
             best = max(candidates, key=lambda one: one.excess)
-            proven = self._proven(evidence, best) if best.excess > 0.0 else 0
-            H = evidence.rows[:, self._unknown].reshape(count, 6, -1)
-            gains = _outlier_gains(H, evidence.left.reshape(count, 6), evidence.covariance)
+            gains = ratios.outlier_gains()
             scale = max(1.0, float(np.median(gains[self._used])) / MEDIAN)
             worst = float(np.max(gains))
-            if proven or worst <= scale * THRESHOLDS[6]:
+            if ratios.is_proven(best) or worst <= scale * THRESHOLDS[6]:
                 break
             # The worst pose may disturb smaller outliers: they are tested again.
             self._used &= gains < 0.5 * worst
-        self._evidence = evidence
-        self._calm = best.excess < -SUSPICION * THRESHOLDS[1] and self._jump is None
-        returned = self._returned(evidence, best) if self._jump else 0
-        if returned:
-            self._keep(count - returned)
+        self._ratios = ratios
+        if self._jump and (returned := self._returned(ratios, best)):
+            self._keep(returned)
             self._jump = None
-            self._test()
-        elif proven and self._jump is None:
-            self._begun, self._stamp = self._count - proven, self._window.stamps[-proven]
-            self._report(evidence, candidates, best)
-            self._test()  # with that age
-        elif proven:
-            self._report(evidence, candidates, best)
+            return self._test()
+        if ratios.is_proven(best):
+            if self._jump is None:
+                self._begun = self._count - count + best.begin
+                self._stamp = self._window.stamps[best.begin]
+            self._report(candidates, best)
         elif best.excess <= 0.0:
             self._jump = None
+        return best.excess < -SUSPICION * THRESHOLDS[1] and self._jump is None
 
-    def _evidence_of(self, used: Flags) -> _JumpEvidence:
-        count, base = len(used), self._baseline
-        known = {self._count - self._begun} if self._jump else set()
-        ages = tuple(sorted((age for age in known | AGES if age <= count), reverse=True))
-        weights = used[:, None] * np.repeat(1.0 / base.noise, 3)
-        Z = (self._rows * weights[:, :, None]).reshape(6 * count, -1)
-        e, rows = Z[:, 0], Z[:, 1:]
-        H = rows[:, self._unknown]
-        P = np.asarray(np.linalg.inv(base.information + H.T @ H), dtype=np.float64)
-        right = base.information @ base.mean + H.T @ e
-        x = P @ right
-        left = e - H @ x
-        misfit = e @ e + base.mean @ base.information @ base.mean - right @ x
-        A = rows[:, self._jumping]
-        products = np.concatenate([A, H, left[:, None]], axis=1)
-        parts = np.split(np.arange(6 * count), [6 * (count - age) for age in ages])[1:]
-        sums = np.cumsum([A[part].T @ products[part] for part in reversed(parts)], axis=0)[::-1]
-        told, freedom = float(np.sum(base.freedom)), 6.0 * np.sum(used)
-        return _JumpEvidence(
-            ages, rows, left, P, sums, told + float(misfit), told + float(freedom)
-        )
+    @property
+    def _moved(self) -> list[int]:
+        # Joints that may be named.
+        ranges = (self._most - self._least) / self._robot.task.column_scales
+        return [int(j) for j in np.flatnonzero(ranges > MOVED)]
 
-    def _information(self, evidence: _JumpEvidence, sums: Floats) -> Floats:
-        # That of a jump (K, a, a), with x unknown.
-        many = self._jumping.stop
-        C = sums[:, :, many:-1]
-        return np.asarray(sums[:, :, :many] - C @ evidence.covariance @ np.swapaxes(C, 1, 2))
+    def _candidates(
+        self, ratios: _LikelihoodRatios, sums: Floats, first: int
+    ) -> list[_JumpCandidate]:
+        joints = [slice(LAGS.stop + j, LAGS.stop + j + 1) for j in self._moved]
+        return [ratios.likeliest(own, sums, first) for own in (BASE, TOOL, LAGS, *joints)]
 
-    def _candidates(self, evidence: _JumpEvidence, sums: Floats) -> list[_JumpCandidate]:
-        information = self._information(evidence, sums)
-        moved = np.ptp(self._spans, axis=0) > MOVED * self._scales
-        joints = [slice(LAGS.stop + j, LAGS.stop + j + 1) for j in np.flatnonzero(moved).tolist()]
-        found = []
-        for own in (BASE, TOOL, LAGS, *joints):
-            whole = np.max(np.einsum('kii->ki', sums[:, own, own]), axis=1)
-            values, vectors = np.linalg.eigh(information[:, own, own])
-            known = values > ROUND_OFF * whole[:, None]
-            u = np.einsum('kij,ki->kj', vectors, sums[:, own, -1])
-            inverse = np.divide(1.0, values, out=np.zeros_like(values), where=known)
-            gains = np.sum(u**2 * inverse, axis=1)
-            at = int(np.argmax(gains))
-            gain, size = float(gains[at]), vectors[at] @ (inverse[at] * u[at])
-            excess = _excess(gain, len(size), evidence)
-            found.append(_JumpCandidate(own, excess, gain, size, at))
-        return found
-
-    def _proven(self, evidence: _JumpEvidence, best: _JumpCandidate) -> int:
-        # Return the age of the first pose that fits with the jump, or 0: it is not proven. The sum
-        # of the shares is the gain; each is clipped so that UNPROVEN poses do not suffice.
-        begin, own = 6 * (len(self._used) - evidence.ages[best.at]), best.columns
-        jumped = evidence.rows[begin:, own] @ best.size
-        before = evidence.left[begin:]
-        C = evidence.sums[best.at, own, self._jumping.stop : -1]
-        x = evidence.covariance @ (C.T @ best.size)
-        after = before - jumped + evidence.rows[begin:, self._unknown] @ x
-        shares, was, left = (
-            np.sum(part.reshape(-1, 6), axis=1) for part in (jumped * before, before**2, after**2)
-        )
-        scale = _scale(best.gain, evidence)
-        fit = left < np.maximum(THRESHOLDS[6], UNEXPLAINED * was)
-        least = THRESHOLDS[len(best.size)] * scale
-        share = least / (UNPROVEN + 0.5)
-        if np.sum(np.clip(shares, -share, share)) < least or np.mean(fit) < FITTING:
+    def _returned(self, ratios: _LikelihoodRatios, best: _JumpCandidate) -> int:
+        # The first pose after the end of a jump that was only for a while; 0: it lasts.
+        first, end = best.begin + SHORTEST, len(self._rows) - UNPROVEN
+        if first >= end:
             return 0
-        return int(len(fit) - np.argmax(fit))
+        passed = ratios.sums[best.begin] - ratios.sums[first:end]
+        ended = max(self._candidates(ratios, passed, first), key=lambda one: one.gain)
+        return ended.begin if ended.gain - best.gain > THRESHOLDS[6] * ended.scale else 0
 
-    def _returned(self, evidence: _JumpEvidence, best: _JumpCandidate) -> int:
-        # The age of the end of a jump that was only for a while, 0: it lasts.
-        for k, age in enumerate(evidence.ages[1:], 1):
-            passed = evidence.sums[:k] - evidence.sums[k]
-            gain = max(one.gain for one in self._candidates(evidence, passed))
-            if gain - best.gain > THRESHOLDS[6] * _scale(gain, evidence):
-                return age
-        return 0
-
-    def _report(
-        self, evidence: _JumpEvidence, candidates: list[_JumpCandidate], best: _JumpCandidate
-    ) -> None:
-        age = evidence.ages[best.at]
-        joints = [one for one in candidates if one.columns.start >= LAGS.stop]
+    def _report(self, candidates: list[_JumpCandidate], best: _JumpCandidate) -> None:
+        joints = [one for one in candidates if one.own.start >= LAGS.stop]
         joints.sort(key=lambda one: -one.gain)
-        scale = _scale(best.gain, evidence)
-        if best.columns in (BASE, TOOL) and joints:
+        if best.own in (BASE, TOOL) and joints:
             # A linear model of a turn by this angle leaves its square, as a share.
             bent = joints[0].gain * float(joints[0].size[0]) ** 2
-            fewer = scale * (THRESHOLDS[6] - THRESHOLDS[1])
+            fewer = best.scale * (THRESHOLDS[6] - THRESHOLDS[1])
             best = joints[0] if best.gain - joints[0].gain < bent + fewer else best
-        named, key = [best], 'joint_offset'
-        if best.columns in (BASE, TOOL):
-            key = 'base' if best.columns == BASE else 'tool'
-        elif best.columns == LAGS:
-            key = 'time_lag'
-        else:
-            near = best.gain * (1.0 - float(best.size[0]) ** 2) - RIVAL * scale
-            named = [one for one in joints if one.gain >= near][:2]
-        rows = self._rows[-age:, :, 1:][:, :, best.columns] @ best.size
+        rows = self._rows[best.begin :, :, 1:][:, :, best.own] @ best.size
         position, angle = np.sqrt(np.mean(np.sum(rows.reshape(-1, 2, 3) ** 2, axis=2), axis=0))
-        names: tuple[str, ...] = (key,)
-        sizes: tuple[float, ...] = (float(angle),)
-        if key == 'time_lag':
-            sizes = (LAG * float(best.size[0]),)
-        elif key == 'joint_offset':
-            own = [one.columns.start - LAGS.stop for one in named]
-            names = tuple(self._robot.joint_names[j] for j in own)
-            sizes = tuple(float(one.size[0]) for one in named)
-        since = self._count - self._begun
-        jump = ZeroJump(key, names, sizes, float(position), float(angle), self._stamp, since, '')
+        key = {BASE.start: 'base', TOOL.start: 'tool', LAGS.start: 'time_lag'}.get(
+            best.own.start, 'joint_offset'
+        )
+        names, sizes = [key], [LAG * float(best.size[0]) if best.own == LAGS else float(angle)]
+        if key == 'joint_offset':
+            near = best.gain * (1.0 - float(best.size[0]) ** 2) - RIVAL * best.scale
+            named = [one for one in joints if one.gain >= near][:2]
+            names = [self._robot.joint_names[one.own.start - LAGS.stop] for one in named]
+            sizes = [float(one.size[0]) for one in named]
+        far, since = (float(position), float(angle)), self._count - self._begun
+        jump = ZeroJump(key, tuple(names), tuple(sizes), *far, self._stamp, since, '')
         self._jump = replace(jump, sentence=_sentence(jump, self._robot))
 
     def _smallest(self) -> tuple[tuple[str, float, str], ...]:
-        if self._evidence is None:
-            return ()
-        ages = self._evidence.ages
-        at = min(range(len(ages)), key=lambda k: abs(ages[k] - FORECAST))
-        information = self._information(self._evidence, self._evidence.sums[at : at + 1])[0]
-        moved = np.ptp(self._spans, axis=0) > MOVED * self._scales
-        found = []
-        for j in np.flatnonzero(moved).tolist():
-            known = float(information[LAGS.stop + j, LAGS.stop + j])
+        sums, robot, found = self._ratios.sums, self._robot, []
+        for j in self._moved:
+            own = slice(LAGS.stop + j, LAGS.stop + j + 1)
+            known = float(self._ratios.information(sums[-FORECAST:][:1], own)[0, 0, 0])
             if known > 0.0:
                 size = (math.sqrt(THRESHOLDS[1]) + NINE_OF_TEN) / math.sqrt(known)
-                found.append((self._robot.joint_names[j], size, self._robot.units[j]))
+                found.append((robot.joint_names[j], size, robot.units[j]))
         return tuple(found)
 
 
@@ -559,25 +472,6 @@ def _table_columns(table: TableErrors, frames: Floats, A: Floats, q: Floats) -> 
     by_gear = np.where(table.gears >= 0, q[:, table.gears], 1.0)
     moves = np.concatenate([linear, angular], axis=2) * by_gear[:, :, None]
     return np.asarray(np.swapaxes(moves, 1, 2) @ table.factor)
-
-
-def _outlier_gains(H: Floats, r: Floats, covariance: Floats) -> Floats:
-    # The gain if a pose alone is off, (N,).
-    V = (1.0 + ROUND_OFF) * np.eye(6) - H @ covariance @ np.swapaxes(H, 1, 2)
-    return np.asarray(np.sum(r * np.linalg.solve(V, r[:, :, None])[:, :, 0], axis=1))
-
-
-def _excess(gain: float, dof: int, evidence: _JumpEvidence) -> float:
-    # The likelihood ratio with the scale of the noise unknown, but not below 1, over its quantile;
-    # Bartlett's factor makes it chi-square.
-    rest = evidence.freedom - dof
-    ratio = math.log1p(gain / max(evidence.misfit - gain, rest))
-    return (rest + 0.5 * dof - 1.0) * ratio - THRESHOLDS[dof]
-
-
-def _scale(gain: float, evidence: _JumpEvidence) -> float:
-    # Return the variance of the window over that of the baseline, at least 1.
-    return max(1.0, (evidence.misfit - gain) / evidence.freedom)
 
 
 def _in_words(name: str, size: float, unit: str, sign: str = '') -> str:

@@ -207,9 +207,6 @@ def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
         )
     if beyond := arm.beyond_limits():
         yield f'beyond the limits: {", ".join(beyond)}'
-    rejected = [reason for reason in REJECTED if heard.news[reason]]
-    if rejected:
-        yield f'messages rejected: {", ".join(rejected)}'
     if heard.lost_of_late:
         yield f'{heard.at_least}{heard.lost_of_late} messages lost within {RECENT:g} s'
     if heard.simulated == 0 and heard.news[estimator.NOT_STAMPED]:
@@ -221,8 +218,13 @@ def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
             off = f'{deviation:.2g} rad or m (one standard deviation), and more by offsets'
         since = f'positions are counted on from velocities for {arm.integration.seconds:.1f} s'
         yield f'{since}; off by: {off}'
-    left_out = heard.news[LEFT_OUT]
-    if left_out:
+
+
+def message_warnings(heard: InputState) -> Iterator[str]:
+    """Return what happened to single messages, in sentences; each was logged at once."""
+    if rejected := [reason for reason in REJECTED if heard.news[reason]]:
+        yield f'messages rejected: {", ".join(rejected)}'
+    if left_out := heard.news[LEFT_OUT]:
         yield f'messages come faster than they can be answered: {left_out} left out'
     if heard.news[INTERNAL_ERROR]:
         yield 'messages caused an internal error; see the log'

@@ -4,7 +4,7 @@ import math
 import re
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
@@ -22,6 +22,7 @@ from .diagnostics import (
     Work,
     input_status,
     input_warnings,
+    message_warnings,
     unstamped_in_words,
 )
 from .input import Input
@@ -133,16 +134,14 @@ class Health:
             why = unmatched or why_no_joint_states(self._node, topic, given)
             self._node.get_logger().warning(why)
 
-    def _log(self, unstamped: str) -> None:
+    def _log(self, unstamped: str, logged: Sequence[str]) -> None:
         logger = self._node.get_logger()
         if unstamped and self._once.passes('unstamped'):
             logger.info(f'joint states: {unstamped}')
         for sentence in self.warnings:
             # Sentences that differ in numbers or behind their colon have the same cause.
-            at_once = sentence.startswith('messages ')  # logged with the message itself
-            if not at_once and self._throttle.passes(
-                re.sub(r'[\d.]+', '', sentence.partition(':')[0])
-            ):
+            cause = re.sub(r'[\d.]+', '', sentence.partition(':')[0])
+            if sentence not in logged and self._throttle.passes(cause):
                 logger.warning(f'joint states: {sentence}')
 
     def say_when_due(self) -> None:
@@ -181,8 +180,9 @@ class Health:
             [] if silent else messages_of(self._recent, arrival),
             clock.now().nanoseconds if clock.ros_time_is_active else None,
         )
-        self.warnings = input_warnings(estimator, heard)
-        self._log(unstamped_in_words(estimator, heard))
+        logged = list(message_warnings(heard))
+        self.warnings = [*input_warnings(estimator, heard), *logged]
+        self._log(unstamped_in_words(estimator, heard), logged)
         if not self._publisher.get_subscription_count():
             return
         warnings = [namesakes, *self.warnings] if namesakes else self.warnings

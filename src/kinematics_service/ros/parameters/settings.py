@@ -328,7 +328,12 @@ def _check_numbers(parameter: Parameter, value: Any) -> None:
     ):
         accepted = f'empty, or {count} numbers of one kind, none beyond {largest:g}{unit}'
         found = value if listed is None else listed
-        raise _refuse(parameter.name, found, f'{accepted}, such as [0.0, 0.0, 0.1]')
+        refused = _refuse(parameter.name, found, f'{accepted}, such as [0.0, 0.0, 0.1]')
+        angles = [one for one in listed or () if kinds <= {float, int} and math.isfinite(one)]
+        if unit and max(map(abs, angles), default=0.0) > largest:
+            degrees = math.radians(max(angles, key=abs))
+            raise SettingsError(f'{refused}; are these degrees? write {degrees:.6g}')
+        raise refused
 
 
 def _with_tool(values: Mapping[str, Any], robot: Robot) -> Robot:

@@ -101,7 +101,11 @@ def _run(node: str, ros_args: Sequence[str], request: Callable[[Ask], str]) -> i
             answer = call_service(client, spinner, kind, name, content, end, longest)
             if answer is None:
                 here = ', '.join(kinematics_nodes(client)) or 'none'
-                raise SettingsError(f'{service} does not answer; kinematics nodes here: {here}')
+                is_there = client.count_services(name)
+                what = (
+                    f'{service} does not answer' if is_there else 'there is no node of this name'
+                )
+                raise SettingsError(f'{what}; kinematics nodes here: {here}')
             return answer
 
         try:
