@@ -9,9 +9,8 @@ import numpy as np
 from arms import robot_of
 
 import kinematics_service as ks
-from kinematics_service import kernel
 from kinematics_service.kinematics.inverse.problem.target import ik_target_of
-from kinematics_service.kinematics.inverse.self_motion.curve import places_of
+from kinematics_service.kinematics.inverse.self_motion import sliced_arm
 from kinematics_service.kinematics.inverse.self_motion.sliced_arm import sliced_arm_of
 
 WHOLE = ('x', 'y', 'z', 'rx', 'ry', 'rz')
@@ -49,44 +48,6 @@ def random_arm(kinds, seed, limits=LIMITS):
     return ks.robot_from_text(general_arms.text_of('standard', rows, kinds, bounds))
 
 
-def closed_form_arm(seed, off=0.0):
-    """
-    Return an arm whose axes 2 and 3 meet, and 5 to 7, each of these across the next.
-
-    In turn: of any other angles and lengths; with axis 1 through the first meeting point; with all
-    axes across their neighbours; without offsets of the elbow. `off` (m): what axes 5 and 6 miss.
-    """
-    random = np.random.default_rng(seed)
-    a, d = random.uniform(-0.5, 0.5, (2, 7))
-    alpha, theta = random.uniform(-math.pi, math.pi, (2, 7))
-    a[[1, 4, 5]], d[5] = (0.0, off, 0.0), 0.0
-    alpha[4:6] = 0.5 * math.pi * random.choice([-1, 1], 2)
-    if seed % 4 == 1:
-        a[0], d[1] = 0.0, 0.0
-    elif seed % 4 == 2:
-        alpha[:4] = 0.5 * math.pi * np.array([1, -1, 1, -1])
-    elif seed % 4 == 3:
-        a[2:4], d[3] = 0.0, 0.0
-        alpha[2:4] = 0.5 * math.pi * np.array([1, -1])
-    rows = [(*map(float, row),) for row in zip(a, alpha, d, theta)]
-    return ks.robot_from_text(general_arms.text_of('standard', rows, 'R' * 7, [LIMITS] * 7))
-
-
-def farthest_from_curve(curve, psi):
-    """Return how far positions of the screws (n,) are from a curve of them, full turns aside."""
-    turns = np.where(curve.turning, np.round((curve.psi - psi) / math.tau), 0.0)
-    goals = psi + math.tau * turns
-    path, least = curve.path(np.eye(len(psi))), math.inf
-    for k in np.argsort(np.max(np.abs(curve.psi - goals), axis=1))[:3].tolist():
-        for i in (k - 1, k):
-            if 0 <= i < len(curve.psi) - 1:
-                goal = np.array([goals[k], np.ones(len(psi))])
-                place = kernel.nearest_place(path, goal, float(i), i + 1.0)
-                at = places_of(path, np.array([place]))[0]
-                least = min(least, float(np.max(np.abs(at - goals[k]))))
-    return least
-
-
 def poses_within(robot, count, seed=1):
     """Return random joint positions inside the limits, turns of at most half a turn."""
     low, high = np.clip(robot.limits, -math.pi, math.pi).T
@@ -95,7 +56,7 @@ def poses_within(robot, count, seed=1):
 
 def held_by(robot, rows=WHOLE, axis=''):
     """Return at which end the joint is that slices are best taken of: 0 or -1."""
-    return 0 if sliced_arm_of(robot, rows, axis).slices[0].joint == 0 else -1
+    return 0 if sliced_arm_of(robot, rows, axis).slices.joint == 0 else -1
 
 
 def in_a_slice(robot, target, position, held, rows=WHOLE, axis=''):
@@ -104,8 +65,7 @@ def in_a_slice(robot, target, position, held, rows=WHOLE, axis=''):
     """
     arm = sliced_arm_of(robot, rows, axis)
     checked = ik_target_of(robot, target, None if axis else rows, axis or None)
-    ends = {slices.joint: slices for slices in arm.slices}
-    slices = ends[0 if held == 0 else len(arm.table) - 1]
+    slices = sliced_arm._slices(arm, robot, 0 if held == 0 else len(arm.table) - 1)
     found = arm.solutions(slices, checked, position)
     real = found[np.max(np.abs(found[:, :, 1]), axis=1) < 1e-9, :, 0]
     return arm.to_joints(real, robot.dof)

@@ -50,8 +50,7 @@ GIVEN = (
     *(kernel.Loop, kernel.LoopGroup),
     *(kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape, kernel.OurJoints),
     *(kernel.ClosedForm, kernel.Joints, kernel.Refinement, kernel.Residual, kernel.Servo),
-    *(kernel.SixJoints, kernel.CurveChart, kernel.CurvePoint, kernel.CurvePath),
-    kernel.ClosedCurves,
+    *(kernel.SixJoints, kernel.CurvePoint, kernel.CurvePath),
     *(kernel.Clearance, kernel.NearestSearch, kernel.PoseErrors),
 )
 # Of solutions, and of a step of the servo.
@@ -325,34 +324,13 @@ def curves(robot: Robot, q: np.ndarray):
     with mock.patch.object(sliced_arm, '_slices', return_value=None):
         arm = sliced_arm.sliced_arm_of.__wrapped__(robot, ROW_NAMES, '')
     target = ik_target_of(robot, ks.forward_kinematics(robot, q))
-    chart = arm.chart(target)
-    psi = arm.to_screws(q)
-    samples = np.zeros((3, 2 * psi.size))
+    point, psi, n = arm.point(target), arm.to_screws(q), len(arm.table)
+    samples = np.zeros((9, 2 * n))
     for side in (1.0, -1.0):
-        kernel.trace(chart, psi, side, samples, np.zeros(1, int))
-    kernel.spread(chart, psi, samples[1, : psi.size].copy(), np.zeros(psi.size))
-    at = np.stack([psi, np.zeros(psi.size)], axis=1)
-    kernel.passes(chart, psi, samples[1, : psi.size].copy())
-    for joint in (0, psi.size - 1):
-        kernel.follow(chart, at.copy(), joint, psi[joint] + 0.02, 1e-6)
-    fold, beside = at + 0.01, at.copy()
-    kernel.fold_near(chart, fold, 3)
-    kernel.fold_at(chart, fold, 3, 0.1, np.zeros(4))
-    kernel.write_beside_fold(chart, 3, -1e-6, 1.0, beside)
-    kernel.holds(chart, beside, 1.0)
-    if arm.closed is not None:
-        closed_curves(robot, arm, target)
-
-
-def closed_curves(robot, arm, target):
-    # All curves in closed form; where joints turn on the first one, and where they are at a limit.
-    n = len(arm.table)
-    samples, lengths, point = np.zeros((3000, 2 * n)), np.zeros(16, int), arm.point(target)
-    found = kernel.closed_curves(arm.closed, point, arm.motion(target), samples, lengths)
-    assert found > 0
-    first = samples[: lengths[0] // 4]
-    path = kernel.CurvePath(point, first[:, :n].copy(), first[:, n:].copy(), np.eye(n))
-    middle = first[len(first) // 2, :n]
+        kernel.trace(point, psi, side, samples, np.zeros(1, int))
+    kernel.passes(point, samples, psi)
+    path = kernel.CurvePath(point, samples[:, :n].copy(), samples[:, n:].copy(), np.eye(n))
+    middle = samples[4, :n]
     limits = np.stack([middle - 0.1, middle + 0.1], axis=1)
     joints = np.column_stack([limits, np.full(n, 2 * np.pi), np.ones(n)])
     kernel.cut(
@@ -363,7 +341,6 @@ def closed_curves(robot, arm, target):
         *(np.zeros((900, 2), int), np.zeros(900, int), np.zeros((900, n, 2), int)),
         np.zeros(1, int),
     )
-    kernel.folds(path, np.zeros(9))
     kernel.write_places(path, np.array([0.3, 1.7]), np.zeros((2, n)))
     kernel.nearest_place(path, np.array([middle, np.ones(n)]), 0.0, 1.0)
 

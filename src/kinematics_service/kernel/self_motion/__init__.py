@@ -1,1 +1,1 @@
-"""Solutions of an arm with one joint more than its target asks for: curves, followed by proof."""
+"""Curves of solutions of an arm with one joint more than its target asks for."""

@@ -147,28 +147,6 @@ def write_places(path: CurvePath, places: Floats, sums: Floats) -> None:
         path.write_sums(path.point.psi, arrays.after(rows, i * k))
 
 
-def folds(path: CurvePath, places: Floats) -> int:
-    """
-    Fill in the places (m,) where the first of what is looked at is largest or smallest.
-
-    Return how many there are; more than there is room for are counted only.
-    """
-    if path.k < 1:
-        raise TypeError('nothing of the curve is looked at')
-    room, found = arrays.size(places), 0
-    written = arrays.results(places, room)
-    path.row, path.kind = path.rows, SLOPE
-    slope = path.times(path.row, path.tangents)
-    for s in range(1, path.m):
-        following = path.times(path.row, arrays.after(path.tangents, s * path.n))
-        if (slope > 0.0) != (following > 0.0):
-            if found < room:
-                written[found] = path.zero(s - 1.0, slope, s * 1.0, following)
-            found += 1
-        slope = following
-    return found
-
-
 def nearest_place(path: CurvePath, goal: Floats, begin: float, end: float) -> float:
     """
     Return the place between two neighbouring ones that is nearest to a goal.

@@ -31,6 +31,10 @@ class CurvePoint:
         Positions of the screws; the unit tangent, whose sign is that of the parameter's motion.
     parameter
         The joint that was held last.
+    orientation
+        1 or -1: times the tangent it gives the one whose determinant below the derivative's rows
+        is positive, which changes continuously along a curve (Allgower and Georg, definition
+        2.1.1) and is the opposite one on a curve that another curve nearly crosses.
     """
 
     def __init__(
@@ -39,7 +43,7 @@ class CurvePoint:
         self.n, self.rows = arrays.extent(screws, 0), 6 if whole else 3
         if self.n != self.rows + 1:
             raise TypeError('a self-motion has one joint more than its target has rows')
-        self.whole, self.length, self.parameter = whole, length, 0
+        self.whole, self.length, self.parameter, self.orientation = whole, length, 0, 1.0
         n = self.n
         self.screws, self.motion = arrays.numbers(screws, 7 * n), arrays.numbers(motion, 16)
         self.centre = arrays.numbers(centre, 3)
@@ -153,6 +157,7 @@ class CurvePoint:
         # change places, so that those that are not done come first: behind what is left, and a
         # parameter that is given. In the end it, or the one that no row gives, is the second.
         rows, wide, W, joints = self.rows, self.n + 1, self.W, self.joints
+        self.orientation = 1.0
         for j in range(self.n):
             joints[1 + j] = j
         first = 1
@@ -172,7 +177,18 @@ class CurvePoint:
                     for j in range(count):
                         row[j] -= share * pivot[j]
         self.parameter = joints[1]
+        self._orient()
         return True
+
+    def _orient(self) -> None:
+        # The determinant has the signs of the pivots, and of the order of columns and parameter.
+        inversions = self.parameter
+        for i in range(self.rows):
+            for k in range(i):
+                if self.order[k] > self.order[i]:
+                    inversions += 1
+        if inversions % 2 == 1:
+            self.orientation = -self.orientation
 
     def _exchange_columns(self, a: int, b: int) -> None:
         W, wide, joints = self.W, self.n + 1, self.joints
@@ -199,6 +215,8 @@ class CurvePoint:
             self._exchange_columns(at, count - 1)
         line, pivot = arrays.after(W, wide * row), arrays.after(W, wide * k)
         inverse = 1.0 / line[count - 1]
+        if (inverse < 0.0) != (row != k):
+            self.orientation = -self.orientation
         for j in range(count):
             x = line[j] * inverse
             line[j] = pivot[j]

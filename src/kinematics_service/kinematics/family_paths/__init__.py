@@ -1,1 +1,1 @@
-"""Paths of targets of a redundant arm: which posture follows them, or the proof that none does."""
+"""Joint paths of a redundant arm through sequences of targets."""

@@ -1,13 +1,13 @@
 """
-Whether a redundant arm can follow a path of targets, and by which posture: a graph over its arcs.
+A joint path of a redundant arm through a sequence of targets: a shortest path over sampled arcs.
 
-The arcs of each target are cut into pieces, each in a box. Where no pieces of neighbouring targets
-are a step apart, no postures are: that proves `no`. Where postures at the pieces' begins are a
-step apart all along, the joint path through them is checked as a plan: that proves `yes`. What is
-neither is cut into halves, less what no path can pass.
+The nodes are samples of the arcs of each target, the edges lead from a target to the next, and the
+cost is the sum of the squared joint steps (Bellman's dynamic programming). The joint path that is
+found is checked as a plan. A search proves nothing: if no path is found, there may be one.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,25 +18,42 @@ from ...robot.robot import AnyRobot, Robot, as_robot
 from ..arguments import number_or_nan, numbers_of
 from ..inverse.problem.plan import InversePlan, plan_for
 from ..inverse.problem.target import IkTarget, ik_target_of
-from ..inverse.result import Complete, IkResult
 from ..inverse.search import errors_at
 from ..inverse.self_motion.arcs import IkArc
 from ..inverse.solve import TOLERANCE, inverse_kinematics
 from ..plans.check import check_plan, threshold_of_distance
-from .joint_path import banned_step, deviations, on_turns_inside, smoothed
-from .pieces import ArcPieces, StepRule, a_step_apart, only, pieces_of, step_rule
-from .result import ArcLink, FamilyPath, FamilyVerdict, FollowedPath
+from ..singularity import singularity
+from .joint_path import StepRule, banned_step, deviations, on_turns_inside, smoothed, step_rule
+from .result import FamilyPath, FollowedPath
 
-Pairs = tuple[Integers, Integers]
-Which = npt.NDArray[np.bool_]
-
-# A joint may move so far from a target to the next (rad), and at most as far can be asked for.
+# Largest motion of a joint from a target to the next, by default and at most, rad.
 STEP, LARGEST_STEP = 0.2, 1.0
 SHAPES = ['(N, 4, 4)', '(N, 3)']
-# Pieces are cut into halves so many times at most, while a target has no more of them.
-ROUNDS, MOST_PIECES = 8, 4_000
-# Joint paths that are tried.
+# Samples of an arc in a step; neighbours of a path's samples are then a step apart.
+SAMPLES = 4
+# Largest number of samples of an arc.
+MOST_SAMPLES = 1000
+# Number of joint paths that are tried.
 PATHS = 12
+
+
+class Layer(NamedTuple):
+    """
+    The samples of the arcs of a target.
+
+    Attributes
+    ----------
+    arc : shape (m,)
+        The number of the arc of each.
+    q : shape (m, n), rad or m
+        The postures.
+    away : shape (m,), rad
+        The distance of each to the nearest singular pose that was found.
+    """
+
+    arc: Integers
+    q: Floats
+    away: Floats
 
 
 def follow_family(
@@ -49,15 +66,13 @@ def follow_family(
     axis: str | None = None,
 ) -> FamilyPath:
     """
-    Return whether an arm with one joint more than its targets ask for can follow all of them.
+    Return a joint path of an arm with one joint more than its targets ask for, if one is found.
 
-    To follow is: the tool is exactly at each target, all joints are inside their limits and no
-    singular pose is within `distance`, and from a target to the next each joint moves straight, by
-    `max_step` at most. Between two targets the tool is where these joints bring it: how far from
-    the straight line, `path` says; targets that are nearer to each other bring it nearer.
-
-    `no` rests on the proof that all arcs are known (`complete`), with the exception that
-    `inverse_kinematics` names, and is never said without.
+    The tool is exactly at each target, all joints are inside their limits, no singular pose is
+    within `distance`, and from a target to the next each joint moves straight, by `max_step` at
+    most; the path is checked for all of this. Between two targets the tool is where these joints
+    bring it: `path` says how far from the straight line; targets that are nearer to each other
+    bring it nearer. If no path is found, there may be one.
 
     Parameters
     ----------
@@ -141,7 +156,7 @@ def _start(robot: Robot, target: IkTarget, start: npt.ArrayLike, distance: float
 
 
 class _PathSearch:
-    """The pieces of all targets, and what is known of the ways between them."""
+    """The sampled arcs of all targets, and the joint paths through them."""
 
     def __init__(
         self,
@@ -155,107 +170,83 @@ class _PathSearch:
         self.robot, self.plan, self.targets = robot, plan, targets
         self.rule, self.distance, self.start = rule, distance, start
         self.arcs: list[tuple[IkArc, ...]] = []
-        self.complete: list[Complete] = []
-        self.proved: list[bool] = []
-        self.layers: list[ArcPieces] = []
-        self.links: tuple[tuple[ArcLink, ...], ...] = ()
-        self.tries = 0
-        # The last target at which postures were left out that are come to, but lead no farther.
-        self.left_out = -1
 
     def run(self, given: Floats, rows: Sequence[str] | None, axis: str | None) -> FamilyPath:
-        """Return the verdict; `given` are the targets as they were given."""
+        """Return the result; `given` are the targets as they were given."""
+        layers: list[Layer] = []
         for k, target in enumerate(given):
-            self._take(inverse_kinematics(self.robot, target, rows=rows, axis=axis, tolerance=0.0))
-            if self.proved[k] and not len(self.layers[k].arc):
-                return self._result('no', f'target {k}: {self.reason}', k)
-        for round_ in range(ROUNDS):
-            pairs = [a_step_apart(a, b, self.rule) for a, b in zip(self.layers, self.layers[1:])]
-            if not round_:
-                self.links = tuple(self._links(k, *both) for k, both in enumerate(pairs))
-            onwards, ended = self._come_to(pairs, False)
-            if ended is not None:
-                return self._refused(ended)
-            path = self._followed(pairs)
-            if path is not None:
-                return self._result('yes', self._how(path), None, path)
-            if self.tries == PATHS:
+            result = inverse_kinematics(self.robot, target, rows=rows, axis=axis, tolerance=0.0)
+            arcs = tuple(arc for family in result.families for arc in family.intervals)
+            self.arcs.append(arcs)
+            known = not k and self.start is not None
+            layers.append(self._start_alone(arcs) if known else self._sampled(arcs))
+            if not len(layers[k].q):
+                return self._none(f'target {k}: {result.reason}')
+            if not np.any(layers[k].away > self.distance):
+                return self._none(
+                    f'target {k}: each posture that was found is within {self.distance:g} rad of '
+                    'a singular pose'
+                )
+        return self._path(layers)
+
+    def _none(self, reason: str) -> FamilyPath:
+        return FamilyPath(f'no path was found; {reason}', None, tuple(self.arcs))
+
+    def _start_alone(self, arcs: tuple[IkArc, ...]) -> Layer:
+        assert self.start is not None
+        q = self.start
+        ways = [self.rule.shortest(arc.q - q) / self.rule.scales for arc in arcs]
+        nearest = [float(np.linalg.norm(way, axis=1).min()) for way in ways]
+        return self._layer(np.array([int(np.argmin(nearest)) if arcs else 0]), q[None])
+
+    def _sampled(self, arcs: tuple[IkArc, ...]) -> Layer:
+        arc, q = [np.empty(0, dtype=np.int64)], [np.empty((0, self.robot.dof))]
+        for k, one in enumerate(arcs):
+            count = int(np.ceil(SAMPLES * one.length / self.rule.most))
+            extra = np.linspace(0.0, one.length, min(count, MOST_SAMPLES) + 1)
+            rows = one.q if len(one.q) > len(extra) else np.array([one.at(s) for s in extra])
+            arc.append(np.full(len(rows), k))
+            q.append(rows)
+        return self._layer(np.concatenate(arc), np.concatenate(q))
+
+    def _layer(self, arc: Integers, q: Floats) -> Layer:
+        if not len(q):
+            return Layer(arc, q, np.empty(0))
+        nearest = singularity(self.robot, np.ascontiguousarray(q)).nearest_singular
+        way = np.linalg.norm((nearest - q) / self.robot.task.column_scales, axis=1)
+        return Layer(arc, q, np.where(np.isfinite(way), way, np.inf))
+
+    def _path(self, layers: list[Layer]) -> FamilyPath:
+        banned: set[tuple[int, int, int]] = set()
+        reason = ''
+        for _ in range(PATHS):
+            nodes, reached = self._shortest(layers, banned)
+            if len(nodes) < len(layers):
+                reason = (
+                    f'from target {reached} no sampled posture leads to one of target '
+                    f'{reached + 1} by a step of {self.rule.most:g} rad'
+                )
                 break
-            back, _ = self._come_to([both[::-1] for both in reversed(pairs)], True)
-            alive = [a & b for a, b in zip(onwards, reversed(back))]
-            if not self._halve(alive):
+            raw = np.array([layer.q[i] for layer, i in zip(layers, nodes)])
+            ways = self.rule.shortest(np.diff(raw, axis=0))
+            q = np.vstack([raw[:1], raw[0] + np.cumsum(ways, axis=0)])
+            arcs = tuple(int(layer.arc[i]) for layer, i in zip(layers, nodes))
+            turned = on_turns_inside(q, self.plan.limits, self.rule, self.start is not None)
+            if turned is None:
+                k, reason = banned_step(q, self.plan.limits), 'full turns leave the joint limits'
+            else:
+                path, k = self._checked(turned, arcs)
+                if path is not None:
+                    on_arcs = [one[k] if one else None for one, k in zip(self.arcs, arcs)]
+                    smooth = smoothed(turned, on_arcs, self.rule, self.start is None)
+                    path = self._checked(smooth, arcs)[0] or path
+                    return FamilyPath(self._how(path), path, tuple(self.arcs))
+                reason = f'the shortest paths fail the check as a plan, the last after target {k}'
+            k = min(k, len(nodes) - 2)
+            if k < 0:
                 break
-            dead = [k for k, (a, b) in enumerate(zip(onwards, alive)) if np.any(a & ~b)]
-            self.left_out = max([self.left_out, *dead])
-        return self._result('not decided', self._open(), None)
-
-    def _take(self, result: IkResult) -> None:
-        first = not self.arcs
-        arcs = tuple(arc for family in result.families for arc in family.intervals)
-        known = first and self.start is not None
-        curves = not result.solutions and all(family.intervals for family in result.families)
-        # Of a joint with one limit the arcs on other turns are not known.
-        one_sided = np.isfinite(self.plan.limits).sum(axis=1) == 1
-        turned = bool(np.any(one_sided & np.isfinite(self.plan.periods)))
-        proved = result.complete == 'proved' and curves and not (turned and result.families)
-        self.arcs.append(arcs)
-        self.complete.append(result.complete)
-        self.proved.append(known or (proved and result.status != 'family'))
-        self.reason = result.reason
-        if known:
-            assert self.start is not None
-            self.layers.append(only(self.robot, arcs, self.start, self.rule))
-        else:
-            self.layers.append(pieces_of(self.robot, arcs))
-
-    def _links(self, k: int, i: Integers, j: Integers) -> tuple[ArcLink, ...]:
-        a, b = self.layers[k], self.layers[k + 1]
-        shown = self._is_step(b.begin[j] - a.begin[i])
-        both = np.column_stack([a.arc[i], b.arc[j]])
-        near = {(i, j) for i, j in both[shown].tolist()}
-        return tuple(
-            ArcLink(i, j, 'yes' if (i, j) in near else 'not decided')
-            for i, j in sorted({(i, j) for i, j in both.tolist()})
-        )
-
-    def _is_step(self, way: Floats) -> Which:
-        along = np.abs(self.rule.shortest(way)) / self.rule.scales
-        return np.asarray(np.max(along, axis=1, initial=0.0) <= self.rule.most)
-
-    def _come_to(self, pairs: list[Pairs], backwards: bool) -> tuple[list[Which], int | None]:
-        # Which pieces a path may come to, and the first target at which it cannot come to any.
-        turn = slice(None, None, -1 if backwards else 1)
-        layers, proved = self.layers[turn], self.proved[turn]
-        come: list[Which] = []
-        for k, layer in enumerate(layers):
-            free = ~layer.are_within(self.distance, self.rule.scales)
-            if k and proved[k - 1]:
-                i, j = pairs[k - 1]
-                reached = np.zeros(len(free), dtype=bool)
-                reached[j[come[-1][i]]] = True
-                free &= reached
-            come.append(free)
-            if proved[k] and not np.any(free):
-                return come, k
-        return come, None
-
-    def _refused(self, k: int) -> FamilyPath:
-        # At which of the targets what is left ends; what was left out may lead farther.
-        if self.left_out < k:
-            return self._result('no', self._why(k), k)
-        k = self.left_out + 1
-        return self._result('no', f'target {k}: no path of postures leads to it', k)
-
-    def _why(self, k: int) -> str:
-        if np.all(self.layers[k].are_within(self.distance, self.rule.scales)):
-            return (
-                f'target {k}: each posture inside the limits is within {self.distance:g} rad of a '
-                'singular pose'
-            )
-        return (
-            f'target {k}: no posture that a path may have at target {k - 1} is within a step of '
-            f'{self.rule.most:g} rad of one there'
-        )
+            banned.add((k, nodes[k], nodes[k + 1]))
+        return self._none(reason)
 
     def _how(self, path: FollowedPath) -> str:
         return (
@@ -264,79 +255,31 @@ class _PathSearch:
             f'{path.position_deviation:.2g} m off straight lines'
         )
 
-    def _open(self) -> str:
-        gaps = [str(k) for k, proved in enumerate(self.proved) if not proved]
-        sentence = 'no path was found that is proved, nor proof that there is none'
-        if gaps:
-            sentence += f'; not all postures are known at target {", ".join(gaps)}'
-        return sentence
-
-    def _halve(self, alive: list[Which]) -> bool:
-        # Cuts what is left into halves; whether there is anything to be won by it.
-        layers = [layer.chosen(which) for layer, which in zip(self.layers, alive)]
-        if not all(len(layer.arc) for layer in layers):
-            return False
-        if max(len(layer.arc) for layer in layers) > MOST_PIECES:
-            return False
-        self.layers = [
-            layer if not layer.s.any() else layer.halves(self.robot, arcs)
-            for layer, arcs in zip(layers, self.arcs)
-        ]
-        return True
-
-    def _followed(self, pairs: list[Pairs]) -> FollowedPath | None:
-        banned: set[tuple[int, int, int]] = set()
-        while self.tries < PATHS:
-            self.tries += 1
-            nodes = self._least_motion(pairs, banned)
-            if nodes is None:
-                return None
-            chosen = zip(self.layers, nodes)
-            raw = np.array([layer.begin[i] for layer, i in chosen])
-            ways = self.rule.shortest(np.diff(raw, axis=0))
-            q = np.vstack([raw[:1], raw[0] + np.cumsum(ways, axis=0)])
-            arcs = tuple(int(layer.arc[i]) for layer, i in zip(self.layers, nodes))
-            turned = on_turns_inside(q, self.plan.limits, self.rule, self.start is not None)
-            if turned is None:
-                k = banned_step(q, self.plan.limits)
-            else:
-                path, k = self._checked(turned, arcs)
-                if path is not None:
-                    on_arcs = [one[k] if one else None for one, k in zip(self.arcs, arcs)]
-                    smooth = smoothed(turned, on_arcs, self.rule, self.start is None)
-                    return self._checked(smooth, arcs)[0] or path
-            k = min(k, len(nodes) - 2)
-            if k < 0:
-                return None
-            banned.add((k, nodes[k], nodes[k + 1]))
-        return None
-
-    def _least_motion(
-        self, pairs: list[Pairs], banned: set[tuple[int, int, int]]
-    ) -> list[int] | None:
-        # Of each target a piece, so that the squares of the steps between their begins are least.
-        costs = [np.where(one.away > self.distance, 0.0, np.inf) for one in self.layers]
+    def _shortest(
+        self, layers: list[Layer], banned: set[tuple[int, int, int]]
+    ) -> tuple[list[int], int]:
+        # Of each target a sample, so that the sum of squared steps is least; the last target that
+        # is reached.
+        cost = np.where(layers[0].away > self.distance, 0.0, np.inf)
         came: list[Integers] = []
-        for k, (i, j) in enumerate(pairs):
-            way = self.layers[k + 1].begin[j] - self.layers[k].begin[i]
-            free = self._is_step(way) & np.isfinite(costs[k][i]) & np.isfinite(costs[k + 1][j])
-            for one, a, b in banned:
-                if one == k:
-                    free &= (i != a) | (j != b)
-            i, j, way = i[free], j[free], self.rule.shortest(way[free]) / self.rule.scales
-            cost = costs[k][i] + np.sum(way**2, axis=1)
-            order = np.argsort(-cost, kind='stable')
-            costs[k + 1][:] = np.inf
-            costs[k + 1][j[order]] = cost[order]
-            back = np.full(len(costs[k + 1]), -1)
-            back[j[order]] = i[order]
+        for k, (a, b) in enumerate(zip(layers, layers[1:])):
+            total, back = np.full(len(b.q), np.inf), np.zeros(len(b.q), dtype=np.int64)
+            # A sample at a time: all pairs at once take gigabytes.
+            for i in np.flatnonzero(np.isfinite(cost)):
+                way = np.abs(self.rule.shortest(b.q - a.q[i])) / self.rule.scales
+                free = np.max(way, axis=1) <= self.rule.most
+                free[[j for one, first, j in banned if (one, first) == (k, i)]] = False
+                through = np.where(free, cost[i] + np.sum(way**2, axis=1), np.inf)
+                less = through < total
+                total[less], back[less] = through[less], i
+            cost = np.where(b.away > self.distance, total, np.inf)
+            if not np.any(np.isfinite(cost)):
+                return [], k
             came.append(back)
-        if not len(costs[-1]) or not np.isfinite(costs[-1].min()):
-            return None
-        nodes = [int(np.argmin(costs[-1]))]
+        nodes = [int(np.argmin(cost))]
         for back in reversed(came):
             nodes.append(int(back[nodes[-1]]))
-        return nodes[::-1]
+        return nodes[::-1], len(came)
 
     def _checked(self, q: Floats, arcs: tuple[int, ...]) -> tuple[FollowedPath | None, int]:
         # The path, if limits, steps, distance and targets are as asked; otherwise a step of it
@@ -359,9 +302,3 @@ class _PathSearch:
         whole = bool(set(self.targets[0].rows) & {'rx', 'ry', 'rz'})
         off, turned = deviations(self.robot, [one.pose for one in self.targets], q, whole)
         return FollowedPath(q, arcs, step, max(errors), off, turned, check), 0
-
-    def _result(
-        self, verdict: FamilyVerdict, reason: str, k: int | None, path: FollowedPath | None = None
-    ) -> FamilyPath:
-        arcs, complete = tuple(self.arcs), tuple(self.complete)
-        return FamilyPath(verdict, reason, k, path, arcs, complete, self.links)

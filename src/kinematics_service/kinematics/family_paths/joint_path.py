@@ -1,6 +1,7 @@
 """A joint path through a posture of each target: its turns, smoothed, measured."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -8,8 +9,8 @@ from ...kernel import Floats
 from ...rigid_motion import exponential, rotation_vector
 from ...robot.robot import Robot
 from ..forward import forward_kinematics
+from ..inverse.problem.plan import InversePlan
 from ..inverse.self_motion.arcs import IkArc
-from .pieces import StepRule
 
 # Rounds in which postures move to between their neighbours.
 SWEEPS = 3
@@ -17,6 +18,37 @@ SWEEPS = 3
 BETWEEN = np.arange(1, 8)[:, None] / 8.0
 # Round-off of a joint at a limit, rad or m.
 AT_LIMIT = 1e-9
+
+
+class StepRule(NamedTuple):
+    """
+    What a step from a target to the next is allowed to be.
+
+    Attributes
+    ----------
+    scales : shape (n,)
+        What a rad counts: the length for prismatic joints.
+    periods : shape (n,)
+        Of the joints whose limits are wider than a turn, or that have none; infinite for others.
+    most : rad
+        The largest motion of a joint.
+    """
+
+    scales: Floats
+    periods: Floats
+    most: float
+
+    def shortest(self, way: Floats, joint: int | slice = slice(None)) -> Floats:
+        """Return ways (..., n), or of a joint (...), less the full turns that joints can make."""
+        period = self.periods[joint]
+        turn = np.where(np.isfinite(period), period, 0.0)
+        return np.asarray(way - np.round(way / period) * turn)
+
+
+def step_rule(plan: InversePlan, most: float) -> StepRule:
+    """Return the rule of an arm."""
+    stroke = plan.limits[:, 1] - plan.limits[:, 0]
+    return StepRule(plan.scales, np.where(stroke < plan.periods, np.inf, plan.periods), most)
 
 
 def on_turns_inside(q: Floats, limits: Floats, rule: StepRule, held: bool) -> Floats | None:

@@ -1,33 +1,14 @@
-"""What is known of a path of targets: a joint path that follows it, the proof that none does."""
+"""A joint path that follows a sequence of targets."""
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal
 
 from ...kernel import Floats
 from ...robot.chain import FrozenArrays
-from ..inverse.result import Complete
 from ..inverse.self_motion.arcs import IkArc
 from ..plans.verdicts import PlanCheck
 
-FamilyVerdict = Literal['yes', 'no', 'not decided']
-
-
-class ArcLink(NamedTuple):
-    """
-    Whether a joint step leads from an arc of a target to one of the next.
-
-    Attributes
-    ----------
-    first, second
-        The arcs, by their places in `arcs` of both targets.
-    verdict
-        `yes`: between two of their postures; `not decided`: neither shown nor excluded. Arcs that
-        are not listed are proved to be farther apart.
-    """
-
-    first: int
-    second: int
-    verdict: FamilyVerdict
+FamilyVerdict = Literal['yes', 'not found']
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,36 +46,27 @@ class FollowedPath(FrozenArrays):
 @dataclass(frozen=True, eq=False)
 class FamilyPath:
     """
-    Whether an arm with one joint more than its targets ask for can follow them.
+    The search for a joint path of an arm with one joint more than its targets ask for.
 
     Attributes
     ----------
-    verdict
-        `yes`: `path` does. `no`: proved that no posture leads as far as `target`. `not decided`.
     reason
-        The same in a sentence.
-    target
-        Of `no` a target, counted from 0, that is not come to; an earlier one may not be, either.
-        Otherwise None.
+        How long the steps of the path are, or how far the search came.
     path
-        Of `yes`; otherwise None.
+        The path, or None if none was found.
     arcs
-        Of each target its arcs inside the limits, as `inverse_kinematics` has them; after a
-        target without any of them none were looked for.
-    complete
-        Whether those are all.
-    links
-        From each target to the next the arcs that a step leads to. An arc without a link to the
-        next target ends there; where two lead to one they join.
+        Of each target the arcs inside the limits that `inverse_kinematics` finds; after a target
+        without any, none were looked for.
     """
 
-    verdict: FamilyVerdict
     reason: str
-    target: int | None
     path: FollowedPath | None
     arcs: tuple[tuple[IkArc, ...], ...]
-    complete: tuple[Complete, ...]
-    links: tuple[tuple[ArcLink, ...], ...]
+
+    @property
+    def verdict(self) -> FamilyVerdict:
+        """Return `yes`, or `not found`: then there may be a path all the same."""
+        return 'not found' if self.path is None else 'yes'
 
     def __repr__(self) -> str:
         return f'FamilyPath({self.verdict}, {self.reason})'

@@ -1,9 +1,10 @@
 """
 Arms with more joints than the target has rows: a continuum for every target.
 
-With one joint more it is curves, all of which are found; otherwise one pose of it is.
+With one joint more it is curves, which are searched for; otherwise one pose of it is found.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,11 +17,12 @@ from .families import SolutionFamily, nearer, tangent
 from .problem.plan import InversePlan
 from .problem.problem import IkProblem
 from .problem.target import IkTarget
-from .result import IkFamily, IkResult, Method
+from .result import IkFamily, IkResult
 from .search import LeastError, errors_at, no_solutions, refined, starts
 from .self_motion.arcs import IkArc, JointCurve, squares_of
-from .self_motion.curve_search import CurveSearch
-from .self_motion.sliced_arm import sliced_arm_of
+from .self_motion.curve import SolutionCurve
+from .self_motion.curve_search import curves_of
+from .self_motion.sliced_arm import SlicedArm, sliced_arm_of
 
 # Combinations of full turns of the joints that are listed along a curve: two seconds. Seven
 # joints with limits of three turns have as many.
@@ -30,27 +32,17 @@ FEW, MANY = 24, 240
 
 
 def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
-    """Return the result of a redundant arm: all curves of it, or one pose of its continuum."""
+    """Return the result of a redundant arm: the curves that were found, or one pose."""
     robot, target, plan, *_ = problem
     turns = _combinations_of_turns(plan)
     few = problem.curves and turns <= MAX_TURN_COMBINATIONS
     arm = sliced_arm_of(robot, target.rows, target.axis) if few else None
-    search = None if arm is None else CurveSearch(arm, target)
-    proved = search is not None and search.prove()
-    if search is not None and proved and search.curves:
-        return _of_curves(problem, search, respect_limits)
+    curves = () if arm is None else curves_of(problem, arm)
+    if curves and arm is not None:
+        return _of_curves(problem, arm, curves, respect_limits)
     family, best = redundant_family(problem)
     alone = () if family is None else (family,)
-    if search is not None and not proved:
-        # The joint that is added for a direction is not known.
-        known = family is not None and not target.axis
-        psi = search.arm.to_screws(family.q) if family is not None and known else None
-        # What is on no curve may be singular itself, and stands alone.
-        on_curve = search.find_more(psi) or not known
-        if search.curves:
-            return _of_curves(problem, search, respect_limits, () if on_curve else alone)
-    by: Method = 'algebraic' if proved and not alone else 'search'
-    result = result_of(problem, no_solutions(robot), alone, by, best, respect_limits)
+    result = result_of(problem, no_solutions(robot), alone, 'search', best, respect_limits)
     if problem.curves and not few:
         result = replace(
             result,
@@ -69,25 +61,19 @@ def _combinations_of_turns(plan: InversePlan) -> float:
 
 
 def _of_curves(
-    problem: IkProblem,
-    search: CurveSearch,
-    respect_limits: bool,
-    alone: tuple[SolutionFamily, ...] = (),
+    problem: IkProblem, arm: SlicedArm, found: Sequence[SolutionCurve], respect_limits: bool
 ) -> IkResult:
     robot, plan = problem.robot, problem.plan
-    curves = [JointCurve(robot, plan, search.arm, curve) for curve in search.curves]
+    curves = [JointCurve(robot, plan, arm, curve) for curve in found]
     with_arcs = [(curve, curve.arcs()) for curve in curves]
     if respect_limits and any(arcs for _, arcs in with_arcs):
         with_arcs = [(curve, arcs) for curve, arcs in with_arcs if arcs]
     families = [_family_of_curve(problem, curve, arcs) for curve, arcs in with_arcs]
-    families += [family_of(problem, family) for family in alone]
     families.sort(key=lambda one: float(np.linalg.norm((one.q - problem.near) / plan.scales)))
     ordered = tuple(families)
     best = LeastError(ordered[0].q, ordered[0].residual)
-    proved = not search.gap
-    by: Method = 'algebraic' if proved else 'search'
-    result = result_of(problem, no_solutions(robot), (), by, best, respect_limits, None, ordered)
-    result = replace(result, complete='proved' if proved else 'found')
+    none = no_solutions(robot)
+    result = result_of(problem, none, (), 'search', best, respect_limits, None, ordered)
     arcs = [arc for family in families for arc in family.intervals]
     if result.status != 'family' or not arcs:
         return result

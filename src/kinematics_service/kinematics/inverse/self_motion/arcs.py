@@ -43,7 +43,7 @@ class JointCurve:
         self, robot: Robot, plan: InversePlan, arm: SlicedArm, curve: SolutionCurve
     ) -> None:
         self.robot, self.plan, self.arm, self.curve = robot, plan, arm, curve
-        self.last = len(curve.psi) - 1
+        self.last = len(curve.samples) - 1
         # Row j: joint j by the screws.
         self.path = curve.path(arm.uncoupling[: robot.dof])
         self.lap = np.zeros(robot.dof)
@@ -67,14 +67,6 @@ class JointCurve:
         goal = np.array([q - lap * self.lap, self.plan.scales**-2])
         before = lap * self.last
         return before + kernel.nearest_place(self.path, goal, begin - before, end - before)
-
-    def spread(self, places: Floats) -> Floats:
-        """Return how far the joints (n,) leave the chord of two places at most, by proof."""
-        laps = np.floor(places / self.last) if self.curve.closed else np.zeros(2)
-        widths = self.curve.spread(*map(self.curve.at, places - laps * self.last))
-        if not math.isfinite(widths[0]):
-            return np.full(self.robot.dof, math.inf)
-        return np.asarray(np.abs(self.arm.uncoupling[: self.robot.dof]) @ widths)
 
     def arcs(self) -> tuple['IkArc', ...]:
         """Return the arcs inside the limits; those that differ by full turns once."""
@@ -244,10 +236,6 @@ class IkArc(FrozenArrays):
 
     def _at_place(self, place: float) -> Floats:
         return np.asarray(self.curve.at(np.array([place]))[0] + self.offset)
-
-    def spread(self, first: float, last: float) -> Floats:
-        """Return how far the joints (n,) leave their chord between two lengths at most."""
-        return self.curve.spread(np.interp([first, last], self.s, self.places))
 
     def turned(self, offset: Floats) -> 'IkArc':
         """Return the arc with full turns (n,) added."""

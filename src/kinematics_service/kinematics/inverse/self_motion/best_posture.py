@@ -1,6 +1,5 @@
 """The best posture of a redundant arm on the arc of its postures that it is on, by a criterion."""
 
-import math
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
@@ -9,9 +8,8 @@ import numpy as np
 from ....kernel import Floats, Integers
 from ....robot.robot import Robot
 from ...clearance import clearances
-from ...forward import forward_kinematics
 from ..problem.plan import InversePlan, plan_for
-from ..problem.target import TOOL_AXES, IkTarget
+from ..problem.target import IkTarget
 from .arcs import IkArc, JointCurve
 from .curve import traced
 from .sliced_arm import sliced_arm_of
@@ -114,11 +112,8 @@ def place_on_arc(robot: Robot, target: IkTarget, q: Floats) -> ArcPlace | None:
     arm = sliced_arm_of(robot, target.rows, target.axis)
     if arm is None:
         return None
-    psi = arm.to_screws(q)
-    if target.axis:
-        psi[-1] = _turn_left(robot, target, q)
-    curve = traced(arm.chart(target), arm.point(target), psi, arm.turning)
-    if len(curve.psi) < 2:
+    curve = traced(arm.point(target), arm.posture(target, q), arm.turning)
+    if curve is None:
         return None
     distance = _away_from(q, plan.scales)
     for arc in JointCurve(robot, plan, arm, curve).arcs():
@@ -138,13 +133,6 @@ def _on_turns_near(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
         moved = arc.turned(one * periods)
         if moved.margins().min() > -ON_ARC:
             yield moved
-
-
-def _turn_left(robot: Robot, target: IkTarget, q: Floats) -> float:
-    # The joint that is added where a direction counts: the turn about it to the target's pose.
-    M = forward_kinematics(robot, q)[:3, :3].T @ target.pose[:3, :3]
-    first = TOOL_AXES.index(target.axis) - 2
-    return math.atan2(M[first + 1, first], M[first, first])
 
 
 def _away_from(q: Floats, scales: Floats) -> Cost:

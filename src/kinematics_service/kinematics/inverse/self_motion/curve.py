@@ -50,48 +50,28 @@ class SolutionCurve(FrozenArrays):
 
     Attributes
     ----------
-    chart, point
+    point
         Of the arm and its target.
-    psi, tangents : shape (m, n), rad or m
-        Samples, and the unit tangents there. Of a closed curve the last sample is the first one,
-        full turns added. Between two of them the curve is a graph over one joint, by proof.
-    turning : shape (n,)
-        Which screws turn.
+    samples : shape (m, 2 n), rad or m
+        Positions, and the unit tangents there. Of a closed curve the last sample is the first one,
+        full turns added.
     closed
-        Whether it closes; otherwise it ends where it cannot be followed, near singular poses.
+        Whether it closes; otherwise it ends at singular poses.
     """
 
-    chart: kernel.CurveChart
     point: kernel.CurvePoint
-    psi: Floats
-    tangents: Floats
-    turning: npt.NDArray[np.bool_]
+    samples: Floats
     closed: bool
+
+    @property
+    def psi(self) -> Floats:
+        """Return the positions of the samples, shape (m, n), rad or m."""
+        return self.samples[:, : self.point.n]
 
     def path(self, rows: Floats) -> kernel.CurvePath:
         """Return the curve for the kernel, and sums of its positions (k, n) to be looked at."""
-        return kernel.CurvePath(self.point, self.psi, self.tangents, np.ascontiguousarray(rows))
-
-    def at(self, place: float) -> Floats:
-        """Return the solution (n,) at a place: a sample's number and a share of the next piece."""
-        path = self.path(np.eye(len(self.turning)))
-        return np.asarray(places_of(path, np.array([place]))[0])
-
-    def spread(self, begin: Floats, end: Floats) -> Floats:
-        """
-        Return how far the curve leaves the chord of two solutions (n,) at most, shape (n,), by
-        proof; infinite where they are too far apart for one.
-        """
-        widths = np.empty(len(begin))
-        if not kernel.spread(self.chart, begin, end, widths):
-            widths[:] = math.inf
-        return widths
-
-    def folds(self, direction: Floats) -> list[float]:
-        """Return the places where a motion (n,) times the positions is largest or smallest."""
-        places = np.empty(len(self.psi))
-        count = kernel.folds(self.path(direction[None]), places)
-        return [float(place) for place in places[:count]]
+        psi, tangents = np.split(self.samples, 2, axis=1)
+        return kernel.CurvePath(self.point, psi.copy(), tangents.copy(), rows.copy())
 
 
 def places_of(path: kernel.CurvePath, places: Floats) -> Floats:
@@ -124,38 +104,27 @@ def pieces_of(path: kernel.CurvePath, joints: Floats, closed: bool) -> CurvePiec
 
 
 def traced(
-    chart: kernel.CurveChart,
-    point: kernel.CurvePoint,
-    start: Floats,
-    turning: npt.NDArray[np.bool_],
-) -> SolutionCurve:
-    """Return the curve through a solution (n,); `turning` says which screws turn."""
-    first, closed = _samples(chart, start, 1.0)
+    point: kernel.CurvePoint, start: Floats, turning: npt.NDArray[np.bool_]
+) -> SolutionCurve | None:
+    """
+    Return the curve through a solution (n,), or None if that is singular.
+
+    `turning` (n,): which screws turn.
+    """
+    first, closed = _samples(point, start, 1.0)
     if closed:
         n = len(start)
         turned = first[0].copy()
         turns = np.round((first[-1, :n] - turned[:n]) / math.tau)
         turned[:n] += np.where(turning, turns * math.tau, 0.0)
-        return curve_of(chart, point, np.vstack([first, turned]), turning, True)
-    other, _ = _samples(chart, start, -1.0)
+        return SolutionCurve(point, np.vstack([first, turned]), True)
+    other, _ = _samples(point, start, -1.0)
     other[:, len(start) :] *= -1.0
-    return curve_of(chart, point, np.vstack([other[:0:-1], first]), turning, False)
+    samples = np.vstack([other[:0:-1], first])
+    return SolutionCurve(point, samples, False) if len(samples) > 1 else None
 
 
-def curve_of(
-    chart: kernel.CurveChart,
-    point: kernel.CurvePoint,
-    samples: Floats,
-    turning: npt.NDArray[np.bool_],
-    closed: bool,
-) -> SolutionCurve:
-    """Return the curve of samples (m, 2 n): positions and tangents."""
-    n = len(turning)
-    psi, tangents = samples[:, :n].copy(), samples[:, n:].copy()
-    return SolutionCurve(chart, point, psi, tangents, turning, closed)
-
-
-def _samples(chart: kernel.CurveChart, start: Floats, side: float) -> tuple[Floats, bool]:
+def _samples(point: kernel.CurvePoint, start: Floats, side: float) -> tuple[Floats, bool]:
     samples, closed = np.empty((MOST, 2 * len(start))), np.zeros(1, dtype=np.int64)
-    count = kernel.trace(chart, np.ascontiguousarray(start), side, samples, closed)
+    count = kernel.trace(point, np.ascontiguousarray(start), side, samples, closed)
     return samples[:count].copy(), bool(closed[0])

@@ -7,6 +7,7 @@ is added; where only the position counts, three about the tool's origin, which s
 """
 
 import functools
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -18,19 +19,11 @@ from ....rigid_motion import inverse, turn_about
 from ....robot.robot import Robot
 from ....robot.task import ROW_NAMES, seeded_poses
 from ...forward import forward_kinematics
-from ..problem.chain_geometry import meeting_point, reversed_screws, through
 from ..problem.plan import one_to_one
 from ..problem.screws import Screws, screws_of
-from ..problem.six_joints import BOUNDS, six_joints_of
+from ..problem.six_joints import six_joints_of
 from ..problem.target import TOOL_AXES, IkTarget
 
-# Three axes of six that meet in a point leave at most eight solutions (Pieper 1968).
-MEETING_AXES_BOUND = 8
-# Axes that miss each other by less meet for a closed form, as those of a table do: its solutions
-# are those of the arm to round-off.
-EXACT = 1e-12
-# Positions of the held joint that are tried until every solution is found there (rad).
-TRIED = (0.3, 1.7, -1.2, 2.9, -2.3, 0.9)
 # Any rotation with which the three joints about the tool's origin are regular.
 TURN = turn_about(np.array([0.48, 0.6, 0.64]), 1.1)
 
@@ -45,13 +38,10 @@ class Slices(NamedTuple):
         Which of the screws is held.
     six
         The others, as six joints.
-    bound
-        A slice has at most so many isolated complex solutions.
     """
 
     joint: int
     six: kernel.SixJoints
-    bound: int
 
 
 class SlicedArm(NamedTuple):
@@ -71,9 +61,7 @@ class SlicedArm(NamedTuple):
     length
         What a rad counts, m.
     slices
-        By the joints that can be held; empty where no solutions can be counted.
-    closed
-        How its curves are found in closed form, if they can be.
+        By the joint that is held; None if the others cannot be solved.
     """
 
     screws: Screws
@@ -81,8 +69,7 @@ class SlicedArm(NamedTuple):
     uncoupling: Floats
     whole: bool
     length: float
-    slices: tuple[Slices, ...]
-    closed: kernel.ClosedCurves | None
+    slices: Slices | None
 
     @property
     def turning(self) -> npt.NDArray[np.bool_]:
@@ -98,27 +85,33 @@ class SlicedArm(NamedTuple):
         """Return positions of the joints (..., joints) from those of the screws (..., n)."""
         return np.asarray((psi @ self.uncoupling.T)[..., :joints])
 
-    def chart(self, target: IkTarget) -> kernel.CurveChart:
-        """Return room for charts of a target's solutions."""
-        return kernel.CurveChart(*self._problem(target))
-
     def point(self, target: IkTarget) -> kernel.CurvePoint:
-        """Return room for a target's real solutions."""
-        return kernel.CurvePoint(*self._problem(target))
-
-    def motion(self, target: IkTarget) -> Floats:
-        """Return the motion (4, 4) from rest to a target."""
-        return np.asarray(target.pose @ inverse(self.screws.home))
-
-    def _problem(self, target: IkTarget) -> tuple[Floats, Floats, Floats, bool, float]:
+        """Return room for a target's solutions."""
         centre = target.pose[:3, 3].copy()
-        return self.table, self.motion(target), centre, self.whole, self.length
+        return kernel.CurvePoint(self.table, self._motion(target), centre, self.whole, self.length)
+
+    def posture(self, target: IkTarget, q: Floats) -> Floats:
+        """Return positions of the screws (n,) of a solution (joints,)."""
+        psi = self.to_screws(q)
+        if target.axis:
+            # The added joint: the turn about the axis from the tool to the target's pose.
+            T = np.eye(4)
+            for k, position in enumerate(psi[:-1]):
+                T = T @ _motion_of(self.screws, k, position)
+            M = (T @ self.screws.home)[:3, :3].T @ target.pose[:3, :3]
+            first = TOOL_AXES.index(target.axis) - 2
+            psi[-1] = math.atan2(M[first + 1, first], M[first, first])
+        return psi
+
+    def _motion(self, target: IkTarget) -> Floats:
+        # From rest to a target.
+        return np.asarray(target.pose @ inverse(self.screws.home))
 
     def solutions(self, slices: Slices, target: IkTarget, position: float) -> Floats:
         """Return the complex solutions (m, n, 2) of a slice, the joint held at a position."""
         n, held = len(self.table), slices.joint
         turn = _motion_of(self.screws, held, -position)
-        motion = self.motion(target)
+        motion = self._motion(target)
         motion = turn @ motion if held == 0 else motion @ turn
         if not self.whole:
             goal = motion[:3, :3] @ self.screws.tool + motion[:3, 3]
@@ -159,30 +152,11 @@ def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm |
         return None
     table = np.column_stack([screws.axes, screws.points, np.array(screws.slides, np.float64)])
     back, length = np.asarray(np.linalg.inv(screws.coupling), np.float64), 0.5 * robot.task.length
-    arm = SlicedArm(screws, np.ascontiguousarray(table), back, whole, length, (), None)
-    slices = [
-        slices
-        for held in ((len(table) - 1, 0) if whole else (0,))
-        if not screws.slides[held] and (slices := _slices(arm, robot, held)) is not None
-    ]
-    closed = _closed_curves(screws) if whole else None
-    return arm._replace(slices=tuple(sorted(slices, key=lambda one: one.bound)), closed=closed)
-
-
-def _closed_curves(screws: Screws) -> kernel.ClosedCurves | None:
-    if any(screws.slides):
-        return None
-    for backwards in (False, True):
-        form = reversed_screws(screws) if backwards else screws
-        crossing, wrist = meeting_point(form, (1, 2)), meeting_point(form, (4, 5, 6))
-        across = np.abs(np.sum(form.axes[4:6] * form.axes[5:7], axis=1)) < EXACT
-        if crossing is None or wrist is None or not across.all():
-            continue
-        form = through(through(form, (1, 2), crossing), (4, 5, 6), wrist)
-        if form.off < EXACT:
-            table = np.column_stack([form.axes, form.points, np.zeros(7)])
-            return kernel.ClosedCurves(table, crossing, wrist, backwards, form.off)
-    return None
+    arm = SlicedArm(screws, np.ascontiguousarray(table), back, whole, length, None)
+    for held in (len(table) - 1, 0) if whole else (0,):
+        if not screws.slides[held] and (slices := _slices(arm, robot, held)) is not None:
+            return arm._replace(slices=slices)
+    return arm
 
 
 def _slices(arm: SlicedArm, robot: Robot, held: int) -> Slices | None:
@@ -202,11 +176,7 @@ def _slices(arm: SlicedArm, robot: Robot, held: int) -> Slices | None:
         turn = _motion_of(screws, held, -float(arm.to_screws(q)[held]))
         motions.append(turn @ T if held == 0 else T @ turn)
     form = six_joints_of(six, np.array(motions))
-    if form is None:
-        return None
-    meeting = any(meeting_point(six, (k, k + 1, k + 2)) is not None for k in range(4))
-    bound = MEETING_AXES_BOUND if meeting else BOUNDS[sum(slides)]
-    return Slices(held, form, bound if arm.whole else bound // 2)
+    return None if form is None else Slices(held, form)
 
 
 def _motion_of(screws: Screws, k: int, position: float) -> Floats:
