@@ -128,7 +128,8 @@ def _table(
     cells = _cells(first, delimiter)
     heads = rows[0] + 1 if rows else len(lines)
     remarks = [k for k in filled if rows and k < rows[0]]
-    if not rows or _are_numbers(cells, decimal_comma):
+    labelled = any('.' in cell for cell in cells) and len(cells) > 2
+    if not rows or _are_numbers(cells[1:] if labelled else cells, decimal_comma):
         heads -= bool(rows)
         named = _cells(lines[remarks[-1]].lstrip(' #'), delimiter) if remarks else []
         if len(named) == len(cells):

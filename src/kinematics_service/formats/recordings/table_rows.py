@@ -5,6 +5,7 @@ import math
 import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from datetime import datetime
 from decimal import Decimal
 from itertools import islice
 from pathlib import Path
@@ -28,6 +29,9 @@ NO_TEXT = 'is not UTF-8 text, so not a table'
 LATEST = Decimal(2**31)
 # Only numbers that other programs read, too: `1_0` and digits of other scripts are numbers in
 # Python alone.
+DATE = re.compile(
+    r'(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:[.,](\d+))?(?: ?(Z|UTC|[-+]\d\d:?\d\d))?', re.A
+)
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf(inity)?)', re.A | re.I)
 
 
@@ -247,6 +251,7 @@ class RowReader:
             raise RecordingError(
                 f'{self._file}:{line}: column {self._header[self._stamp_at[0]]!r}: '
                 f'{cell[:40]!a} is not a time in {what} (0 to {LATEST.scaleb(9 - self._digits):f})'
+                f'{", nor a date such as 2024-09-24T14:05:15.1Z" if ":" in cell else ""}'
                 f'{self._hint}'
             ) from None
 
@@ -298,7 +303,9 @@ def number_of(text: str) -> float:
 
 def nanoseconds_of(text: str, digits: int = 9) -> int:
     """
-    Return the nanoseconds of a time, 0 to 2^31 s; ValueError if it is none.
+    Return the nanoseconds of a time, 0 to 2^31 s, or of a date; ValueError if it is neither.
+
+    A date without a zone is taken in UTC.
 
     Parameters
     ----------
@@ -313,6 +320,10 @@ def nanoseconds_of(text: str, digits: int = 9) -> int:
     if plain.isascii() and plain.isdecimal() and 0 < len(whole) < 20 and int(whole) < latest:
         scale: int = 10**digits
         return int(whole) * scale + int((fraction + '0' * digits)[:digits] or '0')
+    if found := DATE.fullmatch(text):
+        zone = (found[4] or 'Z').replace(':', '').replace('UTC', 'Z').replace('Z', '+0000')
+        date = datetime.strptime(f'{found[1]} {found[2]}{zone}', '%Y-%m-%d %H:%M:%S%z')
+        text, digits, latest = f'{int(date.timestamp())}.{found[3] or 0}', 9, LATEST
     time = Decimal(text) if NUMBER.fullmatch(text) else Decimal('nan')
     if not (time.is_finite() and 0 <= time < latest):
         raise ValueError(text)
