@@ -53,14 +53,14 @@ READ = {
         [TIMES, Q * [DEG, DEG, DEG, DEG, DEG, 1]], {},
     ),
     'turns': ('time,' + each('{} [turns]'), [TIMES, Q / (2 * np.pi)], {}),
-    'joints by q': ('time,' + numbered('q{}'), [TIMES, Q], {}),
-    'joints by J and space': ('time,' + numbered('J {}'), [TIMES, Q], {}),
-    'joints by joint_': ('Time,' + numbered('joint_{}', 0), [TIMES, Q], {}),
+    'joints by q': ('time,' + numbered('q{}'), [TIMES, Q], {'joint_format': 'rad'}),
+    'joints by J and space': ('time,' + numbered('J {}'), [TIMES, Q], {'joint_format': 'rad'}),
+    'joints by joint_': ('Time,' + numbered('joint_{}', 0), [TIMES, Q], {'joint_format': 'rad'}),
     'joints by Axis, deg': ('TIME [s],' + numbered('Axis {} [deg]'), [TIMES, DEG * Q], {}),
-    'joints in brackets': ('t,' + numbered('q[{}]', 0), [TIMES, Q], {}),
+    'joints in brackets': ('t,' + numbered('q[{}]', 0), [TIMES, Q], {'joint_format': 'rad'}),
     'J beside pose.x': (
         'stamp,' + numbered('J{}') + ',' + each('pose.{}', ['x', 'y', 'z', *QXYZW.split(',')]),
-        [TIMES, Q, QUATERNION], {},
+        [TIMES, Q, QUATERNION], {'joint_format': 'rad'},
     ),
     'names beside tcp_x': (
         'stamp,' + each('{}') + ',tcp_x,tcp_y,tcp_z,tcp_rx,tcp_ry,tcp_rz', [TIMES, Q, VECTOR], {},
@@ -171,6 +171,7 @@ REFUSED = {
     'a speed as a position': ('stamp,' + each('{} [deg/s]'), {}, "'deg/s' is not one of rad, deg"),
     'a length of a turning joint': ('stamp,' + each('{}_mm'), {}, "'mm' is not one of rad, deg"),
     'gon': ('stamp,' + each('{} [gon]'), {}, "'gon' is not one of rad, deg"),
+    'numbers without a unit': ('t,' + numbered('q{}'), {}, 'q1, .* may be rad or deg: --joint-f'),
     'seven numbers': ('stamp,' + each('q{}', range(7)), {}, "there is no column 'position.sho"),
     'two families': ('stamp,' + numbered('q{}') + ',' + numbered('J{}'), {}, 'there is no column'),
     'numbers with a gap': ('stamp,' + each('q{}', [1, 2, 3, 4, 5, 7]), {}, 'there is no column'),
@@ -233,7 +234,7 @@ def test_dates_are_stamps(tmp_path, first, second, expected):
 @pytest.mark.parametrize(
     ('head', 'columns', 'phrase'),
     [
-        ('t,' + numbered('q{}'), [Q], 'q1, q2.* are taken for shoulder_pan_joint.*by their num'),
+        ('t,' + numbered('q{}_rad'), [Q], 'q1, q2.* are taken for shoulder_pan_joint.*by their n'),
         ('t,' + each('{}') + ',tcp x,tcp y,tcp z,tcp rx,tcp ry,tcp rz', [Q, VECTOR],
          r'tcp x.* are taken for poses of the tool \(rotvec\)'),
         ('t,' + each('{}') + ',a.x,a.y,a.z,a.rx,a.ry,a.rz,b.x,b.y,b.z,b.rx,b.ry,b.rz',

@@ -171,9 +171,14 @@ class _Search:
         if positions[0] in state:
             joints = joints._replace(first=state.index(positions[0]))
         if layout.numbered:
-            joined = ', '.join(self.joints)
-            guessed.append(f'{listed(positions, SHOWN)} are taken for {joined}, by their numbers')
-        if (layout.numbered or not names.position) and joints == JointFormat():
+            one, joined = listed(positions, SHOWN), ', '.join(self.joints)
+            if joints == JointFormat():
+                raise RecordingError(
+                    f'{self.file}: {one} may be rad or deg: --joint-format rad, or --joint-format '
+                    f'deg,mm; they are taken for {joined}, by their numbers'
+                )
+            guessed.append(f'{one} are taken for {joined}, by their numbers')
+        if not names.position and joints == JointFormat():
             guessed.append(
                 f'{listed(positions, SHOWN)} are taken in rad and m (--joint-format says other '
                 'units)'
@@ -193,13 +198,13 @@ class _Search:
                 f'poses {", ".join(poses)} are taken as {layout.maker.upper()} writes them: '
                 f'{form.in_words()} (--pose-format says what else they are)'
             )
-        actual = self.heads.heads
-        columns = ([actual[one] for one in some] for some in (positions, velocities, poses))
-        form = self._pose_units(poses, form)
+        form, heads = self._pose_units(poses, form), self.heads.heads
         return ArmColumns(
-            actual.get(stamp, ''),
+            heads.get(stamp, ''),
             self._stamp_unit(stamp),
-            *columns,
+            [heads[name] for name in positions],
+            [heads[name] for name in velocities],
+            [heads[name] for name in poses],
             joints,
             form,
             names,

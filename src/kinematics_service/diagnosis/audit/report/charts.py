@@ -64,9 +64,9 @@ class Chart:
     bands: Sequence[Band] = ()
     levels: Sequence[LevelLine] = ()
     log: bool = False
-    most: float = math.inf
     height: int = 150
     end: float = 0.0
+    most: float = math.inf
 
     def html(self) -> str:
         """Return the figure."""
