@@ -52,7 +52,12 @@ def poses(store, kind, children=('tool0_controller',)):
         ('TFMessage', ('camera', 'tcp'), '/pose:tcp', ''),
         ('TFMessage', ('camera', 'tcp'), '/pose', 'camera in base, tcp in base: say --pose-topic'),
         ('TFMessage', ('tcp',), '/pose:tool', 'transforms of tcp in base'),
-        ('PoseStamped', (), '/pose:tool', 'is geometry_msgs/msg/PoseStamped: leave out :tool'),
+        (
+            'PoseStamped',
+            (),
+            '/pose:tool',
+            ':tool is geometry_msgs/msg/PoseStamped; poses are on /pose',
+        ),
         ('PoseStamped', (), '/joint_states', 'poses are on /pose'),
         ('PoseStamped', (), '/nothing', 'does not exist; poses are on /pose'),
     ],

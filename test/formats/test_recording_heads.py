@@ -165,13 +165,13 @@ def test_sliding_joints_have_their_own_unit(tmp_path):
 DEGREES = 'stamp,' + each('{}_deg')
 REFUSED = {
     'a unit left out': (
-        'stamp,' + each('{}_deg', NAMES[:5]) + f',{NAMES[5]}', {}, 'has no unit beside',
+        'stamp,' + each('{}_deg', NAMES[:5]) + f',{NAMES[5]}', {}, 'some heads have units',
     ),
     'heads against an option': (DEGREES, {'joint_format': 'rad'}, 'the heads say .*=deg.*rad'),
     'a speed as a position': ('stamp,' + each('{} [deg/s]'), {}, "'deg/s' is not one of rad, deg"),
     'a length of a turning joint': ('stamp,' + each('{}_mm'), {}, "'mm' is not one of rad, deg"),
     'gon': ('stamp,' + each('{} [gon]'), {}, "'gon' is not one of rad, deg"),
-    'numbers without a unit': ('t,' + numbered('q{}'), {}, 'q1, .* may be rad or deg: --joint-f'),
+    'numbers without a unit': ('t,' + numbered('q{}'), {}, 'q1, .* are they rad or deg'),
     'seven numbers': ('stamp,' + each('q{}', range(7)), {}, "there is no column 'position.sho"),
     'two families': ('stamp,' + numbered('q{}') + ',' + numbered('J{}'), {}, 'there is no column'),
     'numbers with a gap': ('stamp,' + each('q{}', [1, 2, 3, 4, 5, 7]), {}, 'there is no column'),
@@ -180,14 +180,14 @@ REFUSED = {
         'stamp,' + each('position.{}_deg') + ',' + each('velocity.{} [rad/s]'),
         {}, "positions in deg: .*'rad/s' is not one of deg/s",
     ),
-    'stamps of two units': ('time_ms,' + each('{}_rad'), {'stamps': 's'}, 'the head says ms'),
+    'stamps of two units': ('time_ms,' + each('{}_rad'), {'stamps': 's'}, 'heads say ms, and --st'),
     'stamps in hours': ('time [h],' + each('{}_rad'), {}, "'h' is not one of s, ms"),
     'x in mm, y in m': (
         'stamp,' + each('{}_rad') + ',x_mm,y_m,z_mm,' + QXYZW, {}, 'have different units',
     ),
     'heads of a pose against an option': (
         'stamp,' + each('{}_rad') + ',x_cm,y_cm,z_cm,' + QXYZW, {'pose_format': 'mm'},
-        'heads of the pose say cm, --pose-format mm',
+        'the heads say cm, and --pose-format mm',
     ),
     'angles in mm': (
         'stamp,' + each('{}_rad') + ',x_mm,y_mm,z_mm,rx_mm,ry_mm,rz_mm', {}, "'mm' is not one of",

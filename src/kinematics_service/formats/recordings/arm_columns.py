@@ -8,7 +8,7 @@ from typing import NamedTuple
 from ...errors import RecordingError
 from ...typography import listed
 from .head_units import units_of_heads
-from .joint_format import ANGLES, LENGTHS, STATE, JointFormat
+from .joint_format import ANGLES, LENGTHS, PERCENT, STATE, JointFormat
 from .pose_format import ACCEPTED_POSES, MAKERS, PoseFormat, pose_columns, pose_of_columns
 from .source import Selection
 from .stamp_format import UNITS, StampFormat
@@ -171,13 +171,11 @@ class _Search:
         if positions[0] in state:
             joints = joints._replace(first=state.index(positions[0]))
         if layout.numbered:
-            one, joined = listed(positions, SHOWN), ', '.join(self.joints)
+            text = f'{listed(positions, SHOWN)} are taken for {", ".join(self.joints)}'
             if joints == JointFormat():
-                raise RecordingError(
-                    f'{self.file}: {one} may be rad or deg: --joint-format rad, or --joint-format '
-                    f'deg,mm; they are taken for {joined}, by their numbers'
-                )
-            guessed.append(f'{one} are taken for {joined}, by their numbers')
+                ask = 'are they rad or deg? (--joint-format rad, --joint-format deg,mm)'
+                raise RecordingError(f'{self.file}: {text}, by their numbers: {ask}')
+            guessed.append(f'{text}, by their numbers')
         if not names.position and joints == JointFormat():
             guessed.append(
                 f'{listed(positions, SHOWN)} are taken in rad and m (--joint-format says other '
@@ -198,76 +196,60 @@ class _Search:
                 f'poses {", ".join(poses)} are taken as {layout.maker.upper()} writes them: '
                 f'{form.in_words()} (--pose-format says what else they are)'
             )
-        form, heads = self._pose_units(poses, form), self.heads.heads
-        return ArmColumns(
-            heads.get(stamp, ''),
+        form, stamps, heads = (
+            self._pose_units(poses, form),
             self._stamp_unit(stamp),
-            [heads[name] for name in positions],
-            [heads[name] for name in velocities],
-            [heads[name] for name in poses],
-            joints,
-            form,
-            names,
-            tuple(guessed),
+            self.heads.heads,
+        )
+        stamp, named = heads.get(stamp, ''), (positions, velocities, poses)
+        positions, velocities, poses = ([heads[name] for name in some] for some in named)
+        return ArmColumns(
+            stamp, stamps, positions, velocities, poses, joints, form, names, tuple(guessed)
         )
 
     def _joint_units(self, positions: list[str], velocities: list[str]) -> JointFormat:
-        # What options or heads say; both must agree.
-        robot, given = self.wanted.robot, self.wanted.joint_format
-        words = []
-        for j, name in enumerate(positions):
-            accepted = LENGTHS if robot.prismatic[j] else ANGLES
-            if given.text and self.heads.units.get(name) not in accepted:
-                continue
-            if unit := self.heads.unit([name], (*accepted, 'percent'), str(self.file)):
-                words.append(f'{robot.joint_names[j]}={unit}')
+        # Options and heads must agree.
+        robot, given, told = self.wanted.robot, self.wanted.joint_format, {}
+        for name, column, slides in zip(robot.joint_names, positions, robot.prismatic):
+            accepted = (*(LENGTHS if slides else ANGLES), PERCENT)
+            if not given.text or self.heads.units.get(column) in accepted:
+                told[name] = self.heads.unit([column], accepted, str(self.file))
+        words = ','.join(f'{name}={unit}' for name, unit in told.items() if unit)
         if not words:
             return given
-        told = JointFormat(','.join(words))
-        named = {word.partition('=')[0] for word in words}
-        rows = [j for j, name in enumerate(robot.joint_names) if name in named]
-        if len(rows) < robot.dof and not given.text:
-            which = self.heads.heads[next(p for j, p in enumerate(positions) if j not in rows)]
-            raise RecordingError(
-                f'{self.file}: column {which!r} has no unit beside {", ".join(words)}: '
-                '--joint-format says it'
-            )
         if given.text:
-            one, other = (form.units(robot).scale[rows] for form in (told, given))
-            if (one != other).any():
-                raise RecordingError(
-                    f'{self.file}: the heads say {", ".join(words)}, --joint-format '
-                    f'{given.text}: leave out one of the two'
-                )
+            one, other = (JointFormat(text) for text in (given.text, f'{given.text},{words}'))
+            if (one.units(robot).scale != other.units(robot).scale).any():
+                raise self._contradiction(words, f'--joint-format {given.text}')
             return given
-        for word, name in zip(words, velocities):
-            unit = word.partition('=')[2]
-            self.heads.unit([name], (f'{unit}/s',), f'{self.file}: positions in {unit}')
-        return told
+        if '' in told.values():
+            raise RecordingError(
+                f'{self.file}: some heads have units ({words}), others none: --joint-format has '
+                'room for all'
+            )
+        for column, unit in zip(velocities, told.values()):
+            self.heads.unit([column], (f'{unit}/s',), f'{self.file}: positions in {unit}')
+        return JointFormat(words)
 
     def _pose_units(self, poses: list[str], form: PoseFormat) -> PoseFormat:
-        if not any(name in self.heads.units for name in poses):
-            return form
         told = {
             'length': self.heads.unit(poses[:3], LENGTHS, str(self.file)),
             'angle': self.heads.unit(poses[3:], ('rad', 'deg'), str(self.file)),
         }
-        usual, maker = PoseFormat(), self.wanted.pose_format == PoseFormat()
         for field, unit in told.items():
-            given = getattr(form, field)
-            if unit and given not in (unit, getattr(usual, field)) and not maker:
-                raise RecordingError(
-                    f'{self.file}: the heads of the pose say {unit}, --pose-format {given}'
-                )
+            given = getattr(self.wanted.pose_format, field)
+            if unit and given not in (unit, getattr(PoseFormat(), field)):
+                raise self._contradiction(unit, f'--pose-format {given}')
         return form._replace(**{field: unit for field, unit in told.items() if unit})
 
     def _stamp_unit(self, stamp: str) -> StampFormat:
         told, given = self.heads.unit([stamp], UNITS, str(self.file)), self.wanted.stamps
         if told and given.unit not in ('', told):
-            raise RecordingError(
-                f'{self.file}: the head says {told}, --stamps {given.unit}: leave out one'
-            )
-        return given if given.rate or not told else StampFormat(told)
+            raise self._contradiction(told, f'--stamps {given.unit}')
+        return given._replace(unit=told or given.unit)
+
+    def _contradiction(self, told: str, option: str) -> RecordingError:
+        return RecordingError(f'{self.file}: the heads say {told}, and {option}: leave out one')
 
     def _layout(self) -> Layout:
         usual = LAYOUTS[0]
@@ -282,13 +264,11 @@ class _Search:
         return usual
 
     def _numbered_joints(self) -> list[Layout]:
-        # Of heads such as q1 ... q6 or J 1 ... J 6: as many as joints, and not of other numbers
-        # than the names of the joints.
+        # Heads such as q1 ... q6 or J 1 ... J 6, if there are as many as joints, and the numbers in
+        # the names of the joints rise.
         found = [part[1] for name in self.header if (part := NUMBERED.fullmatch(name))]
-        counts = Counter(found)
-        n = len(self.joints)
         own = [int(part[1]) for name in self.joints if (part := re.search(r'(\d+)$', name))]
-        if len(counts) != 1 or found.count(found[0]) != n or (own and own != sorted(own)):
+        if len(set(found)) != 1 or len(found) != len(self.joints) or own != sorted(own):
             return []
         rates = next((one for one in RATES if self._family(one)), '')
         return [Layout(ColumnNames('', found[0], rates, ''), numbered=True)]
@@ -391,11 +371,8 @@ class _Search:
     def _poses_alone(self, guessed: list[str]) -> tuple[list[str], PoseFormat]:
         # The one pose of the table, whatever its heads begin with.
         starts = dict.fromkeys(name[:-1] for name in self.header if name[-1:] in 'xX')
-        found = {
-            start: pose
-            for start in starts
-            if (pose := pose_columns(self.header, [start], PoseFormat()))
-        }
+        tried = {start: pose_columns(self.header, [start], PoseFormat()) for start in starts}
+        found = {start: pose for start, pose in tried.items() if pose}
         if len(found) > 1:
             which = ' or '.join(f'pose={start.strip()}' for start in found)
             guessed.append(f'several poses are in the table, and none is read: --columns {which}')

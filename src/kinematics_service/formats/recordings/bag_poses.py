@@ -12,19 +12,18 @@ from .pose_format import PoseFormat
 from .source import PoseTrack
 from .tool_poses import PoseRows
 
-# Where a message of each type has its position and its orientation, if it has one.
+# The position and the orientation in a message of each type; None without an orientation.
 POSES: dict[str, Callable[[Any], tuple[Any, Any]]] = {
-    'geometry_msgs/msg/PoseStamped': lambda one: (one.pose.position, one.pose.orientation),
-    'geometry_msgs/msg/PoseWithCovarianceStamped': lambda one: (
-        one.pose.pose.position,
-        one.pose.pose.orientation,
-    ),
-    'geometry_msgs/msg/TransformStamped': lambda one: (
-        one.transform.translation,
-        one.transform.rotation,
-    ),
-    'geometry_msgs/msg/PointStamped': lambda one: (one.point, None),
+    f'geometry_msgs/msg/{name}': parts
+    for name, parts in (
+        ('PoseStamped', lambda one: (one.pose.position, one.pose.orientation)),
+        ('PoseWithCovarianceStamped', lambda one: POSES[POSE](one.pose)),
+        ('TransformStamped', lambda one: (one.transform.translation, one.transform.rotation)),
+        ('PointStamped', lambda one: (one.point, None)),
+    )
 }
+POSE = 'geometry_msgs/msg/PoseStamped'
+TRANSFORM = 'geometry_msgs/msg/TransformStamped'
 TRANSFORMS = 'tf2_msgs/msg/TFMessage'
 # Number of poses kept (13 MB): if there are more, every second one is dropped, again and again.
 # The frame check uses some hundred of those within the recording.

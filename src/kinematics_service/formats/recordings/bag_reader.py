@@ -16,7 +16,7 @@ from ...estimation.joint_sample import JointSample
 from ...estimation.joint_state_columns import columns_of
 from ...typography import listed
 from .bag_checks import checked, missing
-from .bag_poses import POSES, TRANSFORMS, track_of_messages
+from .bag_poses import POSES, TRANSFORM, TRANSFORMS, track_of_messages
 from .between_points import PlannedTrajectory
 from .block import LARGEST_BLOCK, LARGEST_BYTES, SECOND, Block, UnreadableMessage, blocks_of
 from .plan_reader import blocks_of_trajectories, trajectory_of_message
@@ -295,19 +295,19 @@ class _Bag:
         if topic is None:
             return None
         topic, _, child = topic.partition(':')
-        kind = self.types.get(topic)
-        if kind not in (*POSES, TRANSFORMS):
+        kind, usable = self.types.get(topic), (*POSES, TRANSFORMS)
+        if kind not in usable or (child and kind != TRANSFORMS):
             known = f'is {kind}' if kind else 'does not exist'
-            usable = (*POSES, TRANSFORMS)
-            with_pose = sorted(name for name, own in self.types.items() if own in usable)
-            found = ', '.join(with_pose) or 'no topic'
-            raise RecordingError(f'{self.path}: pose topic {topic} {known}; poses are on {found}')
+            found = sorted(name for name, own in self.types.items() if own in usable)
+            raise RecordingError(
+                f'{self.path}: pose topic {self.wanted.pose_topic} {known}; poses are on '
+                f'{", ".join(found) or "no topic"}'
+            )
         self._refuse_other_fields(topic, kind)
         connections = self._connections(topic)
+        each = kind
         if kind == TRANSFORMS:
-            child = self._child(topic, child, connections)
-        elif child:
-            raise RecordingError(f'{self.path}: {topic} is {kind}: leave out :{child}')
+            child, each = self._child(topic, child, connections), TRANSFORM
 
         def read(raw: bytes) -> list[Any]:
             message: Any = self.reader.deserialize(raw, kind)
@@ -315,7 +315,6 @@ class _Bag:
                 return [message]
             return [one for one in message.transforms if one.child_frame_id == child]
 
-        each = 'geometry_msgs/msg/TransformStamped' if kind == TRANSFORMS else kind
         track = track_of_messages(topic, each, self._raw(connections), read)
         if track is None:
             raise RecordingError(f'{self.path}: there is no message on {topic}')

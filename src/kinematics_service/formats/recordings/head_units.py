@@ -7,16 +7,15 @@ from typing import NamedTuple
 from ...errors import RecordingError
 
 # The words for a unit, in small letters.
-WORDS = {
-    **dict.fromkeys(('rad', 'rads', 'radian', 'radians'), 'rad'),
-    **dict.fromkeys(('deg', 'degs', 'degree', 'degrees', '°', 'º'), 'deg'),
-    **dict.fromkeys(('m', 'meter', 'meters', 'metre', 'metres'), 'm'),
-    **dict.fromkeys(('mm', 'millimeter', 'millimeters', 'millimetres'), 'mm'),
-    **dict.fromkeys(('s', 'sec', 'secs', 'seconds'), 's'),
-    **dict.fromkeys(('us', 'µs', 'μs'), 'us'),
-    **{word: word for word in ('turns', 'percent', 'cm', 'ms', 'ns')},
-    **dict.fromkeys(('', '-', '1', 'wxyz', 'xyzw'), ''),
+UNITS = {
+    'rad': 'rad rads radian radians',
+    'deg': 'deg degs degree degrees ° º',
+    'm': 'm meter meters metre metres',
+    's': 's sec secs second seconds',
+    'us': 'us µs μs',
+    '': '- 1 wxyz xyzw',
 }
+WORDS = {word: unit for unit, words in UNITS.items() for word in words.split()}
 RATE = re.compile(r'(.+?)(?:[/_ ]s|/sec|\*?s\^?-1|ps)')
 IN_BRACKETS = re.compile(r'(.*?\S)[\s_]*[\[(]\s*([^\[\]()]*?)\s*[\])]')
 BEHIND = re.compile(
@@ -39,7 +38,7 @@ class HeadUnits(NamedTuple):
         Raises
         ------
         RecordingError
-            They name two, or one that is none of `accepted`.
+            They name two, or another one than `accepted`.
         """
         found = {self.units.get(name, ''): name for name in names}
         if len(found) > 1:
@@ -75,6 +74,5 @@ def _parted(head: str) -> tuple[str, str]:
     if word.isdecimal():
         return f'{name}.{word}', ''
     rate = RATE.fullmatch(word)
-    if rate and rate[1] in WORDS:
-        return name, f'{WORDS[rate[1]]}/s'
-    return name, WORDS.get(word, found[2])
+    unit, of = (rate[1], '/s') if rate else (word, '')
+    return name, WORDS.get(unit, unit) + of
