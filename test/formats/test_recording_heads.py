@@ -180,7 +180,7 @@ REFUSED = {
         'stamp,' + each('position.{}_deg') + ',' + each('velocity.{} [rad/s]'),
         {}, "positions in deg: .*'rad/s' is not one of deg/s",
     ),
-    'stamps of two units': ('time_ms,' + each('{}_rad'), {'stamps': 's'}, 'heads say ms, and --st'),
+    'stamps of two units': ('time_ms,' + each('{}_rad'), {'stamps': 's'}, 'heads say ms, and --s'),
     'stamps in hours': ('time [h],' + each('{}_rad'), {}, "'h' is not one of s, ms"),
     'x in mm, y in m': (
         'stamp,' + each('{}_rad') + ',x_mm,y_m,z_mm,' + QXYZW, {}, 'have different units',

@@ -264,7 +264,7 @@ class _Search:
         return usual
 
     def _numbered_joints(self) -> list[Layout]:
-        # Heads such as q1 ... q6 or J 1 ... J 6, if there are as many as joints, and the numbers in
+        # Heads such as q1 ... q6 or J 1 ... J 6, if there are as many as joints and the numbers in
         # the names of the joints rise.
         found = [part[1] for name in self.header if (part := NUMBERED.fullmatch(name))]
         own = [int(part[1]) for name in self.joints if (part := re.search(r'(\d+)$', name))]
