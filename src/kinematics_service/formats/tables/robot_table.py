@@ -14,7 +14,7 @@ from ...typography import DEGREE, plain_names
 from .cells import PastedRow
 from .heads import ANGLES, Head, find_heads, head_of, with_r, with_unit_row
 from .moving_rows import ZERO, MovingRow, NumberedRow, bare, moving_rows
-from .pasted import plain_text, rows_of, without_comments
+from .pasted import SEVERAL, plain_text, rows_of, without_comments
 from .records import rows_of_records, rows_of_substitutions
 from .report import TableReport
 from .script import constants_of, end_lines, settings_of
@@ -162,7 +162,7 @@ def _headed(
         # Rows of a printed frame of data have names or numbers, and no head says it.
         heads, words = [Head('joint'), *heads], ['', *words]
     if any(find_heads([row]) is not None for row in body):
-        report.refuse('there are several tables: leave one in the text')
+        report.refuse(SEVERAL)
     if body and (known := with_unit_row(heads, body[0])):
         heads, body = known, body[1:]
     if columns is not None:
@@ -245,8 +245,8 @@ def _numbered(
         for head, cell in zip(heads, filled):
             if head.meaning != 'limits' and '(' not in cell and DECIMAL_COMMA.search(cell):
                 if pointed or IN_THOUSANDS.fullmatch(cell):
-                    where = f'row {number}, column {head.meaning}'
-                    report.fault(f'{cell!r}: write it with a point, or without', line, where)
+                    message = f'{cell!r}: write it with a point, or without'
+                    read.fault(report, head.meaning, message)
                 cell = DECIMAL_COMMA.sub('.', cell)
             read.cells[head.meaning] = cell.strip('-—') and cell
         rows.append(read)
@@ -286,8 +286,7 @@ def _joint(moved: MovingRow, angle: str, report: TableReport) -> str:
     entry.append(f'type: {"revolute" if moved.place == "theta" else "prismatic"}')
     if ends := _limits(row.cells, angle if moved.place == 'theta' else ''):
         if len(ends) != 2 or not all(ends):
-            where = f'row {row.number}, column limits'
-            report.fault('two numbers are expected, such as [-160, 160]', row.line, where)
+            row.fault(report, 'limits', 'two numbers are expected, such as [-160, 160]')
         entry.append(f'limits: [{", ".join(map(scalar, ends))}]')
     return f'  - {{{", ".join(entry)}}}'
 
