@@ -17,6 +17,7 @@ OWN = {
 ANGLE = re.compile(r'(?:theta|th|t|phi|psi|q|joint|j)_?\d+', re.IGNORECASE)
 SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)  # other symbols in d are lengths
 AN_ANGLE = re.compile(r'(?:\d+\*)?pi(?:/\d+)?|\d\.\d{4,}')  # of pi/2 and 1.5708, not of 1.57
+IN_METRES = re.compile(r'-?[01]?\.\d{1,2}')  # a length rather than an angle
 LENGTH = re.compile(r'[adlhb]_?\d+', re.IGNORECASE)
 # A star marks the variable of a joint: `theta3* - 90` means theta3 - 90.
 STARRED = re.compile(r'\b(?!pi\b)([A-Za-z]\w*)\s*\*+\s*(?=(?P<sign>-)|[+]|$)')
@@ -106,8 +107,6 @@ def moving_rows(
         variable = free if place and (MARK in own or not own) else new[0] if new else ''
         moved = _moved(row, place, variable, constants)
         arm.append(moved)
-        if place and not variable and row.cells[place] in known:
-            report.note(f'row {row.number} is moved by {row.cells[place]}, as a row above is')
         for column, message in _faults(moved, new, MARK in own, named):
             row.fault(report, column, message)
     _judge_fixed(arm, joints, report)
@@ -230,6 +229,15 @@ def _judge_fixed(
     moving = [one.variable for one in arm if one.variable]
     numbers = [int(number) for number in map(_number, moving) if number]
     skipped = any(b - a != 1 for a, b in zip(numbers, numbers[1:]))
+    for row, *_, variable, place in arm:
+        if place and not variable and (again := row.cells[place]) in moving:
+            if skipped:
+                row.fault(report, place, f'{again} again, and a number is left out: which is it?')
+            report.note(f'row {row.number} is moved by {again}, as a row above is')
+    for row, *_ in arm if all(place == 'd' for *_, place in arm) else ():
+        turn = row.cells['theta']
+        if IN_METRES.fullmatch(turn) and not is_quarter(turn.strip('-')):
+            row.fault(report, 'theta', f'{turn}, and every joint slides: exchanged heads?')
     for row in fixed:
         if row is arm[-1].row or not skipped and len(fixed) < len(moving):
             report.note(f'row {row.number} is fixed: no variable stands in it')

@@ -24,6 +24,7 @@ MERGED = re.compile(r'\\multi(?:column\{(\d+)\}|row\{\d+\})\{[^{}]*\}\{([^{}]*)\
 COMMENT = re.compile(r'(?m)(^|\s|(?<=[;,\])]))(?:#+|%+|//+)(?=\s*[\w(\[]).*$')
 REMARK = re.compile(r'(?m)^\s*(?:#+|%+|//+)\s*(?=[\w\\(]).*$')  # a line that is a comment
 OPENED = '([{'
+UNIT_BEHIND = re.compile(r'(?<=\w)[ \t]+(?=[\[(](?:mm|cm|m|rad|deg|°)[\])])')  # `a [m] d [m]`
 ROW_END = re.compile(r'(;\s*|(?<![,;\s])[ \t]*\n\s*)')
 SEVERAL = 'there are several tables: leave one in the text'
 NAMED = re.compile(r'([A-Za-z_]\w*)(?:\[\w*\])*\s*[=:(]+\s*(?:[\w.]+\(\s*)?$')
@@ -40,7 +41,7 @@ def plain_text(text: str) -> str:
     """Return a text with plain signs and names, without entities and tables of HTML."""
     text = html.unescape(text.replace('\r\n', '\n').replace('\r', '\n')).translate(BARS)
     text = re.sub(r'(?i)\s*</?t[dh][^>]*>\s*(?:<t[dh][^>]*>)?', '|', text)
-    return plain_names(re.sub(r'(?i)<tr[^>]*>\s*\|?', '', text))
+    return plain_names(re.sub(r'(?i)<tr[^>]*>\s*\|?', '', text).replace('\\_', '_'))
 
 
 def without_comments(text: str) -> str:
@@ -174,7 +175,7 @@ def _lines(text: str, delimiter: str) -> Iterator[PastedRow]:
         return
     # Cells such as `q1 + 90` hold spaces: then more than one is between the columns, or none
     # around the sign.
-    lines = {n: re.sub(r',\s+', ',', line) for n, line in lines.items()}
+    lines = {n: UNIT_BEHIND.sub('', re.sub(r',\s+', ',', line)) for n, line in lines.items()}
     packed = {n: re.sub(r'(?<=\w)\s+([-+*/])\s+(?=\w)', r'\1', line) for n, line in lines.items()}
     ways = [
         [PastedRow(n, tuple(re.split(gap, line.strip()))) for n, line in way.items()]
