@@ -93,8 +93,8 @@ def _full_turns(
         for begin, end in () if robot.prismatic[j] else (*steps, *zip(ends, ends[1:])):
             turn = float(q[end] - q[begin])
             whole = math.tau * round(turn / math.tau)
-            others, (low, high) = q[end:] - whole, robot.limits[j]
-            if whole and low <= np.min(others) and np.max(others) <= high:
+            low, high = robot.limits[j] + whole
+            if whole and low <= np.min(q[end:]) and np.max(q[end:]) <= high:
                 short = math.degrees(turn - whole)
                 rest = f'{short:.1f} deg end at the same pose'
                 rest = rest if abs(short) >= SHOWN else 'the joint ends where it was'

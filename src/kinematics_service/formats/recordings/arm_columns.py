@@ -185,11 +185,6 @@ class _Search:
         if not poses and form == PoseFormat() and 'pose' not in self._given:
             poses, form = self._poses_alone(guessed)
         if set(poses) & set(positions):
-            if layout.numbered:
-                raise RecordingError(
-                    f'{self.file}: {listed(positions, SHOWN)} may be joints or a quaternion: '
-                    '--columns position=... says which columns are joints'
-                )
             poses, form = [], PoseFormat()  # of a gantry x, y and z are joints
         if layout.maker and poses:
             guessed.append(
@@ -270,6 +265,8 @@ class _Search:
         own = [int(part[1]) for name in self.joints if (part := re.search(r'(\d+)$', name))]
         if len(set(found)) != 1 or len(found) != len(self.joints) or own != sorted(own):
             return []
+        if pose_columns(self.header, [''], PoseFormat('wxyz')):
+            return []  # q1 .. q4 may be a quaternion
         rates = next((one for one in RATES if self._family(one)), '')
         return [Layout(ColumnNames('', found[0], rates, ''), numbered=True)]
 

@@ -3,6 +3,7 @@ A topic with poses of the tool in a bag: of a long topic only as many as the fra
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -12,17 +13,13 @@ from .pose_format import PoseFormat
 from .source import PoseTrack
 from .tool_poses import PoseRows
 
-# The position and the orientation in a message of each type; None without an orientation.
-POSES: dict[str, Callable[[Any], tuple[Any, Any]]] = {
-    f'geometry_msgs/msg/{name}': parts
-    for name, parts in (
-        ('PoseStamped', lambda one: (one.pose.position, one.pose.orientation)),
-        ('PoseWithCovarianceStamped', lambda one: POSES[POSE](one.pose)),
-        ('TransformStamped', lambda one: (one.transform.translation, one.transform.rotation)),
-        ('PointStamped', lambda one: (one.point, None)),
-    )
+# Position and orientation in a message of each type.
+POSES = {
+    'geometry_msgs/msg/PoseStamped': ('pose.position', 'pose.orientation'),
+    'geometry_msgs/msg/PoseWithCovarianceStamped': ('pose.pose.position', 'pose.pose.orientation'),
+    'geometry_msgs/msg/TransformStamped': ('transform.translation', 'transform.rotation'),
+    'geometry_msgs/msg/PointStamped': ('point',),
 }
-POSE = 'geometry_msgs/msg/PoseStamped'
 TRANSFORM = 'geometry_msgs/msg/TransformStamped'
 TRANSFORMS = 'tf2_msgs/msg/TFMessage'
 # Number of poses kept (13 MB): if there are more, every second one is dropped, again and again.
@@ -46,11 +43,9 @@ def track_of_messages(
     read
         Makes messages, one or none but for `/tf`, of their bytes, or raises any exception.
     """
-    form = PoseFormat('position' if kind.endswith('PointStamped') else 'xyzw')
-    rows, stamps = (
-        np.empty((HELD, 3 if form.kind == 'position' else 7)),
-        np.empty(HELD, dtype=np.int64),
-    )
+    parts = zip(POSES[kind], ('xyz', 'xyzw'))
+    numbers = [attrgetter(f'{part}.{axis}') for part, axes in parts for axis in axes]
+    rows, stamps = np.empty((HELD, len(numbers))), np.empty(HELD, dtype=np.int64)
     stride, kept, count, looked_at, frame = 1, 0, 0, 0, ''
     unreadable = 0
     for time, raw in messages:
@@ -72,8 +67,7 @@ def track_of_messages(
         message = found[0]
         stamp = message.header.stamp
         stamps[kept] = int(stamp.sec) * SECOND + int(stamp.nanosec) or time
-        p, o = POSES[kind](message)
-        rows[kept] = (p.x, p.y, p.z) if o is None else (p.x, p.y, p.z, o.x, o.y, o.z, o.w)
+        rows[kept] = [number(message) for number in numbers]
         frame = frame or str(message.header.frame_id)
         kept += 1
     if not count:
@@ -81,7 +75,7 @@ def track_of_messages(
     if not kept:
         none = np.zeros((0, 4, 4))
         return PoseTrack(topic, '', stamps[:0], none, refused='none of its messages can be read')
-    poses = PoseRows(form, rows.shape[1])
+    poses = PoseRows(PoseFormat('xyzw' if len(numbers) == 7 else 'position'), len(numbers))
     poses.take(stamps[:kept], rows[:kept])
     track = poses.track(topic, frame)
     if unreadable:
