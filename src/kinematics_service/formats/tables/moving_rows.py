@@ -158,8 +158,8 @@ def _moving(row: NumberedRow, place: str, constants: Collection[str]) -> frozens
     text = _marked(row, place, constants)
     names = names_in(text).difference(constants, ('pi',))
     told = TYPES.get(row.cells.get('type', '').lower()) == 'd'
-    names = {one for one in names if place == 'theta' or told or SLIDING.fullmatch(one)}
-    return frozenset(names | {MARK} if MARK in text else names)
+    own = {one for one in names if place == 'theta' or told or SLIDING.fullmatch(one)}
+    return frozenset(own | {MARK} if MARK in text else own)
 
 
 def bare(name: str) -> str:
