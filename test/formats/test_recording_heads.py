@@ -115,6 +115,9 @@ READ = {
     'tabs and spaces in heads': (
         ('Time (s),' + numbered('Joint {} (deg)')).replace(',', '\t'), [TIMES, DEG * Q], {},
     ),
+    'aligned blanks': (
+        ('stamp,' + each('position.{}')).replace(',', '   '), [TIMES, Q], {},
+    ),
     'no stamps': (numbered('theta_{}_deg'), [DEG * Q], {'stamps': 'none'}),
 }  # fmt: skip
 
@@ -130,7 +133,7 @@ def read(tmp_path, text, robot=UR, **options):
 
 
 def table(head, *columns):
-    delimiter = next((sign for sign in ';\t' if sign in head), ',')
+    delimiter = next((sign for sign in (';', '\t', '   ') if sign in head), ',')
     rows = np.hstack([np.asarray(one, dtype=object) for one in columns])
     cells = (one if isinstance(one, str) else f'{one:.12g}' for one in rows.ravel())
     cells = np.array(list(cells), dtype=object).reshape(rows.shape)
@@ -150,6 +153,13 @@ def test_heads_are_read(tmp_path, name):
         assert track.poses == pytest.approx(T, abs=PRINTED)
     else:
         assert track is None
+
+
+def test_numbers_beside_names_are_no_joints(tmp_path):
+    for head, robot in (('t,q0,q1', 'planar_2r'), ('t,x,y,z,q1,q2,q3,q4', 'scara_hsr065')):
+        text = table(head, np.full((2, head.count(',') + 1), 0.1))
+        with pytest.raises(RecordingError, match='there is no column|no joint positions'):
+            read(tmp_path, text, robot_of(robot), joint_format='rad')
 
 
 def test_sliding_joints_have_their_own_unit(tmp_path):
@@ -178,8 +188,20 @@ REFUSED = {
     'targets': ('stamp,' + numbered('target_q{}'), {}, 'there is no column'),
     'speeds of another unit': (
         'stamp,' + each('position.{}_deg') + ',' + each('velocity.{} [rad/s]'),
-        {}, "positions in deg: .*'rad/s' is not one of deg/s",
+        {}, 'is in rad/s, its position in another unit',
     ),
+    'speeds in degrees alone': (
+        'stamp,' + each('position.{}') + ',' + each('velocity.{}_deg/s'),
+        {}, 'is in deg/s, its position',
+    ),
+    'speeds against an option': (
+        'stamp,' + each('position.{}') + ',' + each('velocity.{} [rad/s]'),
+        {'joint_format': 'deg'}, 'is in rad/s, its position',
+    ),
+    'rpm': (
+        'stamp,' + each('position.{}') + ',' + each('velocity.{} [rpm]'), {}, 'is in rpm',
+    ),
+    'cells too many': ('stamp,' + each('position.{}') + '\n1,' + '0,1,' * 6, {}, '14 cells, but'),
     'stamps of two units': ('time_ms,' + each('{}_rad'), {'stamps': 's'}, 'heads say ms, and --s'),
     'stamps in hours': ('time [h],' + each('{}_rad'), {}, "'h' is not one of s, ms"),
     'x in mm, y in m': (

@@ -157,7 +157,13 @@ class _Search:
                 f'{self.file}: --columns position= names {len(positions)} columns; '
                 f'{wanted.robot.name} has {len(self.joints)} joints'
             )
-        joints, form = self._joint_units(positions, velocities), wanted.pose_format
+        joints, form = self._joint_units(positions), wanted.pose_format
+        for scale, column in zip(joints.units(wanted.robot).scale, velocities):
+            unit = self.heads.units.get(column, '')
+            if unit and (ANGLES | LENGTHS).get(unit.removesuffix('/s')) != scale:
+                head = self.heads.heads[column]
+                text = f'column {head!r} is in {unit}, its position in another unit'
+                raise RecordingError(f'{self.file}: {text}')
         if layout.maker:
             if joints == JointFormat():
                 joints = JointFormat('deg,mm')
@@ -202,7 +208,7 @@ class _Search:
             stamp, stamps, positions, velocities, poses, joints, form, names, tuple(guessed)
         )
 
-    def _joint_units(self, positions: list[str], velocities: list[str]) -> JointFormat:
+    def _joint_units(self, positions: list[str]) -> JointFormat:
         # Options and heads must agree.
         robot, given, told = self.wanted.robot, self.wanted.joint_format, {}
         for name, column, slides in zip(robot.joint_names, positions, robot.prismatic):
@@ -222,8 +228,6 @@ class _Search:
                 f'{self.file}: some heads have units ({words}), others none: --joint-format has '
                 'room for all'
             )
-        for column, unit in zip(velocities, told.values()):
-            self.heads.unit([column], (f'{unit}/s',), f'{self.file}: positions in {unit}')
         return JointFormat(words)
 
     def _pose_units(self, poses: list[str], form: PoseFormat) -> PoseFormat:
@@ -265,8 +269,9 @@ class _Search:
         own = [int(part[1]) for name in self.joints if (part := re.search(r'(\d+)$', name))]
         if len(set(found)) != 1 or len(found) != len(self.joints) or own != sorted(own):
             return []
-        if pose_columns(self.header, [''], PoseFormat('wxyz')):
-            return []  # q1 .. q4 may be a quaternion
+        # q1 .. q4 may be a quaternion; q0 and q1 are no joints q1 and q2.
+        if pose_columns(self.header, [''], PoseFormat('wxyz')) or {*self.joints} & {*self.header}:
+            return []
         rates = next((one for one in RATES if self._family(one)), '')
         return [Layout(ColumnNames('', found[0], rates, ''), numbered=True)]
 

@@ -140,7 +140,8 @@ def _table(
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+    cells = line.split() if delimiter == ' ' else next(csv.reader([line], delimiter=delimiter))
+    return [cell.strip() for cell in cells]
 
 
 def _are_numbers(cells: list[str], decimal_comma: bool) -> bool:

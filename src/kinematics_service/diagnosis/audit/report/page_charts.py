@@ -24,8 +24,7 @@ Values = Callable[[slice], Floats]
 
 # Intervals shaded at most; more would be a grey wall.
 MOST_BANDS = 400
-# Where the axis of the condition number ends, in thresholds of ERROR: at a singular pose it is
-# infinite.
+# The axis of the condition number, which has no bound, ends here, in thresholds of ERROR.
 CLIPPED_AT = 100.0
 
 
