@@ -119,7 +119,7 @@ class RowReader:
         self._whole, self._stamps, self._hint = whole, stamps, hint
         self._stamp_at = [table.header.index(stamp)] if stamp else []
         self._at = [table.header.index(column) for column in columns]
-        self._digits = UNITS[stamps.unit or self._unit()]
+        self._digits = UNITS.get(stamps.unit)
 
     def pieces(self) -> Iterator[TableRows]:
         """
@@ -174,28 +174,22 @@ class RowReader:
                     f'{len(self._header)} columns'
                 )
 
-    def _unit(self) -> str:
-        # Of the stamps, by the size of the first one.
-        if not self._stamp_at:
-            return 's'
-        try:
-            with self._table.opened() as stream:
-                _, first = next(self._table.cells(stream))
-            unit = unit_of(number_of(first[self._stamp_at[0]]))
-        except (ValueError, IndexError, StopIteration, csv.Error):
-            return 's'  # what is wrong with it is said when the rows are read
+    def _digits_of(self, stamp: str) -> int:
+        # By the size of the first stamp; what is wrong with it is said when it is read.
+        unit = unit_of(number_of(stamp)) if NUMBER.fullmatch(stamp.strip()) else 's'
         if unit != 's':
             name = self._header[self._stamp_at[0]]
             text = f'column {name!r} is taken in {unit}, as the size of its stamps tells'
             self.remarks.append(Remark(Level.OK, text))
-        return unit
+        return UNITS[unit]
 
     def _nanoseconds(self, line: int, cell: str) -> int:
+        if self._digits is None:
+            self._digits = self._digits_of(cell)
         try:
             return nanoseconds_of(cell, self._digits)
         except ValueError:
-            unit = next(unit for unit, digits in UNITS.items() if digits == self._digits)
-            what = 'seconds' if unit == 's' else unit
+            what = {9: 'seconds', 6: 'ms', 3: 'us', 0: 'ns'}[self._digits]
             raise RecordingError(
                 f'{self._file}:{line}: column {self._header[self._stamp_at[0]]!r}: '
                 f'{cell[:40]!a} is not a time in {what} (0 to {LATEST.scaleb(9 - self._digits):f})'
