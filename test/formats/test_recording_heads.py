@@ -115,6 +115,14 @@ READ = {
     'tabs and spaces in heads': (
         ('Time (s),' + numbered('Joint {} (deg)')).replace(',', '\t'), [TIMES, DEG * Q], {},
     ),
+    'poses that are commanded': (
+        'stamp,' + each('{}') + ',target_x,target_y,target_z,target_rx,target_ry,target_rz',
+        [TIMES, np.hstack([Q, VECTOR])], {},
+    ),
+    'a pose that is not asked for': (
+        'stamp,' + each('position.{}') + ',b.x,b.y,b.z,b.rx,b.ry,b.rz',
+        [TIMES, np.hstack([Q, VECTOR])], {'columns': 'position=position.'},
+    ),
     'aligned blanks': (
         ('stamp,' + each('position.{}')).replace(',', '   '), [TIMES, Q], {},
     ),

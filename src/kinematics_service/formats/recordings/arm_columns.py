@@ -23,6 +23,8 @@ NUMBERS = re.compile(r'(\d+)(?:-(\d+))?')
 # Heads of joints by their numbers, and of their velocities.
 NUMBERED = re.compile(r'((?:q|j|joint|axis|theta|angle|pos|position)[ _.]?)\d+', re.IGNORECASE)
 RATES = ('qd', 'dq', 'qdot', 'qd_', 'dq_', 'velocity', 'velocity_', 'vel_')
+# Words in heads of poses that are no measurements.
+COMMANDED = re.compile('target|goal|command|cmd|desired|ref|set', re.IGNORECASE)
 SLICE = re.compile(r'(.+)\[(\d*):(\d*)\]')
 HOW = (
     '--columns stamp=...,position=...,velocity=...,pose=... says how column names begin; without '
@@ -188,7 +190,8 @@ class _Search:
                 'units)'
             )
         poses, form = self._poses(names.pose, form)
-        if not poses and form == PoseFormat() and 'pose' not in self._given:
+        asked = {'position', 'pose'} & self._given.keys()
+        if not (poses or asked) and form == PoseFormat():
             poses, form = self._poses_alone(guessed)
         if set(poses) & set(positions):
             poses, form = [], PoseFormat()  # of a gantry x, y and z are joints
@@ -372,7 +375,8 @@ class _Search:
 
     def _poses_alone(self, guessed: list[str]) -> tuple[list[str], PoseFormat]:
         # The one pose of the table, whatever its heads begin with.
-        starts = dict.fromkeys(name[:-1] for name in self.header if name[-1:] in 'xX')
+        named = (name for name in self.header if not COMMANDED.search(name))
+        starts = dict.fromkeys(name[:-1] for name in named if name[-1:] in 'xX')
         tried = {start: pose_columns(self.header, [start], PoseFormat()) for start in starts}
         found = {start: pose for start, pose in tried.items() if pose}
         if len(found) > 1:
