@@ -23,7 +23,7 @@ NUMBERS = re.compile(r'(\d+)(?:-(\d+))?')
 # Heads of joints by their numbers, and of their velocities.
 NUMBERED = re.compile(r'((?:q|j|joint|axis|theta|angle|pos|position)[ _.]?)\d+', re.IGNORECASE)
 RATES = ('qd', 'dq', 'qdot', 'qd_', 'dq_', 'velocity', 'velocity_', 'vel_')
-# Words in heads of poses that are no measurements.
+# Words in the heads of commanded poses, which nothing measured.
 COMMANDED = re.compile('target|goal|command|cmd|desired|ref|set', re.IGNORECASE)
 SLICE = re.compile(r'(.+)\[(\d*):(\d*)\]')
 HOW = (
