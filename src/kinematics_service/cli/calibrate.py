@@ -102,7 +102,9 @@ def calibrate(
         'Base and tool written: of the robot file, or measured.', default=FramesChoice.robot
     ),
     topic: TopicOption = None,
-    pose_topic: Optional[str] = option('Topic of PoseStamped messages.', 'TOPIC'),
+    pose_topic: Optional[str] = option(
+        'Topic of measured poses: stamped poses, points or transforms; /tf:FRAME.', 'TOPIC'
+    ),
     columns: ColumnsOption = None,
     joint_format: JointsOption = None,
     stamps: StampsOption = None,
