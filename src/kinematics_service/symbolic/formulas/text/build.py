@@ -201,7 +201,9 @@ def _divided(node: Node, one: Value, other: Value) -> Value:
 def _powered(node: Node, base: Value, exponent: Value) -> Value:
     if is_matrix(base):
         if exponent != -1 or base.rows != base.cols:
-            raise node.at.fault('the only power of a matrix is ^-1, of a square one')
+            raise node.at.fault(
+                'the only power of a matrix is ^-1, of a square one; frame 3 in frame 2 is T_23'
+            )
         return _inverse(node, base)
     if not (exponent.is_Rational and abs(exponent) <= HIGHEST_POWER and exponent.q <= 4):
         raise node.at.fault(f'an exponent must be a number of at most {HIGHEST_POWER}')
@@ -263,6 +265,7 @@ _SCALAR: dict[str, Callable[..., Value]] = {
     'tand': lambda x: sp.tan(x * sp.pi / 180),
     'atan2d': lambda y, x: sp.atan2(y, x) * 180 / sp.pi,
     'abs': sp.Abs,
+    **dict.fromkeys(('sign', 'sgn'), sp.sign),
     **dict.fromkeys(('rad', 'radians', 'deg2rad'), lambda x: x * sp.pi / 180),
 }
 
