@@ -120,6 +120,7 @@ AGREE = [
     ('planar_2r', r'\cos^2\theta_1 + \sin^2 \theta_1 = \sqrt[3]{8} - 1'),
     ('planar_2r', 'x^2 + y^2 = L1**2 + L2**2 + 2*L1*L2*np.cos(q2)'),
     ('planar_3r', 'q3 = phi - q1 - q2'),
+    ('planar_2r', r'$x = L_1\cos(\theta_1) + L_2\cos(\theta_1 + \theta_2).$'),
     ('three_r', 'singular: sin(q3) = 0\nsingular: a2*c2 + a3*c23 = 0'),
 ]  # fmt: skip
 
@@ -161,6 +162,7 @@ REFUSED = [
     ('planar_2r', 'T_1^2 = A_1', '1:4', 'frame 3 in frame 2 is T_23'),
     ('planar_2r', 'L^2_1 = 4', '1:', 'an index comes before a power'),
     ('planar_2r', 'R_37 = [1 0 0; 0 1 0; 0 0 1]', '1:1', 'there is no frame'),
+    ('planar_2r', r'\dot{q}_1 = 3', '1:8', 'no meaning'),
     ('planar_2r', 'x = L1 ± L2', '1:8', 'each of the two solutions'),
     ('planar_2r', 'q1 = atan(y, x)', '1:6', 'write atan2(y, x)'),
     ('planar_2r', 'q1 = ArcTan[x, y]', '1:6', 'write atan2(y, x)'),

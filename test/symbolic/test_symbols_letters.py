@@ -36,6 +36,7 @@ def derived(constants, *rows):
     [
         ('{L1: 1, L2: 1, L3: 1}', THREE, [2, 2], 'with L1 = L2 = L3 of this file: rank 1'),
         ('{L1: 2, L2: 1, L3: 1}', THREE, [2, 2], 'with L2 = L3 of this file: rank 1'),
+        ('{L1: 2, L2: -1, L3: 1}', THREE, [2, 2], 'with -L2 = L3 of this file: rank 1'),
         ('{L1: 0.4, L2: 0.3, L3: 0.2}', THREE, [2, 2], None),
         ('{a2: 1, d4: 1}', SIX, [5, 5, 5], 'with a2 = d4 of this file: rank 4'),
         ('{L1: 1, L2: 1}', ('L1 0 0 q1', 'L2 0 0 q2'), [1], None),
@@ -55,7 +56,9 @@ def test_equal_letters_split_no_sine():
         for constants in ('{L1: 1, L2: 1, L3: 1}', '{L1: 0.4, L2: 0.3, L3: 0.2}')
     )
     assert equal.determinant == others.determinant
-    assert 'With L1 = L2 = L3 of this file: rank 1 at q3 = ' in text_of(report_of(equal))
+    assert 'With L1 = L2 = L3 of this file: rank 1 (to 1e-07) at q3 = ' in text_of(
+        report_of(equal)
+    )
 
 
 @pytest.mark.parametrize(
@@ -63,6 +66,7 @@ def test_equal_letters_split_no_sine():
     [
         ('{L1: 0.4, L3: 0.5, L4: 0.3}', RPRR, [{'d2', 'sin(q3)'}]),
         ('{L1: 0.4, L2: 0.3}', ('0 pi/2 L1 q1', 'L2 0 0 q2'), []),
+        ('{L: 1}', ('L 0 0 q1',), []),
     ],
 )
 def test_zeros_of_what_is_left_of_the_minors_are_solved(constants, rows, zeros):

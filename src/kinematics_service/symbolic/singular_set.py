@@ -26,6 +26,7 @@ from .family_proofs import CommonZeros, proves_lost
 from .frames import Frames
 from .sampled_poses import POSES, PoseSampler
 from .singular_geometry import (
+    ZERO,
     ArmAtPoses,
     Idle,
     Lost,
@@ -74,7 +75,7 @@ class SingularFactor:
     pose
         One that is, rad or the file's unit of length: within 1e-9 of a pose of the family.
     special
-        In words: a lower rank on a part of it, with the lengths of the file; None: no such part.
+        In words, a lower rank on a part of it, with the lengths of the file; None: no such part.
     """
 
     name: str
@@ -176,9 +177,9 @@ class SingularSet:
         Whether the families are all there is; False where a remainder may vanish too, or where the
         product was not fully split.
     remainder_zeros
-        Where the remainder vanishes: factors that are 0 together; None where that is not solved.
+        Factors that are 0 together exactly if the remainder is 0; None: not solved.
     special
-        In words: a lower rank everywhere, with the lengths of the file; None where it is not.
+        In words, a lower rank everywhere, with the lengths of the file; None: no lower rank.
     """
 
     determinant: Determinant
@@ -193,8 +194,8 @@ class SingularSet:
 
 @dataclass(frozen=True)
 class _Meaning:
-    # What a factor means at poses of its family, for random values of the letters; special is what
-    # only those of the file bring about.
+    # The meaning of a factor at poses of its family and random values of the letters; `special`
+    # is true of the values of the file alone.
     within: Zero
     geometric: str | None = None
     rank: int | None = None
@@ -230,7 +231,7 @@ class FamilySearch:
         return max(sampler.generic_rank for sampler in self.generic)
 
     def arms(self, values: Sequence[Laurent]) -> ArmAtPoses | None:
-        """Return the arm at poses where polynomials vanish together; None where none is found."""
+        """Return the arm at common zeros of polynomials, or None if none is found."""
         found = []
         for sampler in self.generic:
             numbers = [Numbers(value, sampler.arithmetic) for value in values]
@@ -270,7 +271,8 @@ class FamilySearch:
             return None
         names = self.arithmetic.names
         place = ', '.join(f'{names.variables[k]} = {poses[lowest, k]:.4f}' for k in joints)
-        return f'with {numbers_in_words(names)} of this file: rank {ranks[lowest]} at {place}'
+        rank = ranks[lowest]
+        return f'with {numbers_in_words(names)} of this file: rank {rank} (to {ZERO:g}) at {place}'
 
     def is_one_family(self, factor: RealFactor) -> bool:
         """Return whether both its halves, if it has any, have the same rank."""
@@ -386,7 +388,8 @@ def numbers_in_words(names: Names) -> str:
     """Return which lengths of a file are equal, `L2 = L3`, or `the numbers`."""
     groups: dict[float, list[str]] = {}
     for symbol, value in names.values.items():
-        groups.setdefault(abs(value), []).append(symbol.name)
+        group = groups.setdefault(abs(value), [])
+        group.append(f'{"-" * (value < 0)}{symbol.name}')
     equal = [' = '.join(group) for group in groups.values() if len(group) > 1]
     return ' and '.join(equal) or 'the numbers'
 
@@ -456,7 +459,7 @@ def crossings_of(
 def _crossing(
     values: Sequence[Laurent], names: Sequence[str], search: FamilySearch, J_t: Matrix
 ) -> FamilyCrossing | None:
-    # Where factors vanish together; None where it is proved that they do not.
+    # Factors that vanish together; None if it is proved that they do not.
     functions = [search.numbers(value) for value in values]
     poses, meet = search.poses(functions), None
     if len(poses) < 2:
@@ -478,7 +481,7 @@ def remainder_zeros(
     rests: Sequence[Laurent], search: FamilySearch, writer: Writer, J_t: Matrix
 ) -> tuple[FamilyCrossing, ...] | None:
     """
-    Return where all rests of the minors vanish together; None where that is not solved.
+    Return the common zeros of the rests of the minors, or None if they are not solved.
 
     Each rest vanishes where one of its factors does, so all vanish where the factors of a minimal
     hitting set do.

@@ -243,8 +243,9 @@ def _singular(derivation: Derivation) -> Iterator[Block]:
     yield Heading('Singular set', 2)
     if found.determinant.expression is None:
         return
-    if not found.factors and found.determinant.minors == 1:
-        yield say('Empty: the determinant is a constant.')
+    if not found.factors and found.complete:
+        constant = found.determinant.minors == 1
+        yield say(f'Empty: the {"determinant is a constant" if constant else "rank never falls"}.')
     for factor in found.factors:
         yield from _family(derivation, factor)
     if found.crossings:

@@ -39,9 +39,9 @@ class Quantity:
     start
         The frame in which it is seen, -1 for the tool's; None: as the settings say.
     form
-        Of the Jacobian: `space`, `body`, `analytic`, or with its angles `zyz`, `rpy`, `ypr`.
+        The Jacobian is `space`, `body`, `analytic`, or with its angles `zyz`, `rpy`, `ypr`.
     rows
-        Those of the Jacobian that are meant, by their places; empty: as many as are written.
+        The Jacobian's rows that are meant, by their places; empty: as many as are written.
     either
         Whether two digits may also be the number of one frame or row.
     """

@@ -105,7 +105,7 @@ class FormulaNames:
         return matrix
 
     def _factors(self, key: str) -> list[str]:
-        # Of a name that is a product: joints, constants and shorthands, each with its number.
+        # Cut a name that is a product of joints, constants and shorthands, each with its number.
         factors = FACTOR.findall(key)
         known = ''.join(factors) == key and len(factors) > 1
         return factors if known and all(map(self._is_scalar, factors)) else []

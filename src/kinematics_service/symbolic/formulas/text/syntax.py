@@ -29,6 +29,7 @@ DEEPEST = 60
 # How strongly an operator binds what stands before it; what follows binds by one more.
 SUM, PRODUCT, SIGN, POWER, POSTFIX = range(1, 6)
 BINDING = {'+': SUM, '-': SUM, '*': PRODUCT, '/': PRODUCT, 'x': PRODUCT, '^': POWER, "'": POSTFIX}
+TRANSPOSE = (('T',), ('top',), ('{', 'T', '}'), ('{', 'top', '}'))
 CLOSING = {'(': ')', '[': ']', '{': '}'}
 # A Jacobian of dozens of joints has fewer.
 MOST_ENTRIES = 1000
@@ -122,7 +123,7 @@ class _Parser:
         return token
 
     def took(self, *texts: str) -> bool:
-        # Of tokens of any kind, all of them or none.
+        # Take tokens of any kind, all of them or none.
         if tuple(t.text for t in self.tokens[self.at : self.at + len(texts)]) != texts:
             return False
         self.at += len(texts)
@@ -179,9 +180,7 @@ class _Parser:
         return Node(token.text, '', (left, self.expression(power + 1)), token)
 
     def power(self, base: Node, operator: FormulaToken) -> Node:
-        if self.took('T') or self.took('{', 'T', '}') or self.took('top'):
-            return Node("'", '', (base,), operator)
-        if self.took('{', 'top', '}'):
+        if any(self.took(*texts) for texts in TRANSPOSE):
             return Node("'", '', (base,), operator)
         node = Node('^', '', (base, self.exponent()), operator)
         if self.is_next('^'):
@@ -316,10 +315,13 @@ class _Parser:
             if environment:
                 self.skip_newlines()
             token = self.next
-            if token is None and environment:
-                raise self.error(f'{opening.text} has no \\end')
             if token is None:
-                raise self.error("the bracket '[' is not closed")
+                missing = (
+                    f'{opening.text} has no \\end'
+                    if environment
+                    else "the bracket '[' is not closed"
+                )
+                raise self.error(missing)
             if self.took(']') or (token.kind == 'end' and self.took(token.text)):
                 break
             if self.is_next(',', '&'):

@@ -25,12 +25,12 @@ _END = '(?![A-Za-z])'
 _GROUP = r'\{(?:[^{}]|\{[^{}]*\})*\}'
 _MATRIX = r'\s*\{\s*(?:[pbvB]|small)?matrix\*?\s*\}|\s*\{\s*array\s*\}'
 _LETTERED = r'\\(?:text|operatorname|math(?:rm|cal|bf|it|sf|bb)|boldsymbol|bm|mbox|hat|vec)\s*\*?'
-# What a token is: its kind, what it matches, and its plain text where that is another one. Tokens
-# without a kind have no meaning. The first that matches is taken.
+# The kind of a token, its pattern, and its plain text if that is not what matches. A token without
+# a kind has no meaning. The first pattern that matches is taken.
 TOKENS = tuple(
     (kind, re.compile(pattern), plain)
     for kind, pattern, plain in (
-        ('', r'[\s$~]+|(?:[#%]|\.\.\.).*|(?:sp|sympy|np|numpy|math)\.(?=[A-Za-z])', ''),
+        ('', r'[\s$~]+|(?:[#%]|\.\.\.).*|(?:sp|sympy|np|numpy|math)\.(?=[A-Za-z])|\.[\s$]*$', ''),
         ('degrees', rf'\^\s*(?:\{{\s*\\circ\s*\}}|\\circ{_END})|°|\\degree{_END}', 'deg'),
         ('number', r'(?:\d+(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][-+]?\d+)?', None),
         ('row', r'\\\\(?:\s*\[[^\]]*(?:pt|em|ex|mm)\])?', '\\\\'),
@@ -39,7 +39,7 @@ TOKENS = tuple(
         ('', r'\\[,;:! \[\]()]|\\(?:begin|end)\s*\{[^{}\\]*\}?', ''),
         ('', rf'\\(?:left|right|[bB]igg?[lr]?|displaystyle|q?quad|limits|nonumber|hfill){_END}',
          ''),
-        ('operator', rf'\\[cl]?dot{_END}|\.?\*(?!\*)', '*'),
+        ('operator', rf'\\cdot{_END}|\.?\*(?!\*)', '*'),
         ('operator', rf'\\times{_END}', 'x'),
         ('operator', r'\*\*|\.?\^', '^'),
         ('operator', r'\./|/', '/'),
