@@ -78,6 +78,11 @@ def test_zeros_of_what_is_left_of_the_minors_are_solved(constants, rows, zeros):
     assert derivation.singular_set.complete == (not zeros)
 
 
+def test_a_letter_that_is_not_declared_is_told_where():
+    with pytest.raises(ks.RobotFileError, match='name it under constants, as in .* for a letter'):
+        derived('{}', *THREE)
+
+
 def test_a_rank_that_the_numbers_of_a_file_lower_everywhere_is_said():
     # A link of length L3 - L4, which the file's numbers make 0.
     rows = ('0 pi/2 0 q1', 'L2 0 0 q2', 'L3-L4 0 0 q3')

@@ -347,4 +347,4 @@ def _text_of(node: Node, inner: list[str]) -> str:
         return f'-{inner[0]}'
     if node.kind == '*':
         return f'{inner[0]} {inner[1]}'
-    return f' {node.kind} '.join(inner)
+    return f' {node.kind} '.join(inner).replace('+ -', '- ')

@@ -43,7 +43,8 @@ class Node:
     Parameters
     ----------
     kind
-        `number`, `name`, `call`, `matrix`, or an operator: + - * / ^ x (cross), neg, deg, '.
+        `number`, `name`, `call`, `matrix`, or an operator: + (of many terms) * / ^ x
+        (cross), neg, deg, '.
     text
         The number, the name, or the function.
     parts
@@ -177,7 +178,11 @@ class _Parser:
             return self.power(left, token)
         if not self.by_blanks:
             self.skip_newlines()
-        return Node(token.text, '', (left, self.expression(power + 1)), token)
+        right = self.expression(power + 1)
+        if power > SUM:
+            return Node(token.text, '', (left, right), token)
+        right = Node('neg', '', (right,), token) if token.text == '-' else right
+        return Node('+', '', (*(left.parts if left.kind == '+' else (left,)), right), token)
 
     def power(self, base: Node, operator: FormulaToken) -> Node:
         if any(self.took(*texts) for texts in TRANSPOSE):
