@@ -344,7 +344,8 @@ def calibrate(
                 data = CalibratedPoses(found, topics[:2], (), heard.q, heard.poses)
             else:
                 rows = _Rows(files or [], reading, same_point, apart, pose_gap, terms, pictured)
-                data = _of_files(run, rows, of_zeros)
+                with _files_named(rows.files):
+                    data = _of_files(run, rows, of_zeros)
             written = write_robot_file(data, robot, outputs)
         write_report(data, robot, outputs)
         if not (data.found.accepted or anyway):
@@ -376,6 +377,19 @@ def _of_files(run: CalibrationRun, rows: _Rows, zeros: ZeroOptions | None) -> Ca
     if rows.pictured is not None:
         return run.of_images(rows.files[0], rows.reading, *rows.pictured)
     return run.of_recordings(rows.files, rows.reading, rows.gap, rows.terms)
+
+
+@contextmanager
+def _files_named(files: Sequence[Path]) -> Iterator[None]:
+    # Errors in rows begin with the name of the file.
+    try:
+        yield
+    except ParameterNotFoundError:
+        raise
+    except CalibrationError as error:
+        if any(str(file) in str(error) for file in files):
+            raise
+        raise CalibrationError(f'{", ".join(map(str, files))}: {error}') from None
 
 
 @contextmanager

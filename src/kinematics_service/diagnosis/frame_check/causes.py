@@ -2,8 +2,9 @@
 Causes of the remainder between two sources of poses: each is undone, and the remainders compared.
 """
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -30,18 +31,21 @@ from .hypotheses import (
     Hypothesis,
     NumberHypothesis,
     hypotheses_of,
+    joint_range,
+    joint_ways,
     number_hypotheses_of,
+    scale_hypotheses_of,
 )
 from .lag import lagged
 from .offsets import (
     LEFT_ALONE,
     Fit,
     equations_of,
+    fit_numbers,
     fit_offsets,
     least_angles,
     lifted,
-    parameter_columns,
-    parameter_step,
+    number_columns,
     scale_of,
     span_of,
 )
@@ -56,10 +60,32 @@ AS_WELL, MENTIONED_AS_WELL = 2.0, 1.25
 SIFTED, SIFT_STEPS, AT_ONCE, KEPT = 40, 4, 16, 4
 # Factor by which an estimate from a few poses, or of first order, may be too small.
 SIFT_MARGIN, FIRST_ORDER_MARGIN = 2.0, 1.5
-# Rounds in which a number is fitted and the poses are computed again with it.
-ROUNDS = 4
+# Gauss-Newton steps of a number and the offsets together.
+ROUNDS = 12
+# Where the largest position of a joint (rad) may be when its scale is sought: Newton's method
+# converges from 0.5 rad away, and where a joint slides (m) from anywhere.
+TURNING_REACHES = (-5.5, -4.5, -3.5, -2.5, -1.5, -0.5, 0.5, 1.5, 2.5, 3.5, 4.5, 5.5)
+SLIDING_REACHES = (0.0,)
+# Factors of positions that have a name, and the share by which one found may differ.
+TURNING_UNITS = {
+    math.pi / 180.0: 'is in degrees, not radians',
+    180.0 / math.pi: 'was turned from degrees into radians twice',
+    2.0 * math.pi: 'is in turns, not radians',
+    -1.0: 'counts the other way round',
+}
+SLIDING_UNITS = {
+    1e-3: 'is in millimetres, not metres',
+    0.0254: 'is in inches, not metres',
+    0.18 / math.pi: 'is in millimetres, turned from degrees into radians',
+    -1.0: 'counts the other way round',
+}
+SAME_FACTOR = 5e-3
 # A score (rad) below this is round-off.
 ROUND_OFF = 1e-15
+# Least noise of a score (rad): the last digit of printed poses.
+LEAST_NOISE = 1e-6
+# A number is named if these poses tell this share of it from all other numbers.
+RESOLVED = 0.75
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,17 +97,22 @@ class TestedCause:
     ----------
     key
         joint_sign, joint_signs, joint_order, joint_coupling, degrees, millimetres, convention,
-        tool_axes, quaternion_order, angle_order, joint_offset, link_length or time_lag.
+        tool_axes, quaternion_order, angle_order, joint_offset, joint_scale, link_length,
+        link_twist or time_lag.
     sentence
         What is wrong.
     value
-        The number found, in rad, m, s or samples; None if there is none.
+        The number found, in rad, m, s or samples, or the factor of a joint; None if there is none.
     ratio
         Remainder before over remainder after it is undone.
     errors
         The remainder then.
     base_offset, tool_offset : shape (4, 4)
         The offsets then; see `FrameDiagnosis`.
+    name
+        The joint, or the number of the table; empty if there is none.
+    resolution
+        Which share of the number these poses tell from all other numbers; 1 if there is none.
     """
 
     key: str
@@ -91,6 +122,8 @@ class TestedCause:
     errors: Errors
     base_offset: Floats
     tool_offset: Floats
+    name: str = ''
+    resolution: float = 1.0
 
 
 class Causes(NamedTuple):
@@ -121,9 +154,9 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
     limit
         What instrument and nominal table can leave.
     """
-    tried = _whole(given, fit)
+    tried = [*_whole(given, fit), *_numbers(given, A, fit), *_lag(given, A, fit)]
     tried += _orders(given, A, fit, tried)
-    tried += [*_numbers(given, A, fit), *_lag(given, A, fit)]
+    tried = [one for one in tried if not _simpler(one, tried)]
     best = max((cause.ratio for cause in tried), default=0.0)
 
     def about(factor: float) -> tuple[TestedCause, ...]:
@@ -134,18 +167,37 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
 
     if best >= DECISIVE:
         named = tuple(one for one in about(AS_WELL) if one.ratio >= DECISIVE)
-        return Causes(named, decisive=len(named) == 1 and _explained(named[0], limit))
+        return Causes(named, decisive=len(named) == 1 and _decisive(named[0], fit, limit))
     if best >= MOST_OF_IT:
         likely = (one for one in about(MENTIONED_AS_WELL) if one.ratio >= MOST_OF_IT)
         return Causes(likely=tuple(likely))
     return Causes()
 
 
-def _explained(cause: TestedCause, limit: PoseLimit) -> bool:
-    # Between few samples, and by stamps that are not those of the measurement, a moving arm
-    # leaves more where its lag is undone.
+def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
+    # A nominal table leaves as little without a mistake; and what is left must be no more than
+    # limits allow. Between few samples, and by stamps that are not those of the measurement, a
+    # moving arm leaves more where its lag is undone.
+    gross = cause.value is None or cause.key == 'joint_scale'
+    if gross and errors_of(before.position, before.rotation).within(NOMINAL):
+        return False
     most = MOST if cause.key == 'time_lag' else limit
-    return cause.errors.within(PoseLimit(*map(max, zip(most, limit))))
+    within = cause.errors.within(PoseLimit(*map(max, zip(most, limit))))
+    return within and cause.resolution > RESOLVED
+
+
+def _simpler(cause: TestedCause, tried: Sequence[TestedCause]) -> bool:
+    # Whether a cause of fewer numbers explains as much as the scale of a joint.
+    return cause.key == 'joint_scale' and any(
+        one.ratio * AS_WELL >= cause.ratio
+        and (
+            one.key in ('degrees', 'millimetres')
+            or one.sentence == cause.sentence
+            or (one.key, one.name) == ('joint_offset', cause.name)
+        )
+        for one in tried
+        if one is not cause
+    )
 
 
 def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
@@ -229,51 +281,136 @@ def undone(given: ComparedData, changes: Sequence[Hypothesis]) -> tuple[Floats, 
 
 
 def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
-    # To first order: the reduction by each beyond that of the offsets; the best are fitted.
-    scale = scale_of(given.poses)
-    J, r = equations_of(A, fit, scale)
-    slides = list(number_hypotheses_of(given))
-    columns = np.stack(
-        [parameter_columns(A, fit, hypothesis.columns, scale) for hypothesis in slides], 1
-    )
-    basis = span_of(J)
-    columns -= basis @ (basis.T @ columns)
-    rest = r - basis @ (basis.T @ r)
-    squares = np.sum(columns**2, axis=0)
-    strong = squares > (LEFT_ALONE**2 * len(r))
-    taken = np.divide((rest @ columns) ** 2, squares, out=np.zeros_like(squares), where=strong)
-    left = np.sqrt(np.maximum(np.sum(rest**2) - taken, 0.0) / len(A))
-    fitted = (
-        _fitted(given, A, fit, slides[k])
+    # To first order: what each leaves beyond the offsets; the best are fitted.
+    scales = list(scale_hypotheses_of(given))
+    numbers = [*number_hypotheses_of(given), *scales]
+    moved, rest = _beyond(given, A, fit, np.concatenate([one.columns for one in numbers], axis=2))
+    ends = np.cumsum([one.columns.shape[2] for one in numbers])[:-1]
+    left = [_left_by(part, rest) / len(A) for part in np.split(moved, ends, axis=1)]
+    starts = [
+        (numbers[k], np.zeros(numbers[k].columns.shape[2]), fit)
         for k in np.argsort(left, kind='stable')[:KEPT].tolist()
-        if left[k] * MOST_OF_IT < FIRST_ORDER_MARGIN * fit.score
-    )
-    return [cause for cause in fitted if cause is not None]
+        if math.sqrt(left[k]) * MOST_OF_IT < FIRST_ORDER_MARGIN * fit.score
+    ]
+    if not errors_of(fit.position, fit.rotation).within(EXPLAINED):
+        starts += _scale_starts(given, scales, fit)
+    found = [cause for start in starts if (cause := _fitted(given, fit, *start))]
+    # Two fits may find one scale; its sign may be base and tool turned round.
+    found.sort(key=lambda one: one.ratio * (AS_WELL if (one.value or 0.0) > 0.0 else 1.0))
+    return list({(one.key, one.name): one for one in found}.values())
+
+
+def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[Floats, Floats]:
+    # How poses move with numbers, (6 N, c), and what remains (6 N,), beyond what offsets do.
+    scale = np.reshape(scale_of(given.poses), (1, 1, 1))
+    J, r = equations_of(A, fit, scale)
+    basis = span_of(J)
+    rows = np.column_stack([number_columns(A[None], lifted(fit), columns[None], scale)[0], r])
+    rows -= basis @ (basis.T @ rows)
+    return rows[:, :-1], rows[:, -1]
+
+
+def _left_by(moved: Floats, rest: Floats) -> float:
+    # The squares of `rest` that numbers leave which move the poses so.
+    moved = moved[:, np.linalg.norm(moved, axis=0) > LEFT_ALONE * np.sqrt(len(rest))]
+    return float(np.sum((rest - moved @ np.linalg.lstsq(moved, rest)[0]) ** 2))
+
+
+def _scale_starts(
+    given: ComparedData, scales: Sequence[NumberHypothesis], before: Fit
+) -> list[tuple[NumberHypothesis, Floats, Fit]]:
+    # Scales far from 1: each joint's range on a grid, the best fits to few poses.
+    robot, few = given.robot, few_of(len(given.q))
+    grid = [
+        (one, robot.joint_names.index(one.name), reach)
+        for one in scales
+        for reach in (SLIDING_REACHES if one.unit == 'm' else TURNING_REACHES)
+    ]
+    if robot.chain.loops or not grid:
+        return []  # with other ranges the loops do not close
+    every, joints = np.arange(len(grid)), np.array([j for _, j, _ in grid])
+    more = np.array([reach / float(np.max(np.abs(given.q[:, j]))) - 1.0 for _, j, reach in grid])
+    means, ranges = given.q.mean(axis=0)[joints], joint_range(given.q)[joints]
+    ways = np.stack([joint_ways(given.q[:, j])[few] for j in joints])
+
+    def moved(values: Floats) -> tuple[Floats, Floats]:
+        q = np.tile(given.q[few], (len(grid), 1, 1))
+        q[every, :, joints] += (ways @ values[..., None])[..., 0]
+        state = evaluate(robot, q)
+        return state.pose, state.jacobian[every, :, :, joints, None] * ways[:, :, None]
+
+    values = np.column_stack([more * means, more * ranges])
+    B = np.tile(given.poses[few], (len(grid), 1, 1, 1))
+    found = fit_numbers(moved, values, B, fit_offsets(moved(values)[0], B, steps=0), SIFT_STEPS)
+    return [
+        (grid[k][0], found.values[k], found.fit.one(k))
+        for k in np.argsort(found.fit.score, kind='stable')[:KEPT].tolist()
+        if found.fit.score[k] < _most(before)
+    ]
 
 
 def _fitted(
-    given: ComparedData, A: Floats, before: Fit, hypothesis: NumberHypothesis
+    given: ComparedData, before: Fit, number: NumberHypothesis, values: Floats, begin: Fit
 ) -> TestedCause | None:
-    # Steps of the offsets and the number together; the poses are computed again with it. None
-    # where a closed loop does not close with it.
-    scale, value, fit = scale_of(given.poses), 0.0, before
-    for _ in range(ROUNDS):
-        value += parameter_step(A, fit, hypothesis.columns, scale)
-        try:
-            A = hypothesis.model(value)
-        except LoopError:
-            return None
-        fit = fit_offsets(A[None], given.poses[None], begin=lifted(fit), steps=2).one(0)
-    return _cause(hypothesis.key, number_in_words(hypothesis, value), value, before, fit)
+    # The offsets and the number together. None where a closed loop does not close with it.
+    def moved(values: Floats) -> tuple[Floats, Floats]:
+        change = number.at(values[0])
+        return change.pose[None], change.jacobian[None]
+
+    try:
+        found = fit_numbers(moved, values[None], given.poses[None], lifted(begin), ROUNDS)
+    except LoopError:
+        return None
+    values, fit = found.values[0], found.fit.one(0)
+    value = float(values[-1])
+    if number.key == 'joint_scale':
+        j = given.robot.joint_names.index(number.name)
+        value = 1.0 + value / float(joint_range(given.q[:, j]))
+    cause = _cause(number.key, number_in_words(number, value), value, before, fit)
+    share = 0.0
+    if cause.ratio >= DECISIVE:
+        change, there = number.at(values), given._replace(q=number.joints(values))
+        size = number.usual if len(values) == 1 else max(number.usual, abs(float(values[-1])))
+        own = size * change.jacobian[:, :, -1:]
+        share = _resolution(there, change.pose, fit, own, number)
+    return replace(cause, name=number.name, resolution=share)
 
 
-def number_in_words(hypothesis: NumberHypothesis, value: float) -> str:
-    """Return the sentence that a number of the robot needs a correction."""
-    shown = length_in_words(value) if hypothesis.unit == 'm' else angle_in_words(value)
+def _resolution(
+    given: ComparedData,
+    A: Floats,
+    fit: Fit,
+    own: Floats,
+    number: NumberHypothesis | None = None,
+) -> float:
+    # The diagonal of the model resolution matrix (Menke, Geophysical Data Analysis, chapter 4) of
+    # a least-squares fit of all numbers by their usual errors: 1 where poses tell this one, by
+    # which they move by `own` (N, 6, 1), from all others, 0 where they tell nothing of it.
+    others = [
+        one.usual * one.columns[:, :, -1:]
+        for one in (*number_hypotheses_of(given), *scale_hypotheses_of(given))
+        if number is None or (one.key, one.name) != (number.key, number.name)
+    ]
+    moved, _ = _beyond(given, A, fit, np.concatenate([*others, own], axis=2))
+    noise = max(float(fit.score), LEAST_NOISE) ** 2 / 6.0
+    inverse = np.linalg.inv(moved.T @ moved + noise * np.eye(moved.shape[1]))
+    return float(1.0 - noise * inverse[-1, -1])
+
+
+def number_in_words(number: NumberHypothesis, value: float) -> str:
+    """Return the sentence that a number of the robot needs a correction, or a joint a factor."""
+    if number.key == 'joint_scale':
+        known = SLIDING_UNITS if number.unit == 'm' else TURNING_UNITS
+        for factor, words in known.items():
+            if abs(value - factor) < SAME_FACTOR * abs(factor):
+                return f'joint {number.name} {words}'
+        return f'joint {number.name} counts {1.0 / value:.3g} times its motion'
+    shown = length_in_words(value) if number.unit == 'm' else angle_in_words(value)
     shown = shown if value < 0.0 else f'+{shown}'
-    if hypothesis.key == 'joint_offset':
-        return f'the zero of joint {hypothesis.name} is off: its positions need {shown}'
-    return f'a length of the table is off: {hypothesis.name} needs {shown}'
+    if number.key == 'joint_offset':
+        return f'the zero of joint {number.name} is off: its positions need {shown}'
+    what = 'a length' if number.unit == 'm' else 'an angle'
+    return f'{what} of the table is off: {number.name} needs {shown}'
 
 
 def _lag(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
@@ -289,7 +426,14 @@ def _lag(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     shown = time_in_words(size) if unit == 's' else f'{size:.3g} {unit}'
     side = 'behind' if found.value < 0.0 else 'ahead of'
     sentence = f'the poses are {shown} {side} the joint states'
-    return [_cause('time_lag', sentence, found.value, found.before, found.fit)]
+    cause = _cause('time_lag', sentence, found.value, found.before, found.fit)
+    if cause.ratio < DECISIVE:
+        return [cause]
+    joints, rows = given.later.at(found.value), found.rows
+    there = given._replace(q=joints.q[rows], poses=given.poses[rows])
+    state = evaluate(given.robot, there.q, np.ascontiguousarray(joints.rates[rows]))
+    own = found.value * state.twist[:, :, None]
+    return [replace(cause, resolution=_resolution(there, state.pose, found.fit, own))]
 
 
 def _cause(

@@ -10,14 +10,16 @@ import numpy as np
 from ... import kernel
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
+from ...kinematics.uncertainty.corrected_chain import PoseChange, pose_change
+from ...kinematics.uncertainty.parameters import parameters_of, placement
 from ...rigid_motion import rotation_of_quaternion
 from ...robot.chain import fold
-from ...robot.conventions import Row, fixed_lengths, row_of, table_rows
+from ...robot.conventions import Row, row_of, table_rows
 from ...robot.file.parts.convention_table import CONVENTIONS
-from ...robot.file.parts.description import DhRow, ElementaryMotion
+from ...robot.file.parts.description import DhRow
+from ...robot.file.parts.parameters import ANGLE, LENGTH, RATIO, SIX
 from ...robot.robot import Robot
 from .lag import Later
-from .offsets import PoseDerivative
 
 # The same numbers, said of a source of poses in general; of known poses in `known_pose_causes`.
 DEGREES = 'the joint positions are in degrees, not radians'
@@ -27,6 +29,8 @@ LENGTHS_IN_MM = 'the lengths of the table are in millimetres, not metres'
 # Arms with more joints than this are not searched for two joints that are swapped, or that turn
 # together.
 MOST_SWAPPED = 12
+# A joint that goes less far from its mean (rad, m) stands.
+MOVED = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,15 +72,33 @@ class Hypothesis:
 
 class NumberHypothesis(NamedTuple):
     """
-    A number that may be wrong: the poses' derivative with respect to it, and the poses for a
-    value.
+    A number of the robot that may be wrong, or the zero and the scale of a joint together.
+
+    Attributes
+    ----------
+    key, name
+        Kind of the cause, for programs; the joint, or the number and its row.
+    usual
+        A usual error of it, rad, m or a share; the last one of two.
+    columns : shape (N, 6, c)
+        How the poses move with it, linear rows first, where it is as in the file.
+    at
+        Returns the same, and the poses, for corrections (c,).
+    joints
+        Returns the joint positions (N, n) for corrections.
     """
 
     key: str
     name: str
     unit: str
-    columns: PoseDerivative
-    model: Callable[[float], Floats]
+    usual: float
+    columns: Floats
+    at: Callable[[Floats], PoseChange]
+    joints: Callable[[Floats], Floats]
+
+    def model(self, value: float) -> Floats:
+        """Return the poses (N, 4, 4) for a correction."""
+        return self.at(np.array([value])).pose
 
 
 class ComparedData(NamedTuple):
@@ -314,45 +336,78 @@ def quaternions_of(poses: Floats) -> Floats:
 
 
 def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
-    """Yield every number of the robot that may be wrong: zero positions, lengths of the table."""
-    robot, q = given.robot, given.q
-    state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
-    J, A = state.jacobian, state.pose
-    for j, unit in enumerate(robot.units):
+    """Yield every number of the robot that may be wrong: zeros, and numbers of the table."""
+    robot = given.robot
+    yield from _of_joints(given, 'joint_offset', 1)
+    if robot.chain.loops:
+        return  # in a loop, a length bends it
+    arm, own = parameters_of(robot), robot.description
+    count = len(arm.table)
+    base, tool = own.base.motion.matrix, own.tool.motion.matrix
+    chain = placement(arm.chain, base, tool, (count, count + len(SIX)))
+    corrections = np.zeros(count + 2 * len(SIX))
+    columns = pose_change(chain, corrections, given.q).jacobian
+    for k, one in enumerate(arm.table):
+        if one.group == 'offsets':
+            continue  # the zero of its joint
 
-        def moved(value: float, j: int = j) -> Floats:
-            shifted = np.array(q)
-            shifted[:, j] += value
-            return evaluate(robot, shifted).pose
-
-        columns = PoseDerivative(J[:, :3, j], J[:, 3:, j])
-        yield NumberHypothesis('joint_offset', robot.joint_names[j], unit, columns, moved)
-    if not robot.chain.loops:  # in a loop, a length bends it
-        yield from _lengths(robot, state.link_frames, A)
-
-
-def _lengths(robot: Robot, frames: Floats, A: Floats) -> Iterator[NumberHypothesis]:
-    # A length moves the tool along an axis of the frame before or after its row.
-    still = np.zeros((len(A), 3))
-    for row, axis, name in _length_axes(robot, frames):
-
-        def moved(value: float, axis: Floats = axis) -> Floats:
-            T = np.array(A)
-            T[:, :3, 3] += value * axis
-            return T
+        def at(value: Floats, k: int = k) -> PoseChange:
+            every = np.array(corrections)
+            every[k] = value[0]
+            change = pose_change(chain, every, given.q)
+            return PoseChange(change.pose, change.jacobian[:, :, k : k + 1])
 
         yield NumberHypothesis(
-            'link_length', f'{name} of links[{row}]', 'm', PoseDerivative(axis, still), moved
+            'link_twist' if one.angle else 'link_length',
+            f'{one.name.rstrip("0123456789")} of links[{one.row}]',
+            'rad' if one.angle else 'm',
+            one.scale,
+            columns[:, :, k : k + 1],
+            at,
+            lambda value: given.q,
         )
 
 
-def _length_axes(robot: Robot, frames: Floats) -> Iterator[tuple[int, Floats, str]]:
-    for k, (link, row) in enumerate(zip(robot.description.links, table_rows(robot.description))):
-        before, after = frames[:, k, :3, :3], frames[:, k + 1, :3, :3]
-        if isinstance(link, DhRow):
-            for name, of_frame_after, direction in fixed_lengths(link, robot.convention):
-                yield k, (after if of_frame_after else before) @ direction, name
-        elif isinstance(link, ElementaryMotion):
-            kind, axis = link.axis
-            if kind == 'T' and not row.d.coefficients:
-                yield k, before[:, :, 'xyz'.index(axis)], link.axis
+def scale_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
+    """Yield that a joint counts by another unit or gear ratio: its zero and its range (rad, m)."""
+    yield from _of_joints(given, 'joint_scale', 2)
+
+
+def _of_joints(given: ComparedData, key: str, count: int) -> Iterator[NumberHypothesis]:
+    robot = given.robot
+    J = evaluate(robot, given.q).jacobian
+    for j, (name, unit) in enumerate(zip(robot.joint_names, robot.units)):
+        if count > 1 and joint_range(given.q[:, j]) < MOVED:
+            continue
+        ways = joint_ways(given.q[:, j])[:, :count]
+
+        def joints(values: Floats, j: int = j, ways: Floats = ways) -> Floats:
+            q = np.array(given.q)
+            q[:, j] += ways @ values
+            return q
+
+        def at(
+            values: Floats,
+            j: int = j,
+            ways: Floats = ways,
+            joints: Callable[[Floats], Floats] = joints,
+        ) -> PoseChange:
+            state = evaluate(robot, joints(values))
+            return PoseChange(state.pose, state.jacobian[:, :, j, None] * ways[:, None])
+
+        usual = LENGTH if unit == 'm' else float(ANGLE)
+        if count > 1:
+            usual = RATIO * float(joint_range(given.q[:, j]))
+        yield NumberHypothesis(
+            key, name, unit, usual, J[:, :, j, None] * ways[:, None], at, joints
+        )
+
+
+def joint_range(q: Floats) -> Floats:
+    """Return how far positions (N, ...) go from their means, at most."""
+    return np.asarray(np.max(np.abs(q - q.mean(axis=0)), axis=0))
+
+
+def joint_ways(q: Floats) -> Floats:
+    """Return how positions (N,) move with their zero, and with their range: shape (N, 2)."""
+    return np.column_stack([np.ones(len(q)), (q - q.mean()) / (joint_range(q) or 1.0)])

@@ -46,7 +46,7 @@ NEWEST = 64
 # So many tell whether this is the robot of the file.
 FIRST_LOOK = 10
 # A jump makes poses look wrong in one of these ways, too: then the jump is reported.
-LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'time_lag')
+LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'link_twist', 'time_lag')
 
 # What helps where poses remain far off and no mistake explains it.
 ADVICE = 'calibrate --live collects poses for a robot file of this very arm'
