@@ -267,7 +267,8 @@ def calibrate(
     \b
     A result is refused in three cases: more error remains than audit accepts (4 mm,
     0.5 deg; --noise is for an instrument that leaves more); more than a tenth of
-    the poses do not fit; or those that do not fit share the positions of one joint.
+    the poses are farther off than that; or those that are share the positions of one
+    joint.
     Mistakes that would explain it are tried and named. No robot file is written
     then, unless --anyway asks for it.
 
@@ -329,7 +330,7 @@ def calibrate(
     if same_point is not None and propose is not None:
         raise WrongUsage('--propose is for measured poses, not for --same-point')
     run, heard = CalibrationRun(arm, fitting), None
-    with _parameters_known(), ExitStack() as kept:
+    with _named_errors(files or []), ExitStack() as kept:
         if live is not None:
             topics = LiveOptions(
                 topic or STATES, pose_topic or POSES, joint_prefix, live, propose or 1
@@ -344,8 +345,7 @@ def calibrate(
                 data = CalibratedPoses(found, topics[:2], (), heard.q, heard.poses)
             else:
                 rows = _Rows(files or [], reading, same_point, apart, pose_gap, terms, pictured)
-                with _files_named(rows.files):
-                    data = _of_files(run, rows, of_zeros)
+                data = _of_files(run, rows, of_zeros)
             written = write_robot_file(data, robot, outputs)
         write_report(data, robot, outputs)
         if not (data.found.accepted or anyway):
@@ -380,25 +380,16 @@ def _of_files(run: CalibrationRun, rows: _Rows, zeros: ZeroOptions | None) -> Ca
 
 
 @contextmanager
-def _files_named(files: Sequence[Path]) -> Iterator[None]:
-    # Errors in rows begin with the name of the file.
-    try:
-        yield
-    except ParameterNotFoundError:
-        raise
-    except CalibrationError as error:
-        if any(str(file) in str(error) for file in files):
-            raise
-        raise CalibrationError(f'{", ".join(map(str, files))}: {error}') from None
-
-
-@contextmanager
-def _parameters_known() -> Iterator[None]:
-    # A name that is no parameter is wrong usage here.
+def _named_errors(files: Sequence[Path]) -> Iterator[None]:
+    # A name that is no parameter is wrong usage. Errors in rows begin with the name of their file.
     try:
         yield
     except ParameterNotFoundError as error:
         raise WrongUsage(f'--fit, --fix: {error}') from None
+    except CalibrationError as error:
+        if not files or any(str(file) in str(error) for file in files):
+            raise
+        raise CalibrationError(f'{", ".join(map(str, files))}: {error}') from None
 
 
 def _check_live(

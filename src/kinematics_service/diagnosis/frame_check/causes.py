@@ -5,6 +5,7 @@ Causes of the remainder between two sources of poses: each is undone, and the re
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -27,12 +28,14 @@ from .errors import (
     time_in_words,
 )
 from .hypotheses import (
+    MOVED,
     ComparedData,
     Hypothesis,
     NumberHypothesis,
     hypotheses_of,
     joint_range,
     joint_ways,
+    moved_joints,
     number_hypotheses_of,
     scale_hypotheses_of,
 )
@@ -55,36 +58,36 @@ from .offsets import (
 DECISIVE, MOST_OF_IT = 3.0, 2.0
 # Causes that explain about as much: within this factor of the best.
 AS_WELL, MENTIONED_AS_WELL = 2.0, 1.25
-# Number of poses for a first selection of hypotheses, steps for each, number of those that are
-# tried at once, the likeliest first, and of those then fitted fully.
-SIFTED, SIFT_STEPS, AT_ONCE, KEPT = 40, 4, 16, 4
-# Factor by which an estimate from a few poses, or of first order, may be too small.
-SIFT_MARGIN, FIRST_ORDER_MARGIN = 2.0, 1.5
+# Steps of a first selection of hypotheses by few poses, number of those that are tried at once,
+# the likeliest first, and of those then fitted fully.
+SIFT_STEPS, AT_ONCE, KEPT = 4, 16, 4
+# Factor by which an estimate from a few poses may be too small.
+SIFT_MARGIN = 2.0
+# Share of the squares that a number must take off to first order, to be fitted.
+FIRST_ORDER_SHARE = 0.4
 # Gauss-Newton steps of a number and the offsets together.
 ROUNDS = 12
-# Where the largest position of a joint (rad) may be when its scale is sought: Newton's method
-# converges from 0.5 rad away, and where a joint slides (m) from anywhere.
+# Largest positions of a joint (rad, m) from which its scale is sought: Newton's method converges
+# from 0.5 rad away, and for a sliding joint from anywhere.
 TURNING_REACHES = (-5.5, -4.5, -3.5, -2.5, -1.5, -0.5, 0.5, 1.5, 2.5, 3.5, 4.5, 5.5)
 SLIDING_REACHES = (0.0,)
-# Factors of positions that have a name, and the share by which one found may differ.
-TURNING_UNITS = {
-    math.pi / 180.0: 'is in degrees, not radians',
-    180.0 / math.pi: 'was turned from degrees into radians twice',
-    2.0 * math.pi: 'is in turns, not radians',
-    -1.0: 'counts the other way round',
-}
-SLIDING_UNITS = {
-    1e-3: 'is in millimetres, not metres',
-    0.0254: 'is in inches, not metres',
-    0.18 / math.pi: 'is in millimetres, turned from degrees into radians',
-    -1.0: 'counts the other way round',
-}
-SAME_FACTOR = 5e-3
+# Factors of positions that have a name, and by which share one found may differ.
+FACTORS = (
+    ('rad', math.pi / 180.0, 'is in degrees, not radians'),
+    ('rad', 180.0 / math.pi, 'was turned from degrees into radians twice'),
+    ('m', 1e-3, 'is in millimetres, not metres'),
+    ('m', 0.0254, 'is in inches, not metres'),
+    ('m', 0.18 / math.pi, 'is in millimetres, turned from degrees into radians'),
+    ('rad', -1.0, 'counts the other way round'),
+    ('m', -1.0, 'counts the other way round'),
+)
+FACTOR_TOLERANCE = 5e-3  # as a share
 # A score (rad) below this is round-off.
 ROUND_OFF = 1e-15
 # Least noise of a score (rad): the last digit of printed poses.
-LEAST_NOISE = 1e-6
-# A number is named if these poses tell this share of it from all other numbers.
+POSE_DIGIT = 1e-6
+# Resolution from which on a number is named: with 0.55 one of 54 recordings of a nominal table, of
+# which two joints move, had a wrong angle named.
 RESOLVED = 0.75
 
 
@@ -156,7 +159,7 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
     """
     tried = [*_whole(given, fit), *_numbers(given, A, fit), *_lag(given, A, fit)]
     tried += _orders(given, A, fit, tried)
-    tried = [one for one in tried if not _simpler(one, tried)]
+    tried = _simplest(tried)
     best = max((cause.ratio for cause in tried), default=0.0)
 
     def about(factor: float) -> tuple[TestedCause, ...]:
@@ -175,10 +178,9 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
 
 
 def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
-    # A nominal table leaves as little without a mistake; and what is left must be no more than
-    # limits allow. Between few samples, and by stamps that are not those of the measurement, a
-    # moving arm leaves more where its lag is undone.
-    gross = cause.value is None or cause.key == 'joint_scale'
+    # A nominal table leaves a remainder within NOMINAL without any mistake. With a lag undone a
+    # moving arm leaves more: between few samples, and by inexact stamps.
+    gross = cause.value is None or cause.key in ('joint_scale', 'time_lag')
     if gross and errors_of(before.position, before.rotation).within(NOMINAL):
         return False
     most = MOST if cause.key == 'time_lag' else limit
@@ -186,23 +188,21 @@ def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
     return within and cause.resolution > RESOLVED
 
 
-def _simpler(cause: TestedCause, tried: Sequence[TestedCause]) -> bool:
-    # Whether a cause of fewer numbers explains as much as the scale of a joint.
-    return cause.key == 'joint_scale' and any(
-        one.ratio * AS_WELL >= cause.ratio
-        and (
-            one.key in ('degrees', 'millimetres')
-            or one.sentence == cause.sentence
-            or (one.key, one.name) == ('joint_offset', cause.name)
-        )
+def _simplest(tried: Sequence[TestedCause]) -> list[TestedCause]:
+    # Without scales of a joint that a cause of fewer numbers explains as well.
+    said = {one.sentence for one in tried if one.value is None}
+    units = [one.ratio for one in tried if one.key in ('degrees', 'millimetres')]
+    least = AS_WELL * max(units, default=0.0)
+    return [
+        one
         for one in tried
-        if one is not cause
-    )
+        if one.key != 'joint_scale' or (one.ratio > least and one.sentence not in said)
+    ]
 
 
 def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
     # All are tried with a few poses; the best are fitted with all of them.
-    every = np.unique(np.linspace(0, len(given.q) - 1, SIFTED).astype(int))
+    every = few_of(len(given.q))
     few = given._replace(q=given.q[every], poses=given.poses[every])
     places = possible(given)
     changes = [change for k, change in enumerate(hypotheses_of(few)) if k in places]
@@ -281,23 +281,30 @@ def undone(given: ComparedData, changes: Sequence[Hypothesis]) -> tuple[Floats, 
 
 
 def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
-    # To first order: what each leaves beyond the offsets; the best are fitted.
+    # To first order: what each takes off the remainder beyond the offsets; the best are fitted.
     scales = list(scale_hypotheses_of(given))
     numbers = [*number_hypotheses_of(given), *scales]
     moved, rest = _beyond(given, A, fit, np.concatenate([one.columns for one in numbers], axis=2))
-    ends = np.cumsum([one.columns.shape[2] for one in numbers])[:-1]
-    left = [_left_by(part, rest) / len(A) for part in np.split(moved, ends, axis=1)]
+    squares = np.maximum(np.sum(moved**2, axis=0), LEFT_ALONE**2 * len(rest))
+    firsts = np.cumsum([0, *(one.columns.shape[2] for one in numbers)])[:-1]
+    taken = np.add.reduceat((rest @ moved) ** 2 / squares, firsts)
+    most = float(fit.score) ** 2 * len(A)
     starts = [
         (numbers[k], np.zeros(numbers[k].columns.shape[2]), fit)
-        for k in np.argsort(left, kind='stable')[:KEPT].tolist()
-        if math.sqrt(left[k]) * MOST_OF_IT < FIRST_ORDER_MARGIN * fit.score
+        for k in np.argsort(-taken, kind='stable')[:KEPT].tolist()
+        if taken[k] > most * FIRST_ORDER_SHARE
     ]
     if not errors_of(fit.position, fit.rotation).within(EXPLAINED):
         starts += _scale_starts(given, scales, fit)
     found = [cause for start in starts if (cause := _fitted(given, fit, *start))]
-    # Two fits may find one scale; its sign may be base and tool turned round.
-    found.sort(key=lambda one: one.ratio * (AS_WELL if (one.value or 0.0) > 0.0 else 1.0))
-    return list({(one.key, one.name): one for one in found}.values())
+    # One cause of a joint: its zero rather than its scale, and no sign that base and tool turned
+    # round would have.
+    found.sort(key=lambda one: one.ratio * AS_WELL ** _likelihood(one))
+    return list({one.name: one for one in found}.values())
+
+
+def _likelihood(cause: TestedCause) -> int:
+    return 2 if cause.key != 'joint_scale' else int((cause.value or 0.0) > 0.0)
 
 
 def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[Floats, Floats]:
@@ -310,38 +317,25 @@ def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[
     return rows[:, :-1], rows[:, -1]
 
 
-def _left_by(moved: Floats, rest: Floats) -> float:
-    # The squares of `rest` that numbers leave which move the poses so.
-    moved = moved[:, np.linalg.norm(moved, axis=0) > LEFT_ALONE * np.sqrt(len(rest))]
-    return float(np.sum((rest - moved @ np.linalg.lstsq(moved, rest)[0]) ** 2))
-
-
 def _scale_starts(
     given: ComparedData, scales: Sequence[NumberHypothesis], before: Fit
 ) -> list[tuple[NumberHypothesis, Floats, Fit]]:
     # Scales far from 1: each joint's range on a grid, the best fits to few poses.
-    robot, few = given.robot, few_of(len(given.q))
+    few, farthest = few_of(len(given.q)), np.max(np.abs(given.q), axis=0)
     grid = [
-        (one, robot.joint_names.index(one.name), reach)
+        (one, reach / farthest[one.joint] - 1.0)
         for one in scales
         for reach in (SLIDING_REACHES if one.unit == 'm' else TURNING_REACHES)
     ]
-    if robot.chain.loops or not grid:
+    if given.robot.chain.loops or not grid:
         return []  # with other ranges the loops do not close
-    every, joints = np.arange(len(grid)), np.array([j for _, j, _ in grid])
-    more = np.array([reach / float(np.max(np.abs(given.q[:, j]))) - 1.0 for _, j, reach in grid])
+    joints, more = [one.joint for one, _ in grid], np.array([share for _, share in grid])
+    ways = joint_ways(given.q)[joints][:, few]
+    moved = partial(moved_joints, given.robot, given.q[few], joints, ways)
     means, ranges = given.q.mean(axis=0)[joints], joint_range(given.q)[joints]
-    ways = np.stack([joint_ways(given.q[:, j])[few] for j in joints])
-
-    def moved(values: Floats) -> tuple[Floats, Floats]:
-        q = np.tile(given.q[few], (len(grid), 1, 1))
-        q[every, :, joints] += (ways @ values[..., None])[..., 0]
-        state = evaluate(robot, q)
-        return state.pose, state.jacobian[every, :, :, joints, None] * ways[:, :, None]
-
-    values = np.column_stack([more * means, more * ranges])
-    B = np.tile(given.poses[few], (len(grid), 1, 1, 1))
-    found = fit_numbers(moved, values, B, fit_offsets(moved(values)[0], B, steps=0), SIFT_STEPS)
+    values, B = np.stack([more * means, more * ranges], axis=1), given.poses[few]
+    B = np.tile(B, (len(grid), 1, 1, 1))
+    found = fit_numbers(moved, values, B, fit_offsets(moved(values).pose, B, steps=0), SIFT_STEPS)
     return [
         (grid[k][0], found.values[k], found.fit.one(k))
         for k in np.argsort(found.fit.score, kind='stable')[:KEPT].tolist()
@@ -353,56 +347,44 @@ def _fitted(
     given: ComparedData, before: Fit, number: NumberHypothesis, values: Floats, begin: Fit
 ) -> TestedCause | None:
     # The offsets and the number together. None where a closed loop does not close with it.
-    def moved(values: Floats) -> tuple[Floats, Floats]:
-        change = number.at(values[0])
-        return change.pose[None], change.jacobian[None]
-
     try:
-        found = fit_numbers(moved, values[None], given.poses[None], lifted(begin), ROUNDS)
+        found = fit_numbers(number.at, values[None], given.poses[None], lifted(begin), ROUNDS)
     except LoopError:
         return None
-    values, fit = found.values[0], found.fit.one(0)
-    value = float(values[-1])
+    fit, value, size, q = found.fit.one(0), float(found.values[0, -1]), number.usual, given.q
+    if number.joint >= 0 and joint_range(q)[number.joint] > MOVED:
+        size = max(size, abs(value))  # of a joint that moves any error is as likely
     if number.key == 'joint_scale':
-        j = given.robot.joint_names.index(number.name)
-        value = 1.0 + value / float(joint_range(given.q[:, j]))
+        q = q + np.eye(q.shape[1])[number.joint] * (
+            joint_ways(q)[number.joint] @ found.values[0][:, None]
+        )
+        value = 1.0 + value / float(joint_range(given.q)[number.joint])
     cause = _cause(number.key, number_in_words(number, value), value, before, fit)
-    share = 0.0
-    if cause.ratio >= DECISIVE:
-        change, there = number.at(values), given._replace(q=number.joints(values))
-        size = number.usual if len(values) == 1 else max(number.usual, abs(float(values[-1])))
-        own = size * change.jacobian[:, :, -1:]
-        share = _resolution(there, change.pose, fit, own, number)
-    return replace(cause, name=number.name, resolution=share)
-
-
-def _resolution(
-    given: ComparedData,
-    A: Floats,
-    fit: Fit,
-    own: Floats,
-    number: NumberHypothesis | None = None,
-) -> float:
+    if cause.ratio < DECISIVE:
+        return replace(cause, name=number.name)
     # The diagonal of the model resolution matrix (Menke, Geophysical Data Analysis, chapter 4) of
-    # a least-squares fit of all numbers by their usual errors: 1 where poses tell this one, by
-    # which they move by `own` (N, 6, 1), from all others, 0 where they tell nothing of it.
+    # a least-squares fit of all numbers by their usual errors: 1 where poses tell this one from
+    # all others, 0 where they tell nothing of it. And what that fit takes off it.
+    there, change = given._replace(q=q), number.at(found.values)
     others = [
         one.usual * one.columns[:, :, -1:]
-        for one in (*number_hypotheses_of(given), *scale_hypotheses_of(given))
-        if number is None or (one.key, one.name) != (number.key, number.name)
+        for one in (*number_hypotheses_of(there), *scale_hypotheses_of(there))
+        if (one.key, one.name) != (number.key, number.name)
     ]
-    moved, _ = _beyond(given, A, fit, np.concatenate([*others, own], axis=2))
-    noise = max(float(fit.score), LEAST_NOISE) ** 2 / 6.0
+    columns = np.concatenate([*others, size * change.jacobian[0, :, :, -1:]], axis=2)
+    moved, rest = _beyond(given, change.pose[0], fit, columns)
+    noise = max(float(fit.score), POSE_DIGIT) ** 2 / 6.0
     inverse = np.linalg.inv(moved.T @ moved + noise * np.eye(moved.shape[1]))
-    return float(1.0 - noise * inverse[-1, -1])
+    taken = size * abs(inverse[-1] @ (moved.T @ rest) / found.values[0, -1])
+    resolution = 1.0 - noise * float(inverse[-1, -1]) - float(taken)
+    return replace(cause, name=number.name, resolution=resolution)
 
 
 def number_in_words(number: NumberHypothesis, value: float) -> str:
     """Return the sentence that a number of the robot needs a correction, or a joint a factor."""
     if number.key == 'joint_scale':
-        known = SLIDING_UNITS if number.unit == 'm' else TURNING_UNITS
-        for factor, words in known.items():
-            if abs(value - factor) < SAME_FACTOR * abs(factor):
+        for unit, factor, words in FACTORS:
+            if unit == number.unit and abs(value / factor - 1.0) < FACTOR_TOLERANCE:
                 return f'joint {number.name} {words}'
         return f'joint {number.name} counts {1.0 / value:.3g} times its motion'
     shown = length_in_words(value) if number.unit == 'm' else angle_in_words(value)
@@ -426,14 +408,7 @@ def _lag(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     shown = time_in_words(size) if unit == 's' else f'{size:.3g} {unit}'
     side = 'behind' if found.value < 0.0 else 'ahead of'
     sentence = f'the poses are {shown} {side} the joint states'
-    cause = _cause('time_lag', sentence, found.value, found.before, found.fit)
-    if cause.ratio < DECISIVE:
-        return [cause]
-    joints, rows = given.later.at(found.value), found.rows
-    there = given._replace(q=joints.q[rows], poses=given.poses[rows])
-    state = evaluate(given.robot, there.q, np.ascontiguousarray(joints.rates[rows]))
-    own = found.value * state.twist[:, :, None]
-    return [replace(cause, resolution=_resolution(there, state.pose, found.fit, own))]
+    return [_cause('time_lag', sentence, found.value, found.before, found.fit)]
 
 
 def _cause(

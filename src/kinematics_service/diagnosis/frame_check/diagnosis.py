@@ -1,5 +1,6 @@
 """The diagnosis: constant offsets, the remainder, and the tested cause that explains it."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +23,8 @@ from .offsets import Fit, equations_of, fit_offsets, free_directions, scale_of
 # A remainder below both (m, rad) needs no cause: the best laser trackers leave 0.02 mm and, of a
 # probe with six degrees of freedom, 0.01 deg.
 FINE = PoseLimit(2e-5, 2e-4)
-RIGHT_ANGLE = 0.5 * np.pi
+# The frame base_link of UR arms is their base turned by 180 deg about z.
+BASE_LINK = ('base', 'about z', 180)
 # A remainder that falls by more than this factor vanishes.
 MANY = 1e6
 # Deviation of R^T R from the identity that float32 and printed digits explain.
@@ -277,19 +279,15 @@ def _sentence(
 
 
 def _known_offset(fit: Fit) -> str:
-    # In words that only the base is turned by right angles about one axis, or only the tool.
+    # In words that only the base is turned, about its origin, or only the tool.
     for end, one, other in (('base', fit.X, fit.Y), ('tool', fit.Y, fit.X)):
-        turn = rotation_vector(one[:3, :3])
-        quarters = np.round(turn / RIGHT_ANGLE)
-        angles = [turn - RIGHT_ANGLE * quarters, rotation_vector(other[:3, :3])]
-        ways = [one[:3, 3], other[:3, 3]]
-        near = np.max(np.abs(angles)) < NOMINAL.angle and np.max(np.abs(ways)) < NOMINAL.position
-        if near and np.count_nonzero(quarters) == 1:
-            axis = int(np.argmax(np.abs(quarters)))
-            degrees = 90.0 * abs(quarters[axis])
-            sign = '-' if quarters[axis] == -1.0 else ''
-            link = ': base_link of UR arms' if (end, axis, degrees) == ('base', 2, 180.0) else ''
-            return f'(the {end} is turned by {degrees:g} deg about {sign}{"xyz"[axis]}{link}) '
+        turn, rest = rotation_vector(one[:3, :3]), rotation_vector(other[:3, :3])
+        way = max(np.linalg.norm(one[:3, 3]), np.linalg.norm(other[:3, 3]))
+        angle = math.degrees(np.linalg.norm(turn))
+        if np.linalg.norm(rest) < NOMINAL.angle < np.linalg.norm(turn) and way < NOMINAL.position:
+            axis = direction_in_words(np.append(np.zeros(3), turn), ('', 'about'))
+            link = ': base_link of UR arms' if (end, axis, round(angle)) == BASE_LINK else ''
+            return f'(the {end} is turned by {angle:.3g} deg {axis}{link}) '
     return ''
 
 

@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -80,25 +81,25 @@ class NumberHypothesis(NamedTuple):
         Kind of the cause, for programs; the joint, or the number and its row.
     usual
         A usual error of it, rad, m or a share; the last one of two.
-    columns : shape (N, 6, c)
-        How the poses move with it, linear rows first, where it is as in the file.
     at
-        Returns the same, and the poses, for corrections (c,).
-    joints
-        Returns the joint positions (N, n) for corrections.
+        Returns the poses (1, N, 4, 4) for corrections (1, c), and how they move, (1, N, 6, c).
+    columns : shape (N, 6, c)
+        How the poses move, linear rows first, where the number is as in the file.
+    joint
+        The joint whose zero or scale it is; -1 if it is of the table.
     """
 
     key: str
     name: str
     unit: str
     usual: float
-    columns: Floats
     at: Callable[[Floats], PoseChange]
-    joints: Callable[[Floats], Floats]
+    columns: Floats
+    joint: int = -1
 
     def model(self, value: float) -> Floats:
         """Return the poses (N, 4, 4) for a correction."""
-        return self.at(np.array([value])).pose
+        return self.at(np.array([[value]])).pose[0]
 
 
 class ComparedData(NamedTuple):
@@ -342,30 +343,22 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     if robot.chain.loops:
         return  # in a loop, a length bends it
     arm, own = parameters_of(robot), robot.description
-    count = len(arm.table)
-    base, tool = own.base.motion.matrix, own.tool.motion.matrix
-    chain = placement(arm.chain, base, tool, (count, count + len(SIX)))
-    corrections = np.zeros(count + 2 * len(SIX))
-    columns = pose_change(chain, corrections, given.q).jacobian
+    ends = len(arm.table), len(arm.table) + len(SIX)
+    chain = placement(arm.chain, own.base.motion.matrix, own.tool.motion.matrix, ends)
+    corrections = np.eye(ends[1] + len(SIX))
+    columns = pose_change(chain, 0.0 * corrections[0], given.q).jacobian
     for k, one in enumerate(arm.table):
         if one.group == 'offsets':
             continue  # the zero of its joint
+        row = slice(k, k + 1)
 
-        def at(value: Floats, k: int = k) -> PoseChange:
-            every = np.array(corrections)
-            every[k] = value[0]
-            change = pose_change(chain, every, given.q)
-            return PoseChange(change.pose, change.jacobian[:, :, k : k + 1])
+        def at(values: Floats, row: slice = row) -> PoseChange:
+            change = pose_change(chain, values[0] @ corrections[row], given.q)
+            return PoseChange(change.pose[None], change.jacobian[None, :, :, row])
 
-        yield NumberHypothesis(
-            'link_twist' if one.angle else 'link_length',
-            f'{one.name.rstrip("0123456789")} of links[{one.row}]',
-            'rad' if one.angle else 'm',
-            one.scale,
-            columns[:, :, k : k + 1],
-            at,
-            lambda value: given.q,
-        )
+        key, unit = ('link_twist', 'rad') if one.angle else ('link_length', 'm')
+        name = f'{one.name.rstrip("0123456789")} of links[{one.row}]'
+        yield NumberHypothesis(key, name, unit, one.scale, at, columns[:, :, row])
 
 
 def scale_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
@@ -374,40 +367,44 @@ def scale_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
 
 
 def _of_joints(given: ComparedData, key: str, count: int) -> Iterator[NumberHypothesis]:
-    robot = given.robot
-    J = evaluate(robot, given.q).jacobian
-    for j, (name, unit) in enumerate(zip(robot.joint_names, robot.units)):
-        if count > 1 and joint_range(given.q[:, j]) < MOVED:
-            continue
-        ways = joint_ways(given.q[:, j])[:, :count]
-
-        def joints(values: Floats, j: int = j, ways: Floats = ways) -> Floats:
-            q = np.array(given.q)
-            q[:, j] += ways @ values
-            return q
-
-        def at(
-            values: Floats,
-            j: int = j,
-            ways: Floats = ways,
-            joints: Callable[[Floats], Floats] = joints,
-        ) -> PoseChange:
-            state = evaluate(robot, joints(values))
-            return PoseChange(state.pose, state.jacobian[:, :, j, None] * ways[:, None])
-
-        usual = LENGTH if unit == 'm' else float(ANGLE)
-        if count > 1:
-            usual = RATIO * float(joint_range(given.q[:, j]))
-        yield NumberHypothesis(
-            key, name, unit, usual, J[:, :, j, None] * ways[:, None], at, joints
-        )
+    robot, ways = given.robot, joint_ways(given.q)
+    for j, (name, unit, reach) in enumerate(
+        zip(robot.joint_names, robot.units, joint_range(given.q).tolist())
+    ):
+        usual = RATIO * reach if count > 1 else LENGTH if unit == 'm' else float(ANGLE)
+        at = partial(moved_joints, robot, given.q, [j], ways[j : j + 1, :, :count])
+        if count == 1 or reach > MOVED:
+            columns = at(np.zeros((1, count))).jacobian[0]
+            yield NumberHypothesis(key, name, unit, usual, at, columns, j)
 
 
 def joint_range(q: Floats) -> Floats:
-    """Return how far positions (N, ...) go from their means, at most."""
+    """Return how far positions (N, n) go from their means, at most, shape (n,)."""
     return np.asarray(np.max(np.abs(q - q.mean(axis=0)), axis=0))
 
 
 def joint_ways(q: Floats) -> Floats:
-    """Return how positions (N,) move with their zero, and with their range: shape (N, 2)."""
-    return np.column_stack([np.ones(len(q)), (q - q.mean()) / (joint_range(q) or 1.0)])
+    """Return how positions (N, n) move with their zeros, and with their ranges: (n, N, 2)."""
+    reach = np.maximum(joint_range(q), MOVED)
+    return np.stack([np.ones_like(q), (q - q.mean(axis=0)) / reach], axis=-1).swapaxes(0, 1)
+
+
+def moved_joints(
+    robot: Robot, q: Floats, joints: Sequence[int], ways: Floats, values: Floats
+) -> PoseChange:
+    """
+    Return the poses with one joint of each of H problems moved, and how they move: (H, N, ...).
+
+    Parameters
+    ----------
+    joints : H
+        The joint of each problem.
+    ways : shape (H, N, c)
+        How its positions move with `values` (H, c).
+    """
+    every = np.arange(len(joints))
+    moved = np.tile(q, (len(joints), 1, 1))
+    moved[every, :, joints] += (ways @ values[..., None])[..., 0]
+    state = evaluate(robot, moved)
+    J = state.jacobian[every, :, :, joints]
+    return PoseChange(state.pose, J[..., None] * ways[:, :, None])

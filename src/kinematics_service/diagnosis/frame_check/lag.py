@@ -61,13 +61,12 @@ def looked_up(motion: SampledMotion, stamps: Floats, unit: str = 's') -> Later:
 
 class Lagged(NamedTuple):
     """
-    A lag: the poses are those of the joints `value` later; `before` and `fit` of these `rows`.
+    A lag: the poses are those of the joints `value` later; `before` and `fit` of the same poses.
     """
 
     value: float
     before: Fit
     fit: Fit
-    rows: Indices
 
 
 def lagged(robot: Robot, later: Later, poses: Floats, A: Floats, fit: Fit) -> Lagged | None:
@@ -117,4 +116,4 @@ def _refined(
         return state.pose[None], state.twist[None, :, :, None]
 
     found = fit_numbers(moved, np.array([[lag]]), poses[rows][None], lifted(begin), ROUNDS)
-    return Lagged(float(found.values[0, 0]), before, found.fit.one(0), rows)
+    return Lagged(float(found.values[0, 0]), before, found.fit.one(0))

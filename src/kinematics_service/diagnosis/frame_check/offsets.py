@@ -4,16 +4,19 @@ Constant offsets of base and tool between two sources of poses: X and Y of B_i =
 Every function solves H such problems at once: one more hypothesis costs little.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ...kernel import Floats
 from ...rigid_motion import exponential, nearest_rotation, rotation_vector, skew_part
 
-# Gauss-Newton steps at most.
+Flags = npt.NDArray[np.bool_]
+
+# Steps at most.
 STEPS = 12
 # A step that reduces the score by less than this share is the last.
 ENOUGH = 1e-9
@@ -103,7 +106,7 @@ def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = STE
     begin
         Initial offsets; default: from a closed form.
     steps
-        Gauss-Newton steps at most.
+        Levenberg-Marquardt steps at most.
     """
     scale = scale_of(B)[:, None, None]
     X, Y = _closed_form(A, B, scale) if begin is None else (begin.X, begin.Y)
@@ -124,13 +127,13 @@ def fit_at(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
 
 def _better(fit: Fit, new: Fit) -> Fit:
     # Of each problem the fit that leaves less.
-    less = new.score < fit.score
-    return Fit(
-        *(
-            np.where(less.reshape(-1, *[1] * (one.ndim - 1)), other, one)
-            for one, other in zip(fit, new)
-        )
-    )
+    return Fit(*_chosen(new.score < fit.score, new, fit))
+
+
+def _chosen(which: Flags, some: Sequence[Floats], others: Sequence[Floats]) -> Iterator[Floats]:
+    # Arrays of H problems: some where `which` (H,) says so, the others elsewhere.
+    for one, other in zip(some, others):
+        yield np.where(which.reshape(-1, *[1] * (one.ndim - 1)), one, other)
 
 
 def residual(fit: Fit, scale: Floats) -> Floats:
@@ -208,7 +211,7 @@ def fit_numbers(
     begin
         Initial offsets.
     steps
-        Gauss-Newton steps at most; one that leaves more is halved.
+        Levenberg-Marquardt steps at most.
     """
     scale = scale_of(B)[:, None, None]
     A, columns = moved(values)
@@ -219,15 +222,12 @@ def fit_numbers(
             [jacobian(A, fit, scale), number_columns(A, fit, columns, scale)], axis=-1
         )
         step = solved(J, residual(fit, scale), damping)
-        others = values + step[:, 12:]
-        new_A, new_columns = moved(others)
-        new = fit_at(new_A, B, *moved_offsets(fit.X, fit.Y, step, scale), scale)
+        tried = values + step[:, 12:], *moved(values + step[:, 12:])
+        new = fit_at(tried[1], B, *moved_offsets(fit.X, fit.Y, step, scale), scale)
         less = new.score < fit.score
         gained = np.max(1.0 - new.score / np.maximum(fit.score, 1e-300), initial=0.0)
+        values, A, columns = _chosen(less, tried, (values, A, columns))
         fit = _better(fit, new)
-        values = np.where(less[:, None], others, values)
-        A = np.where(less[:, None, None, None], new_A, A)
-        columns = np.where(less[:, None, None, None], new_columns, columns)
         damping = np.where(less[:, None], 0.1 * damping, np.maximum(10.0 * damping, DAMPING))
         if np.max(np.abs(step)) < ENOUGH or (np.all(less) and gained < ENOUGH):
             break
