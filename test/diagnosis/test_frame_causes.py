@@ -8,6 +8,7 @@ from arms import robot_of
 from calibrated_arms import BASE, TOOL
 
 import kinematics_service as ks
+from kinematics_service.diagnosis.audit.reported_velocities import MotionColumns, velocity_check
 from kinematics_service.diagnosis.audit.stream import StreamWatch
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
 from kinematics_service.diagnosis.frame_check.diagnosis import diagnose_frames
@@ -198,3 +199,12 @@ def test_a_table_may_begin_at_0_s():
         times = np.array([0, 10**7, 2 * 10**7])
         watch.take(Block(('q1',), times, times + first, np.zeros((3, 1)), np.zeros((3, 0))))
         assert watch.stream().unstamped == unstamped
+
+
+@pytest.mark.parametrize(('reach', 'compared'), [(3e-4, False), (3e-3, True)])
+def test_velocities_of_a_joint_that_stands_are_not_compared(reach, compared):
+    t = np.arange(2000) * 8e-3
+    motion = MotionColumns(1)
+    q, rates = reach * np.sin(4.0 * t)[:, None], 4.0 * reach * np.cos(4.0 * t)[:, None]
+    motion.add(np.rint(1e9 * t).astype(np.int64), q, 0.06 * rates, np.zeros(len(t), dtype=bool))
+    assert (velocity_check(motion, 0, False) is not None) == compared

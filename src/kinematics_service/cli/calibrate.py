@@ -381,7 +381,7 @@ def _of_files(run: CalibrationRun, rows: _Rows, zeros: ZeroOptions | None) -> Ca
 
 @contextmanager
 def _named_errors(files: Sequence[Path]) -> Iterator[None]:
-    # A name that is no parameter is wrong usage. Errors in rows begin with the name of their file.
+    # An unknown parameter is wrong usage. Errors in rows begin with the name of their file.
     try:
         yield
     except ParameterNotFoundError as error:

@@ -58,14 +58,17 @@ from .offsets import (
 DECISIVE, MOST_OF_IT = 3.0, 2.0
 # Causes that explain about as much: within this factor of the best.
 AS_WELL, MENTIONED_AS_WELL = 2.0, 1.25
-# Steps of a first selection of hypotheses by few poses, number of those that are tried at once,
-# the likeliest first, and of those then fitted fully.
-SIFT_STEPS, AT_ONCE, KEPT = 4, 16, 4
+# Steps of a first selection of hypotheses by few poses.
+SIFT_STEPS = 4
+# Number of hypotheses that are tried at once, the likeliest first.
+AT_ONCE = 16
+# Number of those that are then fitted to all poses.
+FITTED_IN_FULL = 4
 # Factor by which an estimate from a few poses may be too small.
 SIFT_MARGIN = 2.0
 # Share of the squares that a number must take off to first order, to be fitted.
 FIRST_ORDER_SHARE = 0.4
-# Gauss-Newton steps of a number and the offsets together.
+# Levenberg-Marquardt steps of a number and the offsets together.
 ROUNDS = 12
 # Largest positions of a joint (rad, m) from which its scale is sought: Newton's method converges
 # from 0.5 rad away, and for a sliding joint from anywhere.
@@ -243,7 +246,9 @@ def _sifted(A: Floats, B: Floats, most: float) -> dict[int, Fit]:
         if near:
             fits = fit_offsets(A[near], B[near], steps=SIFT_STEPS)
             found |= {k: one for i, k in enumerate(near) if (one := fits.one(i)).score < most}
-    return {k: found[k] for k in sorted(sorted(found, key=lambda k: found[k].score)[:KEPT])}
+    return {
+        k: found[k] for k in sorted(sorted(found, key=lambda k: found[k].score)[:FITTED_IN_FULL])
+    }
 
 
 def _undoing(
@@ -291,7 +296,7 @@ def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     most = float(fit.score) ** 2 * len(A)
     starts = [
         (numbers[k], np.zeros(numbers[k].columns.shape[2]), fit)
-        for k in np.argsort(-taken, kind='stable')[:KEPT].tolist()
+        for k in np.argsort(-taken, kind='stable')[:FITTED_IN_FULL].tolist()
         if taken[k] > most * FIRST_ORDER_SHARE
     ]
     if not errors_of(fit.position, fit.rotation).within(EXPLAINED):
@@ -299,12 +304,12 @@ def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     found = [cause for start in starts if (cause := _fitted(given, fit, *start))]
     # One cause of a joint: its zero rather than its scale, and no sign that base and tool turned
     # round would have.
-    found.sort(key=lambda one: one.ratio * AS_WELL ** _likelihood(one))
+    found.sort(
+        key=lambda one: (
+            one.ratio * AS_WELL ** (2 if one.key != 'joint_scale' else (one.value or 0.0) > 0.0)
+        )
+    )
     return list({one.name: one for one in found}.values())
-
-
-def _likelihood(cause: TestedCause) -> int:
-    return 2 if cause.key != 'joint_scale' else int((cause.value or 0.0) > 0.0)
 
 
 def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[Floats, Floats]:
@@ -338,7 +343,7 @@ def _scale_starts(
     found = fit_numbers(moved, values, B, fit_offsets(moved(values).pose, B, steps=0), SIFT_STEPS)
     return [
         (grid[k][0], found.values[k], found.fit.one(k))
-        for k in np.argsort(found.fit.score, kind='stable')[:KEPT].tolist()
+        for k in np.argsort(found.fit.score, kind='stable')[:FITTED_IN_FULL].tolist()
         if found.fit.score[k] < _most(before)
     ]
 

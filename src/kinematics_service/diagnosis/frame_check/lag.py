@@ -21,8 +21,13 @@ Indices = npt.NDArray[np.intp]
 REACH, REACH_IN_SAMPLES, TRIED = 0.5, 10.0, 51
 # But only up to this share of the whole motion.
 SHARE = 0.25
-# Number of poses for the trials, steps of the offsets, number of lags refined, and steps of that.
-SIFTED, SIFT_STEPS, REFINED, ROUNDS = 40, 4, 2, 6
+# Number of poses for the trials.
+SIFTED = 40
+# Steps of the offsets for each lag tried.
+SIFT_STEPS = 4
+# Number of lags that are refined, and steps of each.
+REFINED = 2
+ROUNDS = 6
 # Fewer poses with joint positions at every lag tried are not enough.
 LEAST = 8
 
