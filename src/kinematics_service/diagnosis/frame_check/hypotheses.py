@@ -99,7 +99,7 @@ class NumberHypothesis(NamedTuple):
 
     def model(self, value: float) -> Floats:
         """Return the poses (N, 4, 4) for a correction."""
-        return self.at(np.array([[value]])).pose[0]
+        return np.asarray(self.at(np.array([[value]])).pose[0])
 
 
 class ComparedData(NamedTuple):
