@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 
 # Most rows of a table.
 MOST = 60
+# Cell of a number that is not known.
+NOTHING = '&ndash;'
 
 
 def document(title: str, body: Iterable[str], style: str = '', script: str = '') -> str:
@@ -59,10 +61,12 @@ class TableColumn(NamedTuple):
 
 
 def table_of(columns: Sequence[TableColumn], found: Iterable[object]) -> str:
-    """Return a table with a row for each thing that was found."""
-    rows = ([column.cell(one) for column in columns] for one in found)
-    numbers = [k for k, column in enumerate(columns) if column.number]
-    return table([column.header for column in columns], rows, numbers)
+    """Return a table with a row for each thing that was found, without empty columns."""
+    things = list(found)
+    cells = [[column.cell(one) for one in things] for column in columns]
+    kept = [k for k, own in enumerate(cells) if not things or set(own) - {'', NOTHING}]
+    numbers = [place for place, k in enumerate(kept) if columns[k].number]
+    return table([columns[k].header for k in kept], zip(*(cells[k] for k in kept)), numbers)
 
 
 def table(headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int]) -> str:

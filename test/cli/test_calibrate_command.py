@@ -44,6 +44,26 @@ def table(file, robot, q, poses, rate=1.0, ends='x y z qx qy qz qw'):
     return file
 
 
+def test_a_table_without_stamps_is_of_standing_poses(tmp_path, capsys):
+    arm = measured_arm('ur5e', 12, 3e-3)
+    file = table(tmp_path / 'seen.csv', arm.robot, arm.q, arm.poses)
+    rows = [line.partition(',')[2] for line in file.read_text().splitlines()]
+    file.write_text('\n'.join(rows))
+    fix = ['--robot', 'ur5e', '--fix', 'offsets,lengths,angles']
+    code, out, err = run(capsys, 'calibrate', file, *fix)
+    assert (code, err) == (0, '')
+    assert f'12 poses of {file}' in out
+    # No number is called part of a combination beside as many combinations as numbers.
+    assert '12 independent combinations of the 12 parameters' in out
+    assert 'not precise' in out
+    assert 'in a combination' not in out
+    degrees = table(tmp_path / 'deg.csv', arm.robot, np.degrees(arm.q), arm.poses)
+    code, _, err = run(capsys, 'calibrate', degrees, '--robot', 'ur5e')
+    assert code == 1
+    assert err.startswith(f'{degrees}: the frame check comes first: The joint positions are in')
+    assert err.rstrip('.\n').endswith('; add --joint-format deg')
+
+
 @pytest.mark.slow
 def test_a_table_of_poses_makes_a_robot_file_that_goes_on(tmp_path, capsys):
     arm = measured_arm('ur5e', 50, NOISE)

@@ -25,6 +25,7 @@ from kinematics_service.estimation.estimator import Estimator, EstimatorOutput, 
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.formats.recordings.between_points import PlannedTrajectory, sampled
 from kinematics_service.formats.recordings.plan_yaml import read_documents
+from kinematics_service.page import NOTHING, TableColumn, table_of
 from kinematics_service.robot.file.text.yaml_reader import YamlError
 from kinematics_service.version import __version__
 
@@ -58,7 +59,7 @@ def test_of_two_topics_one_must_be_chosen(tmp_path, capsys, store):
     text = refusal(capsys, bag, '--robot', 'planar_2r', '--topic', '/c')
     assert text.endswith('topic /c does not exist; JointState or JointTrajectory are on /a, /b')
     text = refusal(capsys, bag, '--robot', 'planar_2r', '--topic', '/a', '--pose-topic', '/a')
-    assert f'pose topic /a is {JOINT_STATE}; PoseStamped: no topic' in text
+    assert f'pose topic /a is {JOINT_STATE}; poses are on no topic' in text
 
 
 def test_a_bag_without_joint_states_names_what_it_has(capsys):
@@ -149,21 +150,21 @@ def test_columns_are_found_by_what_they_begin_with(tmp_path, capsys):
     robot = robot_of('planar_2r')
     t, q, qdot = motion(robot, 50)
     poses = ks.forward_kinematics(robot, q)
-    lines = ['time;joint1;joint2;speed1;speed2;p_x;p_y;p_z;p_rx;p_ry;p_rz']
+    lines = ['time;motor1;motor2;speed1;speed2;p_x;p_y;p_z;p_rx;p_ry;p_rz']
     for k in range(50):
         angle = float(np.sum(q[k]))
         cells = [1.7e9 + t[k], *q[k], *qdot[k], *poses[k, :3, 3], 0.0, 0.0, angle]
         lines.append(';'.join(map(repr, map(float, cells))))
     file = tmp_path / 'own.csv'
     file.write_text('\n'.join(lines))
-    columns = 'stamp=time,position=joint,velocity=speed,pose=p_'
+    columns = 'stamp=time,position=motor,velocity=speed,pose=p_'
     found = document(capsys, file, '--robot', 'planar_2r', '--columns', columns)
     assert found['series']['q'] == q.tolist()
     assert found['series']['qdot'] == qdot.tolist()
     assert found['frames']['as_given']['position_max'] < 1e-12
     text = refusal(capsys, file, '--robot', 'planar_2r')
     assert "no column 'position.q1' for joint 'q1'" in text
-    assert "the header has 'time', 'joint1'" in text
+    assert "the header has 'time', 'motor1'" in text
     text = refusal(capsys, file, '--robot', 'planar_2r', '--columns', 'when=time')
     assert "'when=time' is not accepted" in text
 
@@ -684,3 +685,17 @@ def test_no_curve_of_three_has_the_colour_of_a_threshold():
     for colours in sheet.read_text().split('@media')[:2]:
         named = dict(re.findall(r'--(c0|c1|c2|warn|stop): (#[0-9a-f]+);', colours))
         assert len(set(named.values())) == len(named)
+
+
+def test_one_singular_sample_does_not_squeeze_the_condition_number():
+    t, values = np.arange(4.0), np.array([8.0, 12.0, 1e17, 9.0])
+    curve = curve_of('condition number', 'c0', 4.0, [(t, values, np.zeros(4, dtype=bool))])
+    assert 'data-low="6.35' in Chart('k', '', [curve], log=True, most=3e3, end=4.0).html()
+    assert 'data-low="7.9' in Chart('k', '', [curve], log=True, end=4.0).html()
+
+
+def test_a_table_of_a_page_has_no_empty_columns():
+    columns = [TableColumn(name, lambda one, name=name: one.get(name, ''), True) for name in 'abc']
+    text = table_of(columns, [{'a': '1', 'b': NOTHING}, {'c': '0'}])
+    assert re.findall('<th(?: [^>]*)?>(.*?)<', text) == ['a', 'c']
+    assert re.findall('<td[^>]*>(.*?)<', text) == ['1', '', '', '0']

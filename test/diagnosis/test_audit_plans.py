@@ -233,3 +233,24 @@ def test_numbers_of_proofs_are_rounded_to_the_safe_side():
     for value in np.exp(random.uniform(-9.0, 9.0, 300)).tolist():
         assert float(rounded_down(value)) <= value * (1.0 + 1e-15)
         assert float(rounded_up(value)) >= value * (1.0 - 1e-15)
+
+
+@pytest.mark.parametrize(
+    ('points', 'joint', 'remark'),
+    [
+        # A full turn in one step, over several, more than one needs, and back again.
+        ([0.4, 0.4 - 2 * np.pi], 5, 'by -360.0 deg from 0.000 to 2.000 s, and the joint ends'),
+        ([0.4, *(0.4 + np.linspace(0.5, 2 * np.pi, 9))], 5, 'by 360.0 deg from 0.000 to 18.000 s'),
+        ([2.0, 2.3, -3.8, -3.9], 5, 'by -349.5 deg from 2.000 to 4.000 s, and 10.5 deg end'),
+        ([0.4, 3.4, 0.4, -2.6, 0.4], 5, ''),
+        ([-1.5, 1.5], 0, ''),
+        # The shorter way would leave the limits later on, or at once.
+        ([-3.0, 3.1, 6.0], 5, 'by 349.5 deg from 0.000 to 2.000 s, and -10.5 deg end'),
+        ([-6.2, 0.0, 6.2], 5, 'by 355.2 deg from 0.000 to 2.000 s'),
+        ([-6.2, 6.2, -6.2], 5, ''),
+    ],
+)
+def test_a_useless_full_turn_is_remarked(tmp_path, capsys, points, joint, remark):
+    plan = trajectory(*((2.0 * k, {joint: q}) for k, q in enumerate(points)))
+    _, out, _ = audited(capsys, write(tmp_path, plan), '--fail-on', 'never')
+    assert (f'turns {JOINTS[joint]} {remark}' in out) if remark else ('The plan turns' not in out)

@@ -86,6 +86,20 @@ def test_names_that_are_no_joints_are_taken_in_their_order(tmp_path):
     assert poses is None
 
 
+@pytest.mark.parametrize(
+    'nested',
+    [lambda one: [one], lambda one: {'motors': one}, lambda one: {'arm': [one[:4], one[4:]]}],
+    ids=['list of a list', 'by kind', 'lists by kind'],
+)
+def test_names_within_lists(tmp_path, nested):
+    state = np.column_stack([np.ones((70, 3)), Q[:, ::-1]])
+    names = nested(['a', 'b', 'c', *UR.joint_names[::-1]])
+    vectors = {'observation.state': state}
+    folder = write_lerobot(tmp_path / 'set', [vectors], {'observation.state': names})
+    ((q, _, _),) = read(folder).values()
+    assert q == pytest.approx(Q, abs=SINGLE)
+
+
 def test_two_arms_by_name_and_by_number(tmp_path):
     other = Q[::-1]
     state = np.column_stack([Q, np.zeros(70), other, np.ones(70)])

@@ -395,6 +395,11 @@ LINKS = "L(1)=Link('d',1);L(2)=Link('a',1);"
 @pytest.mark.parametrize(
     ('text', 'told'),
     [
+        (f'{HEAD}0,pi/2,0.4,q1\n0.3,0,0,q1\n0.2,0,0,q3\n', 'q1 again, and a number is left out'),
+        (f'{HEAD}0,pi/2,q1,0.4\n0.3,0,q2,0\n', '0.4, and every joint slides: exchanged heads?'),
+        (f'{HEAD}9**9**9,0,0,q1\n', "'**' is not accepted"),
+        (f'{HEAD}nan,0,0,q1\n', "'nan' is not a finite number"),
+        (f"{HEAD}__import__('os'),0,0,q1\n", 'unexpected character'),
         (f'{HEAD}290,0,1.5707963267948966,0\n0,270,0,90\n', '1.5707963267948966 is an angle'),
         (f'{HEAD}0.3,0,pi/2,0\n0,0.2,0,0\n', 'column d: pi/2 is an angle'),
         (HEAD * 5000, 'cut the table out'),
@@ -620,3 +625,27 @@ def test_an_index_after_the_row_is_craigs():
     text = written('$i,$al,$a,$d,q$i + ($o°)', 'i,alpha_i,a_i,d_i+1,theta_i+1\n')
     same(read(text)[0], modified=True)
     same(read(text, columns='joint,alpha,a,d,theta')[0], modified=True)
+
+
+BENT = ((0.0, 90, 0.4, 0), (0.35, 0, 0, 0), (0.3, -90, 0.05, 90))
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        'robot = make(a=[0, 0.35, 0.3], alpha=[pi/2, 0, -pi/2], d=[0.4, 0, 0.05], '
+        'theta=[0, 0, pi/2])',
+        '| i | a\\_i | \\alpha\\_i | d\\_i | \\theta\\_i |\n|:-:|:-:|:-:|:-:|:-:|\n'
+        '| 1 | 0 | π/2 | 0.4 | θ\\_1 |\n| 2 | 0.35 | 0 | 0 | θ\\_2 |\n'
+        '| 3 | 0.3 | -π/2 | 0.05 | θ\\_3 + π/2 |',
+        'a [m]  alpha [deg]  d [m]  theta [deg]\n0 90 0.4 0\n0.35 0 0 0\n0.3 -90 0.05 90',
+        '=====  =====  ====  =======\na      alpha  d     theta\n=====  =====  ====  =======\n'
+        '0      pi/2   0.4   q1\n0.35   0      0     q2\n0.3    -pi/2  0.05  q3+pi/2\n',
+        '// theta d a alpha\ndouble[][] dh = { {0, 0.4, 0, Math.PI/2}, {0, 0, 0.35, 0}, '
+        '{Math.PI/2, 0.05, 0.3, -Math.PI/2} };',
+        'DH;;;;\nJoint;a (mm);alpha (°);d (mm);theta (°)\nJ1;0;90;400;0\nJ2;350;0;0;0\n'
+        'J3;300;-90;50;90\n',
+    ],
+)
+def test_more_styles_of_one_arm(text):
+    same(read(text)[0], rows=BENT)

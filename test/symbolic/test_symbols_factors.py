@@ -31,8 +31,11 @@ from kinematics_service.symbolic.file_factors import (
     factors_to_write,
     file_text,
 )
+from kinematics_service.symbolic.frames import frames_of
+from kinematics_service.symbolic.jacobian import geometric
 from kinematics_service.symbolic.output.report import report_of
 from kinematics_service.symbolic.output.text import text_of
+from kinematics_service.symbolic.sampled_poses import sampler_of
 from kinematics_service.symbolic.singular_set import FamilySearch, crossings_of, families_of
 
 LISTED = [
@@ -302,7 +305,7 @@ def test_factors_of_large_and_small_numbers_are_seen_to_meet():
     assert max(abs(a) for a, _ in values[0].terms().values()) > 1e10
     product = factors.Factored(minor, tuple(factors.RealFactor(v, 1) for v in values), True)
     named = [SimpleNamespace(name='shoulder'), SimpleNamespace(name='sin(q1)')]
-    search = FamilySearch(exact.sampler, arithmetic)
+    search = FamilySearch(exact.sampler, (exact.sampler,))
     (crossing,) = crossings_of(product, named, search, view.J[:3])
     assert crossing.within_limits
     q = np.array(crossing.pose)
@@ -350,7 +353,10 @@ def test_halves_of_a_factor_are_one_family_where_their_rank_is_the_same(text, ra
     whole = sine_and_cosine(arithmetic, last)[0]
     halves = sine_and_cosine(arithmetic, last, sympy.Rational(1, 2))
     factor = factors.RealFactor(whole, 1, halves)
-    search = FamilySearch(derivation.exact.sampler, arithmetic)
+    frames = frames_of(robot.description, arithmetic)
+    J = geometric(frames, arithmetic)
+    sampler = sampler_of(robot, arithmetic, frames, J)
+    search = FamilySearch(sampler, (sampler,))
     product = factors.Factored(arithmetic.ring.number(1), (factor,), True)
     found = families_of(product, search)
     assert [search.meaning(one.value).rank for one in found.factors] == ranks

@@ -15,7 +15,6 @@ from kinematics_service.symbolic.algebra.zeros import Box, common_zero
 from kinematics_service.symbolic.determinant import minors_of, simplest_view
 from kinematics_service.symbolic.minors import product_of
 from kinematics_service.symbolic.output.report import Sentence, report_of
-from kinematics_service.symbolic.sampled_poses import sampler_of
 from kinematics_service.symbolic.singular_set import FamilySearch
 
 ARMS = ['anthropomorphic_3r', 'scara_hsr065', 'rrp_elementary', 'ur3e', 'offset_stanford_dh']
@@ -43,7 +42,7 @@ def families(name):
         Numbers(factor.value, exact.arithmetic)
         for factor in product_of(minors, exact.arithmetic)[0].factors
     ]
-    search = FamilySearch(exact.sampler, exact.arithmetic)
+    search = FamilySearch(exact.sampler, exact.sampler.in_random_letters)
     return [(f, g, search.poses([g])) for f, g in zip(factors, functions)]
 
 
@@ -57,9 +56,9 @@ def sigma(robot, q):
 
 def decided(name, low, high, *functions):
     """Return what is known of the zeros of functions of an arm within limits."""
-    arithmetic = derived(name).exact.arithmetic
     robot = limited(robot_of(name), low, high)
-    search = FamilySearch(sampler_of(robot, arithmetic), arithmetic)
+    sampler = dataclasses.replace(derived(name).exact.sampler, robot=robot)
+    search = FamilySearch(sampler, (sampler,))
     return search.zero_within_limits(functions)
 
 

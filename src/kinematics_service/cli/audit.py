@@ -55,7 +55,9 @@ def audit(
     robot: RobotOption,
     of: OfOption = None,
     topic: TopicOption = None,
-    pose_topic: Optional[str] = option('Topic of PoseStamped messages to compare.', 'TOPIC'),
+    pose_topic: Optional[str] = option(
+        'Topic of measured poses: stamped poses, points or transforms; /tf:FRAME.', 'TOPIC'
+    ),
     columns: ColumnsOption = None,
     joint_format: JointsOption = None,
     stamps: StampsOption = None,

@@ -102,7 +102,9 @@ def calibrate(
         'Base and tool written: of the robot file, or measured.', default=FramesChoice.robot
     ),
     topic: TopicOption = None,
-    pose_topic: Optional[str] = option('Topic of PoseStamped messages.', 'TOPIC'),
+    pose_topic: Optional[str] = option(
+        'Topic of measured poses: stamped poses, points or transforms; /tf:FRAME.', 'TOPIC'
+    ),
     columns: ColumnsOption = None,
     joint_format: JointsOption = None,
     stamps: StampsOption = None,
@@ -267,7 +269,8 @@ def calibrate(
     \b
     A result is refused in three cases: more error remains than audit accepts (4 mm,
     0.5 deg; --noise is for an instrument that leaves more); more than a tenth of
-    the poses do not fit; or those that do not fit share the positions of one joint.
+    the poses are farther off than that; or those that are share the positions of one
+    joint.
     Mistakes that would explain it are tried and named. No robot file is written
     then, unless --anyway asks for it.
 
@@ -329,7 +332,7 @@ def calibrate(
     if same_point is not None and propose is not None:
         raise WrongUsage('--propose is for measured poses, not for --same-point')
     run, heard = CalibrationRun(arm, fitting), None
-    with _parameters_known(), ExitStack() as kept:
+    with _named_errors(files or []), ExitStack() as kept:
         if live is not None:
             topics = LiveOptions(
                 topic or STATES, pose_topic or POSES, joint_prefix, live, propose or 1
@@ -379,12 +382,16 @@ def _of_files(run: CalibrationRun, rows: _Rows, zeros: ZeroOptions | None) -> Ca
 
 
 @contextmanager
-def _parameters_known() -> Iterator[None]:
-    # A name that is no parameter is wrong usage here.
+def _named_errors(files: Sequence[Path]) -> Iterator[None]:
+    # An unknown parameter is wrong usage. Errors in rows begin with the name of their file.
     try:
         yield
     except ParameterNotFoundError as error:
         raise WrongUsage(f'--fit, --fix: {error}') from None
+    except CalibrationError as error:
+        if not files or any(str(file) in str(error) for file in files):
+            raise
+        raise CalibrationError(f'{", ".join(map(str, files))}: {error}') from None
 
 
 def _check_live(

@@ -46,13 +46,17 @@ def compare(
 
     \b
     Names: those of the robot file, with or without underscore, also theta2 or q2 for joint 2;
-      c1 = cos(q1), s23 = sin(q2 + q3); x y z, the tool's position; what the file defines itself.
+      c1 = cos(q1), s23 = sin(q2 + q3), L1c23 = L1*c23; x y z, the tool's position, phi its angle
+      in the plane; what the file defines itself. A definition that nothing uses is passed over.
     Formulas:
       T, R, p                   tool in the base: pose, rotation, position
-      T_03, T_12                frame 0 to 3, 1 to 2; frame i stands after row i of the table
+      T_03, A_12, H^1_2, R_36   frame 0 to 3, 1 to 2; frame i stands after row i of the table
       A_2 or T_2, A_i           the matrix of row 2, of any row (a_i, alpha_i, d_i, theta_i)
       R_2, o_2, z_2, p_14       rotation, origin, z axis of frame 2; from o_1 to o_4
-      J, J_v, J_w, J_2, J_v2    Jacobian: linear rows first, base axes, point: the tool's origin
+      z^1_2, o^1_2, {}^1J       the same, and J, in the axes of frame 1
+      J, J_v, J_w, J_2, J_v2    Jacobian: linear rows first, base axes, point: the tool's origin;
+                                fewer rows: the task's, or those that move (x, y, phi in a plane)
+      J_s, J_b, J_A             space, body (Lynch and Park: angular rows first), analytic
       det or det(J)             of the task's rows of J
       s_o1, D_1                 o_0 - o_n; dT/dq1 with the rotation taken out
       q2 = ...                  inverse kinematics; those of one file: of one solution
@@ -71,7 +75,8 @@ def compare(
       meaning: R_C = o_3        another name
 
     \b
-    The keys of --json: robot, file, agrees, poses, random_constants, formulas; of each formula:
+    The keys of --json: robot, file, agrees, poses, random_constants, passed_over (line, message),
+    formulas; of each formula:
       name, line, status        agrees or differs
       rows, columns, remarks
       entries                   row, column, yours, right, largest_difference (SI units)

@@ -1,10 +1,9 @@
 """The rows of a robot file's table, each turned into the same three: before, screw_z, after."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
 from itertools import groupby
-from typing import NamedTuple
 
 import numpy as np
 
@@ -66,33 +65,6 @@ def _constants(motions: Sequence[NamedMotion], link: DhRow) -> Floats:
                 length += value
         screws.append(screw(axis, angle, length))
     return reduce(np.matmul, screws) if screws else np.eye(4)
-
-
-class FixedLength(NamedTuple):
-    """A constant length of a row, and which way it goes in the frame before or after the row."""
-
-    name: str
-    of_frame_after: bool
-    direction: Floats
-
-
-def fixed_lengths(link: DhRow, convention: str) -> Iterator[FixedLength]:
-    """Yield the lengths of a row of quantities that no joint moves, in the row's order."""
-    product = CONVENTIONS[convention]
-    before, joint, after = product.before_joint, product.joint_motions, product.after_joint
-    for name in link.names:
-        place = next(i for i, motion in enumerate(product.motions) if motion.quantity == name)
-        axis, _ = product.motions[place]
-        if axis[0] == 'R' or link[name].affine.coefficients:
-            continue
-        from_joint = place - len(before)
-        # A turn about the joint's axis leaves a length along it alone.
-        if from_joint < 0 or (from_joint < len(joint) and not before):
-            R = _constants(before[:place], link)[:3, :3]
-            yield FixedLength(name, False, R[:, 'xyz'.index(axis[1])])
-        else:
-            R = _constants(after[max(from_joint - len(joint), 0) :], link)[:3, :3]
-            yield FixedLength(name, True, R['xyz'.index(axis[1])])
 
 
 def table_rows(description: RobotDescription) -> tuple[Row, ...]:

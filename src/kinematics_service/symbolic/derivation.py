@@ -28,7 +28,10 @@ from .singular_set import (
     SingularSet,
     crossings_of,
     families_of,
+    numbers_in_words,
+    remainder_zeros,
     singular_factors,
+    without_integers,
 )
 from .trigonometry import Writer, writer_of
 
@@ -287,7 +290,7 @@ def derive(
         tell(f'Jacobian: {name}')
         found[name] = way(frames, arithmetic)
     J = found['geometric']
-    sampler = sampler_of(robot, arithmetic)
+    sampler = sampler_of(robot, arithmetic, frames, J)
     exact = Exact(arithmetic, frames, writer, sampler, J)
     loops = loops_of(robot, arm, arithmetic, tell)
     if loops:
@@ -324,18 +327,21 @@ def _in_half_angles(exact: Exact) -> Exact:
     arithmetic = arithmetic_of(robot.description, exact.arithmetic.names, parts=2)
     frames = frames_of(robot.description, arithmetic)
     writer = writer_of(frames, arithmetic)
-    return Exact(arithmetic, frames, writer, exact.sampler, ways.geometric(frames, arithmetic))
+    J = ways.geometric(frames, arithmetic)
+    sampler = replace(exact.sampler, arithmetic=arithmetic, frames=frames, J=J)
+    return Exact(arithmetic, frames, writer, sampler, J)
 
 
 def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
     # None where a factor is no single family unless half angles are looked at.
     sampler, arithmetic, writer = exact.sampler, exact.arithmetic, exact.writer
     n = len(sampler.moving)
-    rank = sampler.generic_rank
-    columns = independent_columns(sampler)
+    search = FamilySearch(sampler, sampler.in_random_letters)
+    rank = search.rank
+    columns = independent_columns(search.generic[0])
     square = n == len(sampler.rows)
     tell('determinant')
-    minors = _minors(exact, columns)
+    minors = _minors(exact, columns, rank)
     names = [v.name for v in arithmetic.names.variables]
     dependent = tuple(_dependent(sampler, names)) if rank < min(n, len(sampler.rows)) else ()
     if minors is None:
@@ -344,11 +350,10 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
     tell('factors')
     product, rests = product_of(minors, arithmetic)
     tell('singular set')
-    search = FamilySearch(sampler, arithmetic)
     families = families_of(product, search)
     if families is None:
         return None
-    product = families
+    product = without_integers(families, writer)
     J_t = tuple(minors.view.J[i] for i in sampler.rows)
     factors = singular_factors(product, search, writer, exact.frames, J_t)
     constant = writer.expression(product.constant)
@@ -370,12 +375,17 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
         split=product.complete,
     )
     crossings = crossings_of(product, factors, search, J_t)
-    complete = product.complete and not rests
-    return SingularSet(determinant, factors, crossings, rank, dependent, complete)
+    others = remainder_zeros(rests, search, writer, J_t) if rests else ()
+    special = None
+    if sampler.generic_rank < rank:
+        numbers = numbers_in_words(arithmetic.names)
+        special = f'with {numbers} of this file: rank {sampler.generic_rank} at every pose'
+    complete = product.complete and others == ()
+    return SingularSet(determinant, factors, crossings, rank, dependent, complete, others, special)
 
 
-def _minors(exact: Exact, columns: Sequence[int]) -> Minors | None:
-    sampler, rank = exact.sampler, exact.sampler.generic_rank
+def _minors(exact: Exact, columns: Sequence[int], rank: int) -> Minors | None:
+    sampler = exact.sampler
     if comb(len(columns), rank) * comb(len(sampler.rows), rank) > MOST_MINORS:
         return None
     # Sums of squared minors depend on the point, unless six rows have full rank: their ratios
@@ -415,12 +425,14 @@ def determinant_factors(robot: Robot) -> DeterminantFactors:
     names = names_of(robot.description, None)
     arithmetic = arithmetic_of(robot.description, names)
     frames = frames_of(robot.description, arithmetic)
-    writer, sampler = writer_of(frames, arithmetic), sampler_of(robot, arithmetic)
-    exact = Exact(arithmetic, frames, writer, sampler, ways.geometric(frames, arithmetic))
-    minors = _minors(exact, independent_columns(sampler))
+    writer, J = writer_of(frames, arithmetic), ways.geometric(frames, arithmetic)
+    sampler = sampler_of(robot, arithmetic, frames, J)
+    exact = Exact(arithmetic, frames, writer, sampler, J)
+    minors = _minors(exact, independent_columns(sampler), sampler.generic_rank)
     assert minors is not None  # one determinant
     product, _ = product_of(minors, arithmetic)
-    search, values = FamilySearch(sampler, arithmetic), [f.value for f in product.factors]
+    search = FamilySearch(sampler, (sampler,))
+    values = [f.value for f in product.factors]
     functions = tuple(map(search.numbers, values))
     return DeterminantFactors(sampler, functions, tuple(map(writer.expression, values)))
 

@@ -1,23 +1,30 @@
 """An arm's numbers at poses given in the file's units, for what is found by looking at poses."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from ..kernel import Floats
-from ..kinematics.forward import forward_kinematics, jacobian, link_frames
+from ..kinematics.forward import forward_kinematics, jacobian
 from ..kinematics.task_jacobian import task_jacobian
 from ..robot.robot import Robot
 from ..robot.task import seeded_poses
 from .algebra.arithmetic import Arithmetic
-from .algebra.numeric import substituted
+from .algebra.matrices import Matrix
+from .algebra.numeric import substituted, values_together
 from .algebra.zeros import Box
+from .frames import Frames
 from .singular_geometry import ArmAtPoses, rank_at
 
 # Enough for a coincidence to show, few enough for a second.
 POSES = 60
+# Two values of each letter, so that chance does not decide: those of the file times these, so that
+# families that exist in the file exist.
+SEEDS = (1955, 1964)
+LETTER_FACTORS = (0.8, 1.25)
 # Of central differences: round-off and the third derivative are both below 1e-9.
 STEP = 1e-6
 
@@ -37,12 +44,17 @@ class PoseSampler:
         Positions of the others.
     to_si : shape (moving,)
         Multiplies a joint position of the file's length unit; 1 for angles.
+    arithmetic, frames, J
+        The exact arm, with values of its letters.
     """
 
     robot: Robot
     moving: tuple[int, ...]
     still: Floats
     to_si: Floats
+    arithmetic: Arithmetic
+    frames: Frames
+    J: Matrix
 
     @property
     def rows(self) -> tuple[int, ...]:
@@ -93,10 +105,7 @@ class PoseSampler:
     def arm(self, q: Floats) -> ArmAtPoses:
         """Return the arm's numbers at poses in the file's units."""
         robot, moving = self.robot, list(self.moving)
-        si = self.whole(q)
-        J = jacobian(robot, si)[:, :, moving]
-        frames = link_frames(robot, si)
-        tool = forward_kinematics(robot, si)[:, :3, 3]
+        J, frames, tool = self.kinematics(q)
         omega = np.swapaxes(J[:, 3:], 1, 2)
         size = np.linalg.norm(omega, axis=2, keepdims=True)
         with np.errstate(invalid='ignore', divide='ignore'):
@@ -114,6 +123,32 @@ class PoseSampler:
             tuple((~self.slides).tolist()),
             tuple(robot.variables[j] for j in moving),
         )
+
+    def kinematics(self, q: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return J (N, 6, moving), the frames of the rows, and the tool (N, 3), m and rad."""
+        metres = self.robot.description.metres
+        values, split = self._evaluated(q), 6 * len(self.moving)
+        J = values[:, :split].reshape(-1, 6, len(self.moving))
+        frames = values[:, split:].reshape(len(q), -1, 4, 4)
+        J[:, :3] *= metres
+        frames[..., :3, 3] *= metres
+        return J / self.to_si, frames[:, :-1], frames[:, -1, :3, 3]
+
+    @cached_property
+    def _evaluated(self) -> Callable[[Floats], Floats]:
+        matrices = (self.J, *self.frames.in_base, self.frames.T_base_tool)
+        return values_together([e for M in matrices for row in M for e in row], self.arithmetic)
+
+    @cached_property
+    def in_random_letters(self) -> tuple['PoseSampler', ...]:
+        """Return the arm with two random values of each letter; as it is if it has no letters."""
+        names, found = self.arithmetic.names, []
+        for seed in SEEDS if names.values else ():
+            factors = np.random.default_rng(seed).uniform(*LETTER_FACTORS, len(names.values))
+            values = {s: v * float(f) for (s, v), f in zip(names.values.items(), factors)}
+            other = replace(self.arithmetic, names=replace(names, values=values))
+            found.append(replace(self, arithmetic=other))
+        return tuple(found) or (self,)
 
     def central_difference(self) -> float:
         """Return how far J is from central differences of T at a seeded pose, m and rad."""
@@ -152,7 +187,7 @@ class PoseSampler:
         return self.robot.task.column_scales[list(self.moving)]
 
 
-def sampler_of(robot: Robot, arithmetic: Arithmetic) -> PoseSampler:
+def sampler_of(robot: Robot, arithmetic: Arithmetic, frames: Frames, J: Matrix) -> PoseSampler:
     """Return the sampler of a derivation."""
     names, description = arithmetic.names, robot.description
     symbols = {symbol.name for symbol in names.variables}
@@ -166,4 +201,4 @@ def sampler_of(robot: Robot, arithmetic: Arithmetic) -> PoseSampler:
             continue
         value = substituted(names.meanings[name], names.values)
         still[j] = value * (description.metres if slides else description.radians)
-    return PoseSampler(robot, tuple(moving), still, np.array(to_si))
+    return PoseSampler(robot, tuple(moving), still, np.array(to_si), arithmetic, frames, J)

@@ -6,10 +6,11 @@ Found at poses on the family, with the numbers of the file: a name needs every o
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from ..kernel import Floats
+from ..kernel import Floats, Integers
 
 # At Newton's poses on a family the round-off is 1e-12; what is not zero there is above 1e-3.
 ZERO = 1e-7
@@ -79,6 +80,17 @@ class Lost:
 
 
 SOMEWHERE = Lost('a line that depends on the pose')
+
+
+def together(arms: Sequence[ArmAtPoses]) -> ArmAtPoses:
+    """Return arms with the same joints, such as one with several values of its lengths, as one."""
+    one, *_ = arms
+    stacked: dict[str, Any] = {
+        name: np.concatenate([getattr(arm, name) for arm in arms])
+        for name, value in vars(one).items()
+        if isinstance(value, np.ndarray)
+    }
+    return replace(one, **stacked)
 
 
 def parallel(one: Floats, other: Floats) -> bool:
@@ -195,15 +207,13 @@ def _is_shoulder(arm: ArmAtPoses, point: Floats) -> bool:
 
 def rank_at(J_t: Floats) -> int:
     """Return the rank most of the poses have."""
-    sigma = np.linalg.svd(J_t, compute_uv=False)
-    ranks = np.sum(sigma > ZERO * np.max(sigma), axis=1)
-    return int(np.bincount(ranks).argmax())
+    return int(np.bincount(ranks_at(J_t)).argmax())
 
 
-def has_one_rank(J_t: Floats) -> bool:
-    """Return whether all poses have the same rank."""
+def ranks_at(J_t: Floats) -> Integers:
+    """Return the rank at each pose, shape (N,)."""
     sigma = np.linalg.svd(J_t, compute_uv=False)
-    return not np.ptp(np.sum(sigma > ZERO * np.max(sigma), axis=1))
+    return np.asarray(np.sum(sigma > ZERO * np.max(sigma), axis=1))
 
 
 def lost_motion(

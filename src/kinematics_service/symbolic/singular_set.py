@@ -3,7 +3,7 @@ The singular set of an arm: factors with names, families, ranks, what is lost, c
 """
 
 from collections.abc import Container, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from itertools import combinations, count
 from typing import Any
@@ -14,7 +14,7 @@ import sympy
 from ..kernel import Floats
 from ..robot.robot import Robot
 from .algebra.arithmetic import Arithmetic
-from .algebra.factors import Factored, RealFactor, stays_whole
+from .algebra.factors import Factored, RealFactor, factored, stays_whole
 from .algebra.laurent import Laurent
 from .algebra.matrices import Matrix
 from .algebra.names import Names
@@ -24,17 +24,24 @@ from .algebra.zeros import Box, Zero, common_zero
 from .family import Family, family_of
 from .family_proofs import CommonZeros, proves_lost
 from .frames import Frames
-from .sampled_poses import PoseSampler
+from .sampled_poses import POSES, PoseSampler
 from .singular_geometry import (
+    ZERO,
+    ArmAtPoses,
     Idle,
     Lost,
-    has_one_rank,
     idle_motion,
     lost_motion,
     name_of,
     rank_at,
+    ranks_at,
+    together,
 )
 from .trigonometry import Writer
+
+# Longer rests of minors, and more sets of their factors, are not solved: no one reads them.
+MOST_REST_TERMS = 40
+MOST_HITTING_SETS = 20
 
 
 @dataclass(frozen=True)
@@ -67,6 +74,8 @@ class SingularFactor:
         shown or proved; None where that is not decided.
     pose
         One that is, rad or the file's unit of length: within 1e-9 of a pose of the family.
+    special
+        In words, a lower rank on a part of it, with the lengths of the file; None: no such part.
     """
 
     name: str
@@ -80,6 +89,7 @@ class SingularFactor:
     sampled: tuple[str, ...]
     within_limits: bool | None
     pose: tuple[float, ...] | None
+    special: str | None = None
 
 
 @dataclass(frozen=True)
@@ -166,6 +176,10 @@ class SingularSet:
     complete
         Whether the families are all there is; False where a remainder may vanish too, or where the
         product was not fully split.
+    remainder_zeros
+        Factors that are 0 together exactly if the remainder is 0; None: not solved.
+    special
+        In words, a lower rank everywhere, with the lengths of the file; None: no lower rank.
     """
 
     determinant: Determinant
@@ -174,17 +188,20 @@ class SingularSet:
     generic_rank: int
     dependent: tuple[str, ...]
     complete: bool
+    remainder_zeros: tuple[FamilyCrossing, ...] | None = None
+    special: str | None = None
 
 
 @dataclass(frozen=True)
 class _Meaning:
-    # What a factor means at poses of its family.
-    poses: Floats
+    # The meaning of a factor at poses of its family and random values of the letters; `special`
+    # is true of the values of the file alone.
     within: Zero
     geometric: str | None = None
     rank: int | None = None
     lost: Lost | None = None
     idle: Idle | None = None
+    special: str | None = None
 
 
 @dataclass(frozen=True)
@@ -194,12 +211,33 @@ class FamilySearch:
 
     Attributes
     ----------
-    sampler, arithmetic
-        The arm.
+    sampler
+        The arm, with the numbers of its file.
+    generic
+        The arm with random values of its letters.
     """
 
     sampler: PoseSampler
-    arithmetic: Arithmetic
+    generic: tuple[PoseSampler, ...]
+
+    @property
+    def arithmetic(self) -> Arithmetic:
+        """Return the arithmetic of the arm, with the numbers of its file."""
+        return self.sampler.arithmetic
+
+    @property
+    def rank(self) -> int:
+        """Return the rank of the task rows at most poses and values of the letters."""
+        return max(sampler.generic_rank for sampler in self.generic)
+
+    def arms(self, values: Sequence[Laurent]) -> ArmAtPoses | None:
+        """Return the arm at common zeros of polynomials, or None if none is found."""
+        found = []
+        for sampler in self.generic:
+            numbers = [Numbers(value, sampler.arithmetic) for value in values]
+            poses = self.poses(numbers, POSES // len(self.generic))
+            found += [sampler.arm(poses)] if len(poses) else []
+        return together(found) if found else None
 
     def numbers(self, value: Laurent) -> Numbers:
         """Return a factor as a function of size 1."""
@@ -209,33 +247,45 @@ class FamilySearch:
         """Return what a factor means where it is 0."""
         sampler, arithmetic = self.sampler, self.arithmetic
         numbers = self.numbers(value)
-        poses = self.poses([numbers])
         within = self.zero_within_limits([numbers])
-        if not len(poses) and within.pose is not None:
-            poses = within.pose[None]
-        if not len(poses):
-            return _Meaning(poses, within)
-        arm = sampler.arm(poses)
+        arm = self.arms([value])
+        if arm is None and within.pose is not None:
+            arm = sampler.arm(within.pose[None])
+        if arm is None:
+            return _Meaning(within)
         variables = arithmetic.names.variables
         joints = [k for k, v in enumerate(variables) if arithmetic.derivative(value, v)]
         rank, angular = rank_at(arm.J_t), any(i >= 3 for i in sampler.rows)
         scales = sampler.robot.task.row_scales
-        lost = lost_motion(arm, sampler.rows, rank, sampler.generic_rank, scales)
-        name = name_of(arm, sampler.elsewhere, joints, angular)
-        return _Meaning(poses, within, name, rank, lost, idle_motion(arm, rank))
+        lost = lost_motion(arm, sampler.rows, rank, self.rank, scales)
+        name = name_of(arm, self.generic[0].elsewhere, joints, angular)
+        special = self._special(numbers, joints, rank)
+        return _Meaning(within, name, rank, lost, idle_motion(arm, rank), special)
+
+    def _special(self, numbers: Numbers, joints: Sequence[int], rank: int) -> str | None:
+        if not self.arithmetic.names.values or not len(poses := self.poses([numbers], POSES // 2)):
+            return None
+        ranks = ranks_at(self.sampler.arm(poses).J_t)
+        lowest = int(np.argmin(ranks))
+        if ranks[lowest] >= rank:
+            return None
+        names = self.arithmetic.names
+        place = ', '.join(f'{names.variables[k]} = {poses[lowest, k]:.4f}' for k in joints)
+        rank = ranks[lowest]
+        return f'with {numbers_in_words(names)} of this file: rank {rank} (to {ZERO:g}) at {place}'
 
     def is_one_family(self, factor: RealFactor) -> bool:
         """Return whether both its halves, if it has any, have the same rank."""
         if not factor.halves:
             return True
-        poses = self.poses([self.numbers(factor.value)])
-        return not len(poses) or has_one_rank(self.sampler.arm(poses).J_t)
+        arm = self.arms([factor.value])
+        return arm is None or not np.ptp(ranks_at(arm.J_t))
 
-    def poses(self, functions: Sequence[Numbers]) -> Floats:
+    def poses(self, functions: Sequence[Numbers], count: int = POSES) -> Floats:
         """
         Return seeded poses where all functions vanish; few or none where they have no common zero.
         """
-        sampler, starts = self.sampler, self.sampler.random()
+        sampler, starts = self.sampler, self.sampler.random(count)
         scaled = [f.scaled_to(starts) for f in functions]
         scale = np.where(sampler.slides, sampler.robot.task.length / sampler.to_si, 1.0)
         return poses_on(scaled, starts, scale)
@@ -284,12 +334,23 @@ def families_of(product: Factored, search: FamilySearch) -> Factored | None:
     return Factored(constant.reduced(), tuple(found), product.complete)
 
 
+def without_integers(product: Factored, writer: Writer) -> Factored:
+    """Return the same product with the integers that divide whole factors in its constant."""
+    constant, factors = product.constant, []
+    for factor in product.factors:
+        content, _ = writer.expression(factor.value).as_content_primitive()
+        n = int(content) if content.is_Integer else 1
+        constant = constant.scaled(n**factor.power)
+        factors.append(replace(factor, value=factor.value.scaled(1, n)) if n > 1 else factor)
+    return replace(product, constant=constant.reduced(), factors=tuple(factors))
+
+
 def singular_factors(
     product: Factored, search: FamilySearch, writer: Writer, frames: Frames, J_t: Matrix
 ) -> tuple[SingularFactor, ...]:
     """Return the factors with their names and what their families mean."""
     sampler, arithmetic = search.sampler, search.arithmetic
-    names, generic = arithmetic.names, sampler.generic_rank
+    names = arithmetic.names
     listed = file_factors(sampler.robot, names)
     found: list[SingularFactor] = []
     taken: set[str] = set()
@@ -298,7 +359,7 @@ def singular_factors(
         seen = search.meaning(factor.value)
         sampled: tuple[str, ...] = ()
         if seen.rank is not None:
-            zeros = CommonZeros(J_t, generic, (factor.value,), arithmetic)
+            zeros = CommonZeros(J_t, search.rank, (factor.value,), arithmetic)
             sampled = _sampled(zeros, frames, seen.rank, seen.lost, seen.idle)
         expression = writer.expression(factor.value)
         own = _listed_name(listed, search.numbers(factor.value), sampler, names)
@@ -317,9 +378,20 @@ def singular_factors(
                 sampled,
                 seen.within.exists,
                 _as_tuple(seen.within.pose),
+                seen.special,
             )
         )
     return tuple(found)
+
+
+def numbers_in_words(names: Names) -> str:
+    """Return which lengths of a file are equal, `L2 = L3`, or `the numbers`."""
+    groups: dict[float, list[str]] = {}
+    for symbol, value in names.values.items():
+        group = groups.setdefault(abs(value), [])
+        group.append(f'{"-" * (value < 0)}{symbol.name}')
+    equal = [' = '.join(group) for group in groups.values() if len(group) > 1]
+    return ' and '.join(equal) or 'the numbers'
 
 
 def _free_name(name: str | None, taken: Container[str]) -> str | None:
@@ -376,30 +448,73 @@ def crossings_of(
     groups: list[tuple[int, ...]] = [*combinations(range(count), 2)]
     if count > 2:
         groups.append(tuple(range(count)))
-    sampler = search.sampler
-    # Each of size 1, so that a factor of large numbers hides no other.
-    every = [search.numbers(f.value) for f in product.factors]
     found = []
     for group in groups:
-        values = tuple(product.factors[k].value for k in group)
-        functions = [every[k] for k in group]
-        poses = search.poses(functions)
-        names = tuple(factors[k].name for k in group)
-        meet = None
-        if len(poses) < 2:
-            meet = search.zero_anywhere(functions)
-            if meet.exists is None:
-                found.append(FamilyCrossing(names, None, True, None, None))
-            if not meet.exists:
-                continue
-            poses = np.array([meet.pose])
-        rank = rank_at(sampler.arm(poses).J_t)
-        within = search.zero_within_limits(functions)
-        meet = meet or (within if within.exists else search.zero_anywhere(functions))
-        zeros = CommonZeros(J_t, sampler.generic_rank, values, search.arithmetic)
-        sampled = not meet.exists or not zeros.has_rank_at_most(rank)
-        found.append(FamilyCrossing(names, rank, sampled, within.exists, _as_tuple(within.pose)))
+        values = [product.factors[k].value for k in group]
+        met = _crossing(values, [factors[k].name for k in group], search, J_t)
+        found += [met] if met else []
     return tuple(found)
+
+
+def _crossing(
+    values: Sequence[Laurent], names: Sequence[str], search: FamilySearch, J_t: Matrix
+) -> FamilyCrossing | None:
+    # Factors that vanish together; None if it is proved that they do not.
+    functions = [search.numbers(value) for value in values]
+    poses, meet = search.poses(functions), None
+    if len(poses) < 2:
+        meet = search.zero_anywhere(functions)
+        if meet.exists is None:
+            return FamilyCrossing(tuple(names), None, True, None, None)
+        if not meet.exists:
+            return None
+        poses = np.array([meet.pose])
+    rank = rank_at((search.arms(values) or search.sampler.arm(poses)).J_t)
+    within = search.zero_within_limits(functions)
+    meet = meet or (within if within.exists else search.zero_anywhere(functions))
+    zeros = CommonZeros(J_t, search.rank, tuple(values), search.arithmetic)
+    sampled = not meet.exists or not zeros.has_rank_at_most(rank)
+    return FamilyCrossing(tuple(names), rank, sampled, within.exists, _as_tuple(within.pose))
+
+
+def remainder_zeros(
+    rests: Sequence[Laurent], search: FamilySearch, writer: Writer, J_t: Matrix
+) -> tuple[FamilyCrossing, ...] | None:
+    """
+    Return the common zeros of the rests of the minors, or None if they are not solved.
+
+    Each rest vanishes where one of its factors does, so all vanish where the factors of a minimal
+    hitting set do.
+    """
+    arithmetic, pieces = search.arithmetic, list[Laurent]()
+    hitting: list[frozenset[int]] = [frozenset()]
+    for rest in sorted(rests, key=len):
+        if len(rest) > MOST_REST_TERMS:
+            return None
+        of_this = set()
+        for factor in factored(rest, arithmetic).factors:
+            known = (
+                k
+                for k, piece in enumerate(pieces)
+                if quotient_constant(factor.value, piece, arithmetic) is not None
+            )
+            of_this.add(k := next(known, len(pieces)))
+            pieces += [factor.value] if k == len(pieces) else []
+        grown = {one if one & of_this else one | {k} for one in hitting for k in of_this}
+        hitting = [one for one in grown if not any(other < one for other in grown)]
+        if len(hitting) > MOST_HITTING_SETS:
+            return None
+    found: dict[frozenset[int], FamilyCrossing] = {}
+    for one in hitting:
+        kept = sorted(one)
+        for k in reversed(kept):
+            others = tuple(pieces[j] for j in kept if j != k)
+            if others and CommonZeros(J_t, search.rank, others, arithmetic).are_zero([pieces[k]]):
+                kept.remove(k)
+        values = [pieces[k] for k in kept]
+        met = _crossing(values, [str(writer.expression(v)) for v in values], search, J_t)
+        found |= {frozenset(kept): met} if met else {}
+    return tuple(found.values())
 
 
 def _as_tuple(pose: Floats | None) -> tuple[float, ...] | None:

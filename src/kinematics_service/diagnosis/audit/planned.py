@@ -1,7 +1,10 @@
 """Planned trajectories checked between their points too."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
+
+import numpy as np
 
 from ...errors import PlanError
 from ...formats.recordings.between_points import PlannedTrajectory
@@ -11,6 +14,9 @@ from ...kinematics.plans.point_speed import TOOL, chain_to
 from ...kinematics.plans.verdicts import PlanCheck
 from ...robot.measures import Level
 from ...robot.robot import Robot
+
+# Turns are written with one digit of a degree.
+SHOWN = 0.05
 
 
 class PlanSettings(NamedTuple):
@@ -62,15 +68,42 @@ def checks_of(
     """
     checks = {}
     for number, plan in enumerate(source.plans, 1):
+        which, several = 'The plan', len(source.plans)
+        if several > 1:
+            which = f'Trajectory {number} of {several}'
         try:
             checks[number] = _check(robot, plan, joint_prefix, asked)
         except PlanError as error:
-            which, several = 'The plan', len(source.plans)
-            if several > 1:
-                which = f'Trajectory {number} of {several}'
             source.remarks.append(Remark(Level.ERROR, f'{which} is not checked: {error}'))
+        else:
+            source.remarks.extend(_full_turns(robot, plan, joint_prefix, which))
         progress(1)
     return checks
+
+
+def _full_turns(
+    robot: Robot, plan: PlannedTrajectory, prefix: str, which: str
+) -> Iterator[Remark]:
+    # Turns of a joint to one side that end where a shorter one ends, inside the limits too.
+    for j, name in enumerate(robot.joint_names):
+        q = plan.positions[:, plan.names.index(prefix + name)]
+        sides = np.flatnonzero(np.diff(np.sign(np.diff(q)))) + 1
+        ends = [0, *sides.tolist(), len(q) - 1]
+        steps = [(k, k + 1) for k in range(len(q) - 1)]
+        for begin, end in () if robot.prismatic[j] else (*steps, *zip(ends, ends[1:])):
+            turn = float(q[end] - q[begin])
+            whole = math.tau * round(turn / math.tau)
+            low, high = robot.limits[j] + whole
+            if whole and low <= np.min(q[end:]) and np.max(q[end:]) <= high:
+                short = math.degrees(turn - whole)
+                rest = f'{short:.1f} deg end at the same pose'
+                rest = rest if abs(short) >= SHOWN else 'the joint ends where it was'
+                yield Remark(
+                    Level.WARN,
+                    f'{which} turns {name} by {math.degrees(turn):.1f} deg from '
+                    f'{plan.times[begin]:.3f} to {plan.times[end]:.3f} s, and {rest}',
+                )
+                break
 
 
 def _check(

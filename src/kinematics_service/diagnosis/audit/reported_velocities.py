@@ -33,6 +33,8 @@ SPEED_MINIMUM = 1e-3
 NOISE_FACTOR = math.sqrt(6.0)
 # Nor is a joint compared whose range is below this many standard deviations of its positions.
 RANGE_FACTOR = 20.0
+# Nor one whose range (rad, m) is below this: it stands, and its controller holds it.
+RANGE_MINIMUM = 1e-3
 # Intervals longer than this many median ones are not used.
 INTERVAL_FACTOR = 5.0
 # A median difference is reported above this fraction of the joint's speed (RMS).
@@ -180,7 +182,7 @@ def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityChec
     speed, rms, noise = math.sqrt(square), math.sqrt(left), math.sqrt(max(square - moving, 0.0))
     jitter = noise * usual / math.sqrt(2.0)
     surely = max(SPEED_MINIMUM, NOISE_FACTOR * noise / count**0.25)
-    if moving < surely**2 or greatest - least < RANGE_FACTOR * jitter:
+    if moving < surely**2 or greatest - least < max(RANGE_FACTOR * jitter, RANGE_MINIMUM):
         return None
     # The noise of the positions is in the differences alone: the motion is the measure.
     scale, lag = product / moving, 0.0

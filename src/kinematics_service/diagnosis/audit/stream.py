@@ -129,7 +129,8 @@ class StreamWatch:
             self._first.setdefault(order, (self._count, len(block.names) - len(order)))
             self._changes += self._order is not None and self._order != order
             self._order = order
-        stamped = block.stamps > 0
+        # Tables may begin at 0 s, as no clock of a bag does.
+        stamped = (block.stamps > 0) | (block.received == 0)
         self._numbers.append(np.flatnonzero(stamped) + self._count)
         self._stamps.append(block.stamps[stamped])
         self._delays.append((block.received - block.stamps)[stamped])

@@ -17,7 +17,7 @@ from ..frame_check.errors import (
     length_in_words,
 )
 from ..frame_check.judgement import FrameLimits
-from .fitting import OUTLIER, USUAL_NOISE, Noise
+from .fitting import Noise
 
 # A larger share of the rows are no outliers: they contradict the arm.
 FEW_OUTLIERS = 0.1
@@ -71,16 +71,33 @@ class JudgedFit(NamedTuple):
 
     @property
     def contradicting(self) -> Flags:
-        """Return which of the rows left out are farther off (N,) than encoders explain."""
-        far = np.max(np.linalg.norm(self.after, axis=2), axis=1) > OUTLIER * USUAL_NOISE
-        return np.asarray(self.out & far)
+        """Return which of the rows left out are farther off (N,) than `limit`."""
+        return np.asarray(
+            self.out & np.any(np.linalg.norm(self.after, axis=2) > self.limit, axis=1)
+        )
+
+    @property
+    def many_out(self) -> bool:
+        """Return whether more rows were left out than outliers may be."""
+        return int(np.sum(self.out)) > FEW_OUTLIERS * len(self.out)
 
 
 def refusals_of(fit: JudgedFit) -> tuple[str, ...]:
     """Return why what was found is no calibration, a sentence each; none if it is one."""
     contradicted = list(_contradicted(fit))
-    errors = fit.with_outliers if contradicted else fit.without
+    errors = fit.with_outliers if contradicted or fit.many_out else fit.without
     return (*contradicted, *_remaining(fit, errors))
+
+
+def noise_remarks(fit: JudgedFit) -> Iterator[str]:
+    """Yield that the noise of the instrument may explain the rows that were left out."""
+    if fit.many_out and not np.any(fit.contradicting):
+        position, angle = (one / math.sqrt(3.0) for one in fit.with_outliers.rms)
+        turned = '' if fit.positions else f',{math.degrees(angle):.1g}deg'
+        yield (
+            f'{int(np.sum(fit.out))} of {len(fit.out)} {fit.row}s are left out, though audit '
+            f'accepts each: --noise {1e3 * position:.1g}mm{turned} takes them in'
+        )
 
 
 def _contradicted(fit: JudgedFit) -> Iterator[str]:

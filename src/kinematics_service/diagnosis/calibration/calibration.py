@@ -20,7 +20,7 @@ from ...robot.robot import AnyRobot, Robot, as_robot
 from ..frame_check.diagnosis import FrameDiagnosis
 from ..frame_check.errors import Errors, errors_of
 from ..frame_check.hypotheses import Hypothesis, joint_hypotheses_of
-from .acceptance import JudgedFit, refusals_of
+from .acceptance import JudgedFit, noise_remarks, refusals_of
 from .board_views import BoardViews
 from .camera import ON_TOOL, Camera, given_by_camera, wrong_size
 from .checking import Measured, checked_offsets, in_words, measured
@@ -554,6 +554,7 @@ def _fitted(
         remarks=(
             *_few_rows(given, found),
             *_far_corrections(parameters),
+            *noise_remarks(judged),
             *names.remarks(problem, found),
         ),
         q=given.q.copy(),

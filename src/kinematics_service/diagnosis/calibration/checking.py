@@ -32,9 +32,15 @@ FAR_OFF, DECISIVE = 5.0, 3.0
 AS_WELL = 2.0
 # Rows of hypotheses that are compared at once, some 20 MB.
 ROWS_AT_ONCE = 20_000
+# The option to type, by mistake.
+OPTIONS = {
+    INVERSE: '. Poses of a board take --camera on-tool, or fixed, as the camera is',
+    DEGREES: '; add --joint-format deg',
+    'the poses are in millimetres, not metres': '; add --pose-format mm',
+    'the positions are in millimetres, not metres': '; add --pose-format mm,position',
+}
 # What a calibration finds by itself.
-CAMERA = '. Poses of a board take --camera on-tool, or fixed, as the camera is'
-FOUND_HERE = ('joint_offset', 'link_length')
+FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
 
 
 class Measured(NamedTuple):
@@ -223,8 +229,8 @@ def _checked(
             alone = offsets_of(forward_kinematics(robot, q), poses, True, free)
             _check_positions(robot, q, poses, float(np.median(alone.remainder)), free)
         if cause is not None and cause.key not in FOUND_HERE:
-            camera = CAMERA if INVERSE[1:] in cause.sentence else ''
-            raise CalibrationError(f'the frame check comes first: {diagnosis.sentence}{camera}')
+            option = OPTIONS.get(cause.sentence, '')
+            raise CalibrationError(f'the frame check comes first: {diagnosis.sentence}{option}')
     if middle > NO_CALIBRATION:
         left_by = partial(_left_of, robot, poses, free)
         explained = explained_by_joints(robot, q, middle, left_by) if positions else ''
@@ -309,7 +315,7 @@ def refuse_mistake(sentence: str, left: float, middle: float) -> None:
     if left * DECISIVE < middle:
         raise CalibrationError(
             f'{sentence}: with that undone {length_in_words(left)} remain of '
-            f'{length_in_words(middle)} (medians)'
+            f'{length_in_words(middle)} (medians){OPTIONS.get(sentence, "")}'
         )
 
 

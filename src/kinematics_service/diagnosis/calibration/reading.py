@@ -10,9 +10,11 @@ import numpy as np
 from ...errors import CalibrationError, KinematicsError
 from ...estimation.estimator import Estimator, EstimatorSettings
 from ...formats.images.board import BoardFinder, SeenCorners
+from ...formats.recordings.arm_columns import STAMPS
 from ...formats.recordings.block import Times, UnreadableMessage
 from ...formats.recordings.open_file import TABLES, open_source
 from ...formats.recordings.source import RecordingSource, Selection
+from ...formats.recordings.stamp_format import StampFormat, stamp_format
 from ...formats.recordings.table_reader import table_of
 from ...kernel import Floats
 from ...robot.robot import Robot
@@ -98,7 +100,7 @@ def read_measured(
     CalibrationError
         It has no poses, or no joint positions at their times.
     """
-    with open_source(file, wanted) as source:
+    with open_source(file, standing_poses(file, wanted)) as source:
         states = _states(source, wanted.robot, settings)
         track = source.poses()
         remarks = [remark.text for remark in source.remarks]
@@ -132,6 +134,16 @@ def read_measured(
     )
 
 
+def standing_poses(file: Path, wanted: Selection) -> Selection:
+    """Return the selection; in each row of a table without stamps the arm stands still."""
+    if file.suffix.lower() not in TABLES or not file.is_file() or wanted.stamps != StampFormat():
+        return wanted
+    heads = {head.lower() for head in table_of(file).header}
+    if heads & set(STAMPS) or 'stamp=' in (wanted.columns or ''):
+        return wanted
+    return wanted._replace(stamps=stamp_format('none'))
+
+
 def read_positions(file: Path, wanted: Selection, settings: EstimatorSettings) -> Floats:
     """
     Return the joint positions (N, n), rad or m, of a file; its poses do not count.
@@ -141,7 +153,7 @@ def read_positions(file: Path, wanted: Selection, settings: EstimatorSettings) -
     RecordingError
         The file cannot be read.
     """
-    with open_source(file, wanted) as source:
+    with open_source(file, standing_poses(file, wanted)) as source:
         return _states(source, wanted.robot, settings).q[:]
 
 
@@ -267,7 +279,7 @@ def read_touches(
     """
     if file.exists() and file.suffix.lower() not in TABLES:
         raise CalibrationError(f'{file}: --same-point names a column of a table (.csv)')
-    with open_source(file, wanted) as source:
+    with open_source(file, standing_poses(file, wanted)) as source:
         blocks = [one for one in source.blocks if not isinstance(one, UnreadableMessage)]
         remarks = [remark.text for remark in source.remarks]
     q = np.concatenate([one.positions for one in blocks])

@@ -154,9 +154,11 @@ def _outliers(found: Calibration) -> str:
     return f'{len(rows)} {what} left out, counted from 0: {found.row} {shown}'
 
 
-def cells_of(one: CalibratedParameter) -> tuple[str, str, str, str]:
+def cells_of(one: CalibratedParameter, found: Calibration) -> tuple[str, str, str, str]:
     """Return name, correction, deviation and whether it is identifiable, as cells of a table."""
-    alone = 'assumed' if one.group in TABLE_GROUPS else 'in a combination'
+    combined = found.known < len(found.parameters)
+    alone = 'in a combination' if combined else 'not precise'
+    alone = 'assumed' if one.group in TABLE_GROUPS else alone
     known = 'identifiable' if one.identifiable else alone
     return one.name, *_numbers(one.correction, one.deviation, one.unit), known
 

@@ -22,7 +22,7 @@ from ...robot.robot import Robot
 from ..frame_check.errors import angle_in_words, length_in_words
 from ..frame_check.hypotheses import DEGREES, from_degrees
 from .calibration import Calibration, calibrate
-from .checking import rigid_positions
+from .checking import OPTIONS, rigid_positions
 from .knowledge import ParameterCombination
 from .placing import Free, offsets_of
 
@@ -125,7 +125,7 @@ def calibrate_zeros(
     if found.accepted or not check:
         return found
     if fitted(from_degrees(robot, q)).accepted:
-        raise CalibrationError(DEGREES)
+        raise CalibrationError(f'{DEGREES}{OPTIONS[DEGREES]}')
     return fitted(q, check=True)
 
 

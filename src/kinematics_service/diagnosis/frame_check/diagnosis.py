@@ -1,5 +1,6 @@
 """The diagnosis: constant offsets, the remainder, and the tested cause that explains it."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,14 +14,17 @@ from ...kinematics.tool_state import evaluate
 from ...rigid_motion import rotation_vector
 from ...robot.robot import AnyRobot, Robot, as_robot
 from .causes import Causes, TestedCause, causes_of
-from .errors import EXPLAINED, Errors, PoseLimit, errors_of
+from .errors import EXPLAINED, NOMINAL, Errors, PoseLimit, errors_of
 from .hypotheses import ComparedData
 from .joint_motion import SampledMotion
 from .lag import Later, extrapolated, looked_up
-from .offsets import equations_of, fit_offsets, free_directions, scale_of
+from .offsets import Fit, equations_of, fit_offsets, free_directions, scale_of
 
-# A remainder below both (m, rad) needs no cause: encoders and factory calibrations are coarser.
-FINE = PoseLimit(2e-5, 2e-5)
+# A remainder below both (m, rad) needs no cause: the best laser trackers leave 0.02 mm and, of a
+# probe with six degrees of freedom, 0.01 deg.
+FINE = PoseLimit(2e-5, 2e-4)
+# The frame base_link of UR arms is their base turned by 180 deg about z.
+BASE_LINK = ('base', 'about z', 180)
 # A remainder that falls by more than this factor vanishes.
 MANY = 1e6
 # Deviation of R^T R from the identity that float32 and printed digits explain.
@@ -140,7 +144,9 @@ def diagnose_frames(
     free = free_directions(equations_of(A, fit, scale_of(given.poses))[0])
     undetermined = tuple(_in_words(direction) for direction in free)
     return FrameDiagnosis(
-        sentence=_sentence(len(A), as_given, errors, undetermined, None if small else causes)
+        sentence=_sentence(
+            len(A), as_given, errors, undetermined, None if small else causes, _known_offset(fit)
+        )
         + (NOT_TRIED if robot.chain.loops and not small and not causes.named else ''),
         count=len(A),
         as_given=as_given,
@@ -244,6 +250,7 @@ def _sentence(
     errors: Errors,
     undetermined: tuple[str, ...],
     causes: Causes | None,
+    known: str,
 ) -> str:
     # No causes: the remainder needs none.
     if causes is not None and causes.decisive:
@@ -256,7 +263,7 @@ def _sentence(
         return text[0].upper() + text[1:]
     text = (
         f'Over {count} poses the sources are {as_given.in_words()} apart (rms); with a constant '
-        f'offset of base and tool {errors.in_words()} remain'
+        f'offset of base and tool {known if not undetermined else ""}{errors.in_words()} remain'
     )
     if causes is not None:
         text += (
@@ -269,6 +276,19 @@ def _sentence(
             f'. These poses do not determine {len(undetermined)} of the 12 numbers of the offsets'
         )
     return text
+
+
+def _known_offset(fit: Fit) -> str:
+    # In words that only the base is turned, about its origin, or only the tool.
+    for end, one, other in (('base', fit.X, fit.Y), ('tool', fit.Y, fit.X)):
+        turn, rest = rotation_vector(one[:3, :3]), rotation_vector(other[:3, :3])
+        way = max(np.linalg.norm(one[:3, 3]), np.linalg.norm(other[:3, 3]))
+        angle = math.degrees(np.linalg.norm(turn))
+        if np.linalg.norm(rest) < NOMINAL.angle < np.linalg.norm(turn) and way < NOMINAL.position:
+            axis = direction_in_words(np.append(np.zeros(3), turn), ('', 'about'))
+            link = ': base_link of UR arms' if (end, axis, round(angle)) == BASE_LINK else ''
+            return f'(the {end} is turned by {angle:.3g} deg {axis}{link}) '
+    return ''
 
 
 def _mention(causes: Causes) -> str:

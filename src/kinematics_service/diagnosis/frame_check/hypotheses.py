@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -10,14 +11,16 @@ import numpy as np
 from ... import kernel
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
+from ...kinematics.uncertainty.corrected_chain import PoseChange, pose_change
+from ...kinematics.uncertainty.parameters import parameters_of, placement
 from ...rigid_motion import rotation_of_quaternion
 from ...robot.chain import fold
-from ...robot.conventions import Row, fixed_lengths, row_of, table_rows
+from ...robot.conventions import Row, row_of, table_rows
 from ...robot.file.parts.convention_table import CONVENTIONS
-from ...robot.file.parts.description import DhRow, ElementaryMotion
+from ...robot.file.parts.description import DhRow
+from ...robot.file.parts.parameters import ANGLE, LENGTH, RATIO, SIX
 from ...robot.robot import Robot
 from .lag import Later
-from .offsets import PoseDerivative
 
 # The same numbers, said of a source of poses in general; of known poses in `known_pose_causes`.
 DEGREES = 'the joint positions are in degrees, not radians'
@@ -27,6 +30,8 @@ LENGTHS_IN_MM = 'the lengths of the table are in millimetres, not metres'
 # Arms with more joints than this are not searched for two joints that are swapped, or that turn
 # together.
 MOST_SWAPPED = 12
+# A joint that goes less far from its mean (rad, m) stands.
+MOVED = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,15 +73,33 @@ class Hypothesis:
 
 class NumberHypothesis(NamedTuple):
     """
-    A number that may be wrong: the poses' derivative with respect to it, and the poses for a
-    value.
+    A number of the robot that may be wrong, or the zero and the scale of a joint together.
+
+    Attributes
+    ----------
+    key, name
+        Kind of the cause, for programs; the joint, or the number and its row.
+    usual
+        A usual error of it, rad, m or a share; the last one of two.
+    at
+        Returns the poses (1, N, 4, 4) for corrections (1, c), and how they move, (1, N, 6, c).
+    columns : shape (N, 6, c)
+        How the poses move, linear rows first, where the number is as in the file.
+    joint
+        The joint whose zero or scale it is; -1 if it is of the table.
     """
 
     key: str
     name: str
     unit: str
-    columns: PoseDerivative
-    model: Callable[[float], Floats]
+    usual: float
+    at: Callable[[Floats], PoseChange]
+    columns: Floats
+    joint: int = -1
+
+    def model(self, value: float) -> Floats:
+        """Return the poses (N, 4, 4) for a correction."""
+        return np.asarray(self.at(np.array([[value]])).pose[0])
 
 
 class ComparedData(NamedTuple):
@@ -314,45 +337,74 @@ def quaternions_of(poses: Floats) -> Floats:
 
 
 def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
-    """Yield every number of the robot that may be wrong: zero positions, lengths of the table."""
-    robot, q = given.robot, given.q
-    state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
-    J, A = state.jacobian, state.pose
-    for j, unit in enumerate(robot.units):
+    """Yield every number of the robot that may be wrong: zeros, and numbers of the table."""
+    robot = given.robot
+    yield from _of_joints(given, 'joint_offset', 1)
+    if robot.chain.loops:
+        return  # in a loop, a length bends it
+    arm, own = parameters_of(robot), robot.description
+    ends = len(arm.table), len(arm.table) + len(SIX)
+    chain = placement(arm.chain, own.base.motion.matrix, own.tool.motion.matrix, ends)
+    corrections = np.eye(ends[1] + len(SIX))
+    columns = pose_change(chain, 0.0 * corrections[0], given.q).jacobian
+    for k, one in enumerate(arm.table):
+        if one.group == 'offsets':
+            continue  # the zero of its joint
+        row = slice(k, k + 1)
 
-        def moved(value: float, j: int = j) -> Floats:
-            shifted = np.array(q)
-            shifted[:, j] += value
-            return evaluate(robot, shifted).pose
+        def at(values: Floats, row: slice = row) -> PoseChange:
+            change = pose_change(chain, values[0] @ corrections[row], given.q)
+            return PoseChange(change.pose[None], change.jacobian[None, :, :, row])
 
-        columns = PoseDerivative(J[:, :3, j], J[:, 3:, j])
-        yield NumberHypothesis('joint_offset', robot.joint_names[j], unit, columns, moved)
-    if not robot.chain.loops:  # in a loop, a length bends it
-        yield from _lengths(robot, state.link_frames, A)
-
-
-def _lengths(robot: Robot, frames: Floats, A: Floats) -> Iterator[NumberHypothesis]:
-    # A length moves the tool along an axis of the frame before or after its row.
-    still = np.zeros((len(A), 3))
-    for row, axis, name in _length_axes(robot, frames):
-
-        def moved(value: float, axis: Floats = axis) -> Floats:
-            T = np.array(A)
-            T[:, :3, 3] += value * axis
-            return T
-
-        yield NumberHypothesis(
-            'link_length', f'{name} of links[{row}]', 'm', PoseDerivative(axis, still), moved
-        )
+        key, unit = ('link_twist', 'rad') if one.angle else ('link_length', 'm')
+        name = f'{one.name.rstrip("0123456789")} of links[{one.row}]'
+        yield NumberHypothesis(key, name, unit, one.scale, at, columns[:, :, row])
 
 
-def _length_axes(robot: Robot, frames: Floats) -> Iterator[tuple[int, Floats, str]]:
-    for k, (link, row) in enumerate(zip(robot.description.links, table_rows(robot.description))):
-        before, after = frames[:, k, :3, :3], frames[:, k + 1, :3, :3]
-        if isinstance(link, DhRow):
-            for name, of_frame_after, direction in fixed_lengths(link, robot.convention):
-                yield k, (after if of_frame_after else before) @ direction, name
-        elif isinstance(link, ElementaryMotion):
-            kind, axis = link.axis
-            if kind == 'T' and not row.d.coefficients:
-                yield k, before[:, :, 'xyz'.index(axis)], link.axis
+def scale_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
+    """Yield that a joint counts by another unit or gear ratio: its zero and its range (rad, m)."""
+    yield from _of_joints(given, 'joint_scale', 2)
+
+
+def _of_joints(given: ComparedData, key: str, count: int) -> Iterator[NumberHypothesis]:
+    robot, ways = given.robot, joint_ways(given.q)
+    for j, (name, unit, reach) in enumerate(
+        zip(robot.joint_names, robot.units, joint_range(given.q).tolist())
+    ):
+        usual = RATIO * reach if count > 1 else LENGTH if unit == 'm' else float(ANGLE)
+        at = partial(moved_joints, robot, given.q, [j], ways[j : j + 1, :, :count])
+        if count == 1 or reach > MOVED:
+            columns = at(np.zeros((1, count))).jacobian[0]
+            yield NumberHypothesis(key, name, unit, usual, at, columns, j)
+
+
+def joint_range(q: Floats) -> Floats:
+    """Return how far positions (N, n) go from their means, at most, shape (n,)."""
+    return np.asarray(np.max(np.abs(q - q.mean(axis=0)), axis=0))
+
+
+def joint_ways(q: Floats) -> Floats:
+    """Return how positions (N, n) move with their zeros, and with their ranges: (n, N, 2)."""
+    reach = np.maximum(joint_range(q), MOVED)
+    return np.stack([np.ones_like(q), (q - q.mean(axis=0)) / reach], axis=-1).swapaxes(0, 1)
+
+
+def moved_joints(
+    robot: Robot, q: Floats, joints: Sequence[int], ways: Floats, values: Floats
+) -> PoseChange:
+    """
+    Return the poses with one joint of each of H problems moved, and how they move: (H, N, ...).
+
+    Parameters
+    ----------
+    joints : H
+        The joint of each problem.
+    ways : shape (H, N, c)
+        How its positions move with `values` (H, c).
+    """
+    every = np.arange(len(joints))
+    moved = np.tile(q, (len(joints), 1, 1))
+    moved[every, :, joints] += (ways @ values[..., None])[..., 0]
+    state = evaluate(robot, moved)
+    J = state.jacobian[every, :, :, joints]
+    return PoseChange(state.pose, J[..., None] * ways[:, :, None])

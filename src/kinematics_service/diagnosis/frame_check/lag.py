@@ -13,7 +13,7 @@ from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from ...robot.robot import Robot
 from .joint_motion import JointsAtTimes, SampledMotion
-from .offsets import Fit, PoseDerivative, fit_offsets, lifted, parameter_step, scale_of
+from .offsets import Fit, fit_numbers, fit_offsets, lifted
 
 Indices = npt.NDArray[np.intp]
 
@@ -21,9 +21,13 @@ Indices = npt.NDArray[np.intp]
 REACH, REACH_IN_SAMPLES, TRIED = 0.5, 10.0, 51
 # But only up to this share of the whole motion.
 SHARE = 0.25
-# Number of poses for the trials, steps of the offsets, number of lags refined, and rounds of that
-# at most: the last one changes a lag by less than this share of the reach.
-SIFTED, SIFT_STEPS, REFINED, ROUNDS, ENOUGH = 40, 4, 2, 6, 1e-9
+# Number of poses for the trials.
+SIFTED = 40
+# Steps of the offsets for each lag tried.
+SIFT_STEPS = 4
+# Number of lags that are refined, and steps of each.
+REFINED = 2
+ROUNDS = 6
 # Fewer poses with joint positions at every lag tried are not enough.
 LEAST = 8
 
@@ -110,19 +114,11 @@ def _valleys(scores: Floats) -> list[int]:
 def _refined(
     robot: Robot, later: Later, poses: Floats, rows: Indices, before: Fit, begin: Fit, lag: float
 ) -> Lagged:
-    # Gauss-Newton steps of the lag and the offsets together.
-    B, scale = poses[rows], scale_of(poses[rows])
-    best: Lagged | None = None
-    for _ in range(ROUNDS):
-        lookup = later.at(lag)
+    # The lag and the offsets together.
+    def moved(values: Floats) -> tuple[Floats, Floats]:
+        lookup = later.at(float(values[0, 0]))
         state = evaluate(robot, lookup.q[rows], np.ascontiguousarray(lookup.rates[rows]))
-        fit = fit_offsets(state.pose[None], B[None], begin=lifted(begin), steps=2).one(0)
-        if best is None or fit.score < best.fit.score:
-            best, begin = Lagged(lag, before, fit), fit
-        columns = PoseDerivative(state.twist[:, :3], state.twist[:, 3:])
-        step = parameter_step(state.pose, fit, columns, scale)
-        lag = min(max(lag + step, -later.reach), later.reach)
-        if abs(step) < ENOUGH * later.reach:
-            break
-    assert best is not None
-    return best
+        return state.pose[None], state.twist[None, :, :, None]
+
+    found = fit_numbers(moved, np.array([[lag]]), poses[rows][None], lifted(begin), ROUNDS)
+    return Lagged(float(found.values[0, 0]), before, found.fit.one(0))

@@ -4,24 +4,28 @@ Constant offsets of base and tool between two sources of poses: X and Y of B_i =
 Every function solves H such problems at once: one more hypothesis costs little.
 """
 
+from collections.abc import Callable, Iterator, Sequence
 from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ...kernel import Floats
 from ...rigid_motion import exponential, nearest_rotation, rotation_vector, skew_part
 
-# Gauss-Newton steps at most.
+Flags = npt.NDArray[np.bool_]
+
+# Steps at most.
 STEPS = 12
 # A step that reduces the score by less than this share is the last.
 ENOUGH = 1e-9
+# Damping after a first failed step, in units of the largest curvature (Levenberg-Marquardt).
+DAMPING = 1e-3
 # Positions that spread less than this share of their distance count as one point.
 STANDING = 0.05
 # Directions of the offsets that move the poses less than this share of the strongest are left.
 LEFT_ALONE = 1e-4
-# Number of angles tried about the only axis that the orientation turns about.
-GAUGES = 8
 # Below this (sine of the angles turned) rotations about a second axis are noise.
 VARIETY = 0.02
 
@@ -54,15 +58,6 @@ class Fit(NamedTuple):
 def lifted(fit: Fit) -> Fit:
     """Return one problem with a leading dimension of 1."""
     return Fit(*(np.asarray(values)[None] for values in fit))
-
-
-class PoseDerivative(NamedTuple):
-    """
-    How A changes with a parameter: linear and angular velocity (N, 3) of its tool, base axes.
-    """
-
-    linear: Floats
-    angular: Floats
 
 
 def spread(positions: Floats) -> Floats:
@@ -111,19 +106,14 @@ def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = STE
     begin
         Initial offsets; default: from a closed form.
     steps
-        Gauss-Newton steps at most.
+        Levenberg-Marquardt steps at most.
     """
     scale = scale_of(B)[:, None, None]
     X, Y = _closed_form(A, B, scale) if begin is None else (begin.X, begin.Y)
-    fit = fit_at(A, B, X, Y, scale)
-    for _ in range(steps):
-        step = solved(jacobian(A, fit, scale), residual(fit, scale))
-        new = fit_at(A, B, *moved_offsets(fit.X, fit.Y, step, scale), scale)
-        gained = np.max(1.0 - new.score / np.maximum(fit.score, 1e-300), initial=0.0)
-        fit = _better(fit, new)
-        if gained < ENOUGH:
-            break
-    return fit
+    fixed = np.zeros((*A.shape[:2], 6, 0))
+    return fit_numbers(
+        lambda _: (A, fixed), fixed[:, 0, 0], B, fit_at(A, B, X, Y, scale), steps
+    ).fit
 
 
 def fit_at(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
@@ -137,13 +127,13 @@ def fit_at(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
 
 def _better(fit: Fit, new: Fit) -> Fit:
     # Of each problem the fit that leaves less.
-    less = new.score < fit.score
-    return Fit(
-        *(
-            np.where(less.reshape(-1, *[1] * (one.ndim - 1)), other, one)
-            for one, other in zip(fit, new)
-        )
-    )
+    return Fit(*_chosen(new.score < fit.score, new, fit))
+
+
+def _chosen(which: Flags, some: Sequence[Floats], others: Sequence[Floats]) -> Iterator[Floats]:
+    # Arrays of H problems: some where `which` (H,) says so, the others elsewhere.
+    for one, other in zip(some, others):
+        yield np.where(which.reshape(-1, *[1] * (one.ndim - 1)), one, other)
 
 
 def residual(fit: Fit, scale: Floats) -> Floats:
@@ -170,14 +160,21 @@ def jacobian(A: Floats, fit: Fit, scale: Floats) -> Floats:
     return J.reshape(len(J), -1, 12)
 
 
-def parameter_columns(A: Floats, fit: Fit, columns: PoseDerivative, scale: Floats) -> Floats:
+def number_columns(A: Floats, fit: Fit, columns: Floats, scale: Floats) -> Floats:
     """
-    Return how X A Y moves with a parameter of A, shape (6 N,); A (N, 4, 4) and fit of one problem.
+    Return how X A Y moves with numbers of A, shape (H, 6 N, c), rows as `residual`.
+
+    Parameters
+    ----------
+    A : shape (H, N, 4, 4)
+    columns : shape (H, N, 6, c)
+        How A moves: the linear velocity of its tool, and the angular one, in base axes.
     """
-    RX = fit.X[:3, :3]
-    linear = columns.linear + np.cross(columns.angular, A[:, :3, :3] @ fit.Y[:3, 3])
-    rows = np.concatenate([linear @ RX.T / scale, columns.angular @ RX.T], axis=1)
-    return np.asarray(rows.reshape(-1))
+    lever = A[..., :3, :3] @ fit.Y[:, None, :3, 3:]
+    linear = columns[..., :3, :] + np.cross(columns[..., 3:, :], lever, axis=-2)
+    RX = fit.X[:, None, :3, :3]
+    rows = np.concatenate([RX @ linear / scale[..., None], RX @ columns[..., 3:, :]], axis=-2)
+    return rows.reshape(len(A), 6 * A.shape[1], columns.shape[-1])
 
 
 def equations_of(A: Floats, fit: Fit, scale: Floats) -> tuple[Floats, Floats]:
@@ -186,16 +183,58 @@ def equations_of(A: Floats, fit: Fit, scale: Floats) -> tuple[Floats, Floats]:
     return jacobian(A[None], lifted(fit), scales)[0], residual(lifted(fit), scales)[0]
 
 
-def parameter_step(A: Floats, fit: Fit, columns: PoseDerivative, scale: Floats) -> float:
-    """
-    Return the step of a parameter of A that brings X A Y nearer, the offsets stepping with it.
-    """
-    J, r = equations_of(A, fit, scale)
-    column = parameter_columns(A, fit, columns, scale)
-    return float(solved(np.column_stack([J, column])[None], r[None])[0, 12])
+class NumberFit(NamedTuple):
+    """Numbers (H, c) of H problems, and the offsets with them."""
+
+    values: Floats
+    fit: Fit
 
 
-def solved(J: Floats, r: Floats) -> Floats:
+def fit_numbers(
+    moved: Callable[[Floats], tuple[Floats, Floats]],
+    values: Floats,
+    B: Floats,
+    begin: Fit,
+    steps: int,
+) -> NumberFit:
+    """
+    Return the numbers and offsets that bring X A Y nearest to B, all fitted together.
+
+    Parameters
+    ----------
+    moved
+        Returns poses A (H, N, 4, 4) for values (H, c), and how they move with these, (H, N, 6, c).
+    values : shape (H, c)
+        Initial numbers.
+    B : shape (H, N, 4, 4)
+        Poses of the second source.
+    begin
+        Initial offsets.
+    steps
+        Levenberg-Marquardt steps at most.
+    """
+    scale = scale_of(B)[:, None, None]
+    A, columns = moved(values)
+    fit = fit_at(A, B, begin.X, begin.Y, scale)
+    damping = np.zeros((len(values), 1))
+    for _ in range(steps):
+        J = np.concatenate(
+            [jacobian(A, fit, scale), number_columns(A, fit, columns, scale)], axis=-1
+        )
+        step = solved(J, residual(fit, scale), damping)
+        tried = values + step[:, 12:], *moved(values + step[:, 12:])
+        new = fit_at(tried[1], B, *moved_offsets(fit.X, fit.Y, step, scale), scale)
+        less = new.score < fit.score
+        gained = np.max(1.0 - new.score / np.maximum(fit.score, 1e-300), initial=0.0)
+        values, A, columns = _chosen(less, tried, (values, A, columns))
+        fit = _better(fit, new)
+        damping = np.where(less[:, None], 0.1 * damping, np.maximum(10.0 * damping, DAMPING))
+        if np.max(np.abs(step)) < ENOUGH or (np.all(less) and gained < ENOUGH):
+            break
+    return NumberFit(values, fit)
+
+
+def solved(J: Floats, r: Floats, damping: Floats | float = 0.0) -> Floats:
     """
     Return the least step s of J s = r by least squares, shape (H, k); directions that J ignores
     stay 0.
@@ -204,6 +243,7 @@ def solved(J: Floats, r: Floats) -> Floats:
     Jt = np.swapaxes(J, 1, 2)
     values, vectors = np.linalg.eigh(Jt @ J)
     strong = values > LEFT_ALONE**2 * values[:, -1:]
+    values = values + damping * values[:, -1:]
     inverse = np.divide(1.0, values, out=np.zeros_like(values), where=strong)
     g = np.swapaxes(vectors, 1, 2) @ (Jt @ r[..., None])
     return np.asarray((vectors @ (inverse[..., None] * g))[..., 0])
@@ -269,18 +309,29 @@ def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
     alpha, beta = np.concatenate(a, axis=1), np.concatenate(b, axis=1)
     axes, strengths, _ = np.linalg.svd(np.swapaxes(alpha, 1, 2) @ alpha / alpha.shape[1])
     RY = nearest_rotation(np.swapaxes(alpha, 1, 2) @ beta)
-    tools = [RY]
+    RX = nearest_rotation(np.einsum('hnij,hnkj->hik', RB, RA @ RY[:, None]))
+    found = [(RX, RY)]
     if np.sqrt(np.median(strengths[:, 1])) < VARIETY:
-        axis = axes[:, :, 0]
-        turns = [exponential(axis * 2.0 * np.pi * k / GAUGES) for k in range(GAUGES)]
-        tools = [turn @ RY for turn in turns]
-    found = []
-    for RY in tools:
-        RAY = RA @ RY[:, None]
-        found.append((nearest_rotation(np.einsum('hnij,hnkj->hik', RB, RAY)), RY))
+        RX = RX @ _about_the_axis(A, B, RX, axes[:, :, 0])
+        found.append((RX, nearest_rotation(np.einsum('hnji,hnjk->hik', RX[:, None] @ RA, RB))))
     # Positions alone determine X if the tool turns little or is close to the flange.
     pA = A[..., :3, 3] - A[..., :3, 3].mean(axis=1, keepdims=True)
     pB = B[..., :3, 3] - B[..., :3, 3].mean(axis=1, keepdims=True)
     RX = nearest_rotation(np.swapaxes(pB, 1, 2) @ pA)
     found.append((RX, nearest_rotation(np.einsum('hnji,hnjk->hik', RX[:, None] @ RA, RB))))
     return found
+
+
+def _about_the_axis(A: Floats, B: Floats, RX: Floats, axis: Floats) -> Floats:
+    # The turn that positions tell where all orientations turn about one axis (H, 3) of the tool:
+    # p_B = t + R_B s + R_X (cos along + sin across + still) is linear in t, s, cos and sin.
+    p = A[..., :3, 3]
+    axis = np.einsum('hnij,hj->hi', A[..., :3, :3], axis) / p.shape[1]
+    axis = axis / np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-9)
+    still = np.einsum('hni,hi,hj->hnj', p, axis, axis)
+    ways = np.stack([p - still, np.cross(axis[:, None], p)], axis=-1)
+    M = np.broadcast_to(np.eye(3), (*p.shape, 3))
+    M = np.concatenate([M, B[..., :3, :3], RX[:, None] @ ways], axis=-1)
+    rest = B[..., :3, 3] - np.einsum('hij,hnj->hni', RX, still)
+    found = solved(M.reshape(len(p), -1, 8), rest.reshape(len(p), -1))
+    return exponential(np.arctan2(found[:, 7], found[:, 6])[:, None] * axis)

@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from io import BytesIO
+from itertools import chain
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
@@ -114,10 +115,13 @@ def _described(info: Path) -> tuple[float, dict[str, tuple[str, ...]]]:
 
 
 def _names(names: Any) -> tuple[str, ...]:
-    # A list, or lists by what they are: motors, axes.
+    # A list, or lists within each other or by what they are: motors, axes.
     if isinstance(names, Mapping):
-        names = [one for part in names.values() if isinstance(part, list) for one in part]
-    return tuple(map(str, names)) if isinstance(names, list) else ()
+        names = [part for part in names.values() if isinstance(part, list)]
+    if not isinstance(names, list):
+        return ()
+    parts = (_names(one) if isinstance(one, list) else (str(one),) for one in names)
+    return tuple(chain.from_iterable(parts))
 
 
 def fault_of(file: Path, error: Exception) -> str:

@@ -7,18 +7,24 @@ from typing import NamedTuple
 
 from ...errors import RecordingError
 from ...typography import listed
-from .joint_format import STATE, JointFormat
+from .head_units import units_of_heads
+from .joint_format import ANGLES, LENGTHS, PERCENT, STATE, JointFormat
 from .pose_format import ACCEPTED_POSES, MAKERS, PoseFormat, pose_columns, pose_of_columns
 from .source import Selection
-from .stamp_format import StampFormat
+from .stamp_format import UNITS, StampFormat
 
 # Most columns in an error message, and most letters of each.
 SHOWN, LONGEST_NAME = 12, 60
 STAMP = 'stamp'
 # Heads of stamps where a maker's own heads have none, in small letters.
-STAMPS = (STAMP, 'timestamp', 'time')
+STAMPS = (STAMP, 'timestamp', 'time', 't', 'date', 'datetime', '%time', '__time')
 # Columns by their numbers from 1; elements of a vector from 0, without the last.
 NUMBERS = re.compile(r'(\d+)(?:-(\d+))?')
+# Heads of joints by their numbers, and of their velocities.
+NUMBERED = re.compile(r'((?:q|j|joint|axis|theta|angle|pos|position)[ _.]?)\d+', re.IGNORECASE)
+RATES = ('qd', 'dq', 'qdot', 'qd_', 'dq_', 'velocity', 'velocity_', 'vel_')
+# Words in the heads of commanded poses, which nothing measured.
+COMMANDED = re.compile('target|goal|command|cmd|desired|ref|set', re.IGNORECASE)
 SLICE = re.compile(r'(.+)\[(\d*):(\d*)\]')
 HOW = (
     '--columns stamp=...,position=...,velocity=...,pose=... says how column names begin; without '
@@ -49,11 +55,14 @@ class Layout(NamedTuple):
         Whose controllers write them, one of `MAKERS`: with its units; empty: rad and m.
     needed
         Endings that must be there besides the joints, as nobody else writes them.
+    numbered
+        Whether the joints are found by their numbers alone.
     """
 
     names: ColumnNames
     maker: str = ''
     needed: tuple[str, ...] = ()
+    numbered: bool = False
 
 
 LAYOUTS = (
@@ -130,16 +139,33 @@ class _Search:
     def __init__(
         self, file: Path | str, header: list[str], wanted: Selection, accepted: str
     ) -> None:
-        self.file, self.header, self.wanted, self._accepted = file, header, wanted, accepted
-        self.joints = [wanted.joint_prefix + name for name in wanted.robot.joint_names]
-        self._given = {} if wanted.columns is None else _given(wanted.columns)
+        own = wanted.robot.joint_names
+        self.heads = units_of_heads(header, own)
+        self.file, self.header, self.wanted = file, self.heads.names, wanted
+        self._accepted = accepted
+        self.joints = [wanted.joint_prefix + name for name in own]
+        named = {head: name for name, head in self.heads.heads.items()}
+        given = {} if wanted.columns is None else _given(wanted.columns)
+        self._given = {key: named.get(value, value) for key, value in given.items()}
 
     def found(self) -> ArmColumns:
         layout = self._layout()
         names, wanted = layout.names, self.wanted
         guessed: list[str] = []
         stamp = self._stamp(names.stamp)
-        joints, form = wanted.joint_format, wanted.pose_format
+        positions, velocities = self._positions(names.position), self._family(names.velocity)
+        if len(positions) != len(self.joints):
+            raise RecordingError(
+                f'{self.file}: --columns position= names {len(positions)} columns; '
+                f'{wanted.robot.name} has {len(self.joints)} joints'
+            )
+        joints, form = self._joint_units(positions), wanted.pose_format
+        for scale, column in zip(joints.units(wanted.robot).scale, velocities):
+            unit = self.heads.units.get(column, '')
+            if unit and (ANGLES | LENGTHS).get(unit.removesuffix('/s')) != scale:
+                head = self.heads.heads[column]
+                text = f'column {head!r} is in {unit}, its position in another unit'
+                raise RecordingError(f'{self.file}: {text}')
         if layout.maker:
             if joints == JointFormat():
                 joints = JointFormat('deg,mm')
@@ -149,21 +175,24 @@ class _Search:
                 )
             if form == PoseFormat():
                 form = MAKERS[layout.maker]
-        positions, velocities = self._positions(names.position), self._family(names.velocity)
-        if len(positions) != len(self.joints):
-            raise RecordingError(
-                f'{self.file}: --columns position= names {len(positions)} columns; '
-                f'{wanted.robot.name} has {len(self.joints)} joints'
-            )
         state = [name for name in self.header if name.startswith(f'{STATE}.')]
         if positions[0] in state:
             joints = joints._replace(first=state.index(positions[0]))
+        if layout.numbered:
+            text = f'{listed(positions, SHOWN)} are taken for {", ".join(self.joints)}'
+            if joints == JointFormat():
+                ask = 'are they rad or deg? (--joint-format rad, --joint-format deg,mm)'
+                raise RecordingError(f'{self.file}: {text}, by their numbers: {ask}')
+            guessed.append(f'{text}, by their numbers')
         if not names.position and joints == JointFormat():
             guessed.append(
                 f'{listed(positions, SHOWN)} are taken in rad and m (--joint-format says other '
                 'units)'
             )
         poses, form = self._poses(names.pose, form)
+        asked = {'position', 'pose'} & self._given.keys()
+        if not (poses or asked) and form == PoseFormat():
+            poses, form = self._poses_alone(guessed)
         if set(poses) & set(positions):
             poses, form = [], PoseFormat()  # of a gantry x, y and z are joints
         if layout.maker and poses:
@@ -171,21 +200,83 @@ class _Search:
                 f'poses {", ".join(poses)} are taken as {layout.maker.upper()} writes them: '
                 f'{form.in_words()} (--pose-format says what else they are)'
             )
-        return ArmColumns(
-            stamp, wanted.stamps, positions, velocities, poses, joints, form, names, tuple(guessed)
+        form, stamps, heads = (
+            self._pose_units(poses, form),
+            self._stamp_unit(stamp),
+            self.heads.heads,
         )
+        stamp, named = heads.get(stamp, ''), (positions, velocities, poses)
+        positions, velocities, poses = ([heads[name] for name in some] for some in named)
+        return ArmColumns(
+            stamp, stamps, positions, velocities, poses, joints, form, names, tuple(guessed)
+        )
+
+    def _joint_units(self, positions: list[str]) -> JointFormat:
+        # Options and heads must agree.
+        robot, given, told = self.wanted.robot, self.wanted.joint_format, {}
+        for name, column, slides in zip(robot.joint_names, positions, robot.prismatic):
+            accepted = (*(LENGTHS if slides else ANGLES), PERCENT)
+            if not given.text or self.heads.units.get(column) in accepted:
+                told[name] = self.heads.unit([column], accepted, str(self.file))
+        words = ','.join(f'{name}={unit}' for name, unit in told.items() if unit)
+        if not words:
+            return given
+        if given.text:
+            one, other = (JointFormat(text) for text in (given.text, f'{given.text},{words}'))
+            if (one.units(robot).scale != other.units(robot).scale).any():
+                raise self._contradiction(words, f'--joint-format {given.text}')
+            return given
+        if '' in told.values():
+            raise RecordingError(
+                f'{self.file}: some heads have units ({words}), others none: --joint-format has '
+                'room for all'
+            )
+        return JointFormat(words)
+
+    def _pose_units(self, poses: list[str], form: PoseFormat) -> PoseFormat:
+        told = {
+            'length': self.heads.unit(poses[:3], LENGTHS, str(self.file)),
+            'angle': self.heads.unit(poses[3:], ('rad', 'deg'), str(self.file)),
+        }
+        for field, unit in told.items():
+            given = getattr(self.wanted.pose_format, field)
+            if unit and given not in (unit, getattr(PoseFormat(), field)):
+                raise self._contradiction(unit, f'--pose-format {given}')
+        return form._replace(**{field: unit for field, unit in told.items() if unit})
+
+    def _stamp_unit(self, stamp: str) -> StampFormat:
+        told, given = self.heads.unit([stamp], UNITS, str(self.file)), self.wanted.stamps
+        if told and given.unit not in ('', told):
+            raise self._contradiction(told, f'--stamps {given.unit}')
+        return given._replace(unit=told or given.unit)
+
+    def _contradiction(self, told: str, option: str) -> RecordingError:
+        return RecordingError(f'{self.file}: the heads say {told}, and {option}: leave out one')
 
     def _layout(self) -> Layout:
         usual = LAYOUTS[0]
-        if self._given:
+        if 'position' in self._given:
             names = usual.names._replace(**self._given)
             self._required(names.position)
             return Layout(names)
-        for layout in LAYOUTS:
+        for layout in (*LAYOUTS, *self._numbered_joints()):
             if self._fits(layout):
-                return layout
+                return layout._replace(names=layout.names._replace(**self._given))
         self._required(usual.names.position)
         return usual
+
+    def _numbered_joints(self) -> list[Layout]:
+        # Heads such as q1 ... q6 or J 1 ... J 6, if there are as many as joints and the numbers in
+        # the names of the joints rise.
+        found = [part[1] for name in self.header if (part := NUMBERED.fullmatch(name))]
+        own = [int(part[1]) for name in self.joints if (part := re.search(r'(\d+)$', name))]
+        if len(set(found)) != 1 or len(found) != len(self.joints) or own != sorted(own):
+            return []
+        # q1 .. q4 may be a quaternion; q0 and q1 are no joints q1 and q2.
+        if pose_columns(self.header, [''], PoseFormat('wxyz')) or {*self.joints} & {*self.header}:
+            return []
+        rates = next((one for one in RATES if self._family(one)), '')
+        return [Layout(ColumnNames('', found[0], rates, ''), numbered=True)]
 
     def _fits(self, layout: Layout) -> bool:
         names = layout.names
@@ -195,13 +286,14 @@ class _Search:
             ends = {name.lower() for name in self.header}
             return ends >= set(layout.needed)
         # A table of joints that lacks stamps alone is told so.
-        return not names.position or names.stamp in self.header or self.wanted.stamps.rate > 0.0
+        named = names.position and not layout.numbered and 'stamp' not in self._given
+        return not named or names.stamp in self.header or self.wanted.stamps.rate > 0.0
 
     def _stamp(self, name: str) -> str:
         if self.wanted.stamps.rate:
             return ''
         named = {column.lower(): column for column in self.header}
-        if not name:
+        if not name or (name == STAMP and name not in named):
             name = next((named[one] for one in STAMPS if one in named), STAMP)
         columns = self._numbered(name)
         if columns:
@@ -217,6 +309,12 @@ class _Search:
 
     def _required(self, beginning: str) -> None:
         if not self._positions(beginning):
+            if pose_columns(self.header, [self._given.get('pose', '')], PoseFormat()):
+                raise RecordingError(
+                    f'{self.file}: there are poses of the tool, and no joint positions of '
+                    f'{self.wanted.robot.name}: add columns {self.joints[0]}, ..., as recorded or '
+                    'from `kinematics_service ik --one` of each pose'
+                )
             missing = [j for j in self.joints if beginning + j not in self.header]
             raise RecordingError(
                 f'{self.file}: there is no column {beginning + missing[0]!r} for joint '
@@ -240,7 +338,7 @@ class _Search:
         if columns:
             return columns
         n = len(self.joints)
-        for start in (beginning, f'{beginning}.'):
+        for start in (beginning, f'{beginning}.', f'{beginning}_', f'{beginning} '):
             for ends in (self.joints, self.wanted.robot.joint_names, range(n), range(1, n + 1)):
                 columns = [f'{start}{end}' for end in ends]
                 if all(column in self.header for column in columns):
@@ -275,8 +373,23 @@ class _Search:
             raise RecordingError(f'{self.file}: {text}* are no pose: {ACCEPTED_POSES}')
         return found or ([], PoseFormat())
 
+    def _poses_alone(self, guessed: list[str]) -> tuple[list[str], PoseFormat]:
+        # The one pose of the table, whatever its heads begin with.
+        named = (name for name in self.header if not COMMANDED.search(name))
+        starts = dict.fromkeys(name[:-1] for name in named if name[-1:] in 'xX')
+        tried = {start: pose_columns(self.header, [start], PoseFormat()) for start in starts}
+        found = {start: pose for start, pose in tried.items() if pose}
+        if len(found) > 1:
+            which = ' or '.join(f'pose={start.strip()}' for start in found)
+            guessed.append(f'several poses are in the table, and none is read: --columns {which}')
+        if len(found) != 1:
+            return [], PoseFormat()
+        ((columns, form),) = found.values()
+        guessed.append(f'{", ".join(columns)} are taken for poses of the tool ({form.kind})')
+        return columns, form
+
     def _shown(self) -> str:
-        return listed([_cut(name) for name in self.header], SHOWN)
+        return listed([_cut(name) for name in self.heads.heads.values()], SHOWN)
 
 
 def _given(text: str) -> dict[str, str]:

@@ -16,7 +16,7 @@ from ...estimation.joint_sample import JointSample
 from ...estimation.joint_state_columns import columns_of
 from ...typography import listed
 from .bag_checks import checked, missing
-from .bag_poses import POSES, track_of_messages
+from .bag_poses import POSES, TRANSFORM, TRANSFORMS, track_of_messages
 from .between_points import PlannedTrajectory
 from .block import LARGEST_BLOCK, LARGEST_BYTES, SECOND, Block, UnreadableMessage, blocks_of
 from .plan_reader import blocks_of_trajectories, trajectory_of_message
@@ -202,10 +202,12 @@ class _Bag:
 
     def _refuse_other_fields(self, topic: str, kind: str) -> None:
         # The bytes are read as the type of this name is everywhere, whatever the file calls so.
-        usual = get_typestore(Stores.ROS2_JAZZY if self.reader.is2 else Stores.ROS1_NOETIC)
+        usual = dict(get_typestore(Stores.ROS2_JAZZY).fielddefs)
+        if not self.reader.is2:
+            usual |= get_typestore(Stores.ROS1_NOETIC).fielddefs
         own, names = self.reader.typestore.fielddefs, [kind]
         for name in names:
-            fields = usual.fielddefs[name][1]
+            fields = usual[name][1]
             if name in own and own[name][1] != fields:
                 listed = ', '.join(field for field, _ in own[name][1]) or 'nothing'
                 raise RecordingError(
@@ -292,17 +294,43 @@ class _Bag:
         topic = self.wanted.pose_topic
         if topic is None:
             return None
-        kind = self.types.get(topic)
-        if kind not in POSES:
+        topic, _, child = topic.partition(':')
+        kind, usable = self.types.get(topic), (*POSES, TRANSFORMS)
+        if kind not in usable or (child and kind != TRANSFORMS):
             known = f'is {kind}' if kind else 'does not exist'
-            with_pose = sorted(name for name, own in self.types.items() if own in POSES)
-            listed = ', '.join(with_pose) or 'no topic'
-            raise RecordingError(f'{self.path}: pose topic {topic} {known}; PoseStamped: {listed}')
+            found = sorted(name for name, own in self.types.items() if own in usable)
+            raise RecordingError(
+                f'{self.path}: pose topic {self.wanted.pose_topic} {known}; poses are on '
+                f'{", ".join(found) or "no topic"}'
+            )
         self._refuse_other_fields(topic, kind)
-        messages = self._raw(self._connections(topic))
-        track = track_of_messages(
-            topic, kind, messages, lambda raw: self.reader.deserialize(raw, kind)
-        )
+        connections = self._connections(topic)
+        each = kind
+        if kind == TRANSFORMS:
+            child, each = self._child(topic, child, connections), TRANSFORM
+
+        def read(raw: bytes) -> list[Any]:
+            message: Any = self.reader.deserialize(raw, kind)
+            if kind != TRANSFORMS:
+                return [message]
+            return [one for one in message.transforms if one.child_frame_id == child]
+
+        track = track_of_messages(topic, each, self._raw(connections), read)
         if track is None:
             raise RecordingError(f'{self.path}: there is no message on {topic}')
         return track
+
+    def _child(self, topic: str, asked: str, connections: list[Any]) -> str:
+        # The frame whose transforms are the poses: one that is asked for, or the only one.
+        parents: dict[str, set[str]] = {}
+        for message, _ in self._messages(connections):
+            for one in message.transforms:
+                parents.setdefault(one.child_frame_id, set()).add(one.header.frame_id)
+        chosen = asked or (next(iter(parents)) if len(parents) == 1 else '')
+        if len(parents.get(chosen, ())) == 1:
+            return chosen
+        shown = [f'{name} in {" and ".join(sorted(own))}' for name, own in sorted(parents.items())]
+        raise RecordingError(
+            f'{self.path}: {topic} has the transforms of {listed(shown, MOST_LISTED)}: say '
+            f'--pose-topic {topic}:FRAME for one that another source than the joints gives'
+        )

@@ -15,7 +15,7 @@ from ...robot.robot import Robot
 
 # What is 1 of a unit, rad or m.
 ANGLES = {'rad': 1.0, 'deg': math.radians(1.0), 'turns': math.tau}
-LENGTHS = {'m': 1.0, 'mm': 1e-3}
+LENGTHS = {'m': 1.0, 'mm': 1e-3, 'cm': 1e-2}
 # Percent of the way from the middle of a joint's limits to one of them, -100 to 100.
 PERCENT = 'percent'
 # Ticks a turn, negative where the encoder counts the other way; the tick at zero.

@@ -9,7 +9,7 @@ from ...rigid_motion import EULER_ORDERS
 # Three angles of an orientation; rpy is xyz.
 EULER = ('rpy', *EULER_ORDERS)
 KINDS = ('xyzw', 'wxyz', 'rotvec', 'rpy', 'matrix', 'position', *EULER_ORDERS)
-LENGTHS = ('m', 'mm')
+LENGTHS = ('m', 'mm', 'cm')
 ANGLES = ('rad', 'deg')
 XYZ = ('x', 'y', 'z')
 
@@ -72,7 +72,7 @@ class PoseFormat(NamedTuple):
         angles in another of the 24 orders, by their axes (small letters: that stand still;
         capitals: that move along), a matrix (rows of four), or none: a position alone.
     length, angle
-        m or mm; rad or deg.
+        m, mm or cm; rad or deg.
     """
 
     kind: str = ''
@@ -182,4 +182,5 @@ def _asked(kind: str, wanted: PoseFormat) -> bool:
 def _ends_of(header: list[str], beginning: str) -> dict[str, str]:
     # The columns by what follows the beginning, and perhaps a dot, in small letters.
     found = {name[len(beginning) :]: name for name in header if name.startswith(beginning)}
-    return {end.removeprefix('.').lower(): name for end, name in found.items()}
+    plain = {end.lstrip('. _').lower(): name for end, name in found.items()}
+    return plain | {end.lower(): name for end, name in found.items()}

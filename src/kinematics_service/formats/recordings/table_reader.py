@@ -128,7 +128,8 @@ def _table(
     cells = _cells(first, delimiter)
     heads = rows[0] + 1 if rows else len(lines)
     remarks = [k for k in filled if rows and k < rows[0]]
-    if not rows or _are_numbers(cells, decimal_comma):
+    labelled = any('.' in cell for cell in cells) and len(cells) > 2
+    if not rows or _are_numbers(cells[1:] if labelled else cells, decimal_comma):
         heads -= bool(rows)
         named = _cells(lines[remarks[-1]].lstrip(' #'), delimiter) if remarks else []
         if len(named) == len(cells):
@@ -139,7 +140,8 @@ def _table(
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+    cells = line.split() if delimiter == ' ' else next(csv.reader([line], delimiter=delimiter))
+    return [cell.strip() for cell in cells]
 
 
 def _are_numbers(cells: list[str], decimal_comma: bool) -> bool:

@@ -1,10 +1,10 @@
-"""Rows of a table, read in pieces: quickly while nothing is wrong, else line by line."""
+"""Rows of a table, read line by line."""
 
 import csv
 import math
 import re
-import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from datetime import datetime
 from decimal import Decimal
 from itertools import islice
 from pathlib import Path
@@ -21,13 +21,14 @@ from .source import Remark
 from .stamp_format import UNITS, StampFormat, unit_of
 
 LONGEST_LINE = 2**20
-# Most lines of one piece, empty ones included. More would be a quote that is never closed.
-MOST_LINES = 8 * LARGEST_BLOCK
 NO_TEXT = 'is not UTF-8 text, so not a table'
 # Largest seconds of a header's stamp.
 LATEST = Decimal(2**31)
 # Only numbers that other programs read, too: `1_0` and digits of other scripts are numbers in
 # Python alone.
+DATE = re.compile(
+    r'(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:[.,](\d+))?(?: ?(Z|UTC|[-+]\d\d:?\d\d))?', re.A
+)
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf(inity)?)', re.A | re.I)
 
 
@@ -67,9 +68,19 @@ class TableFile(NamedTuple):
     named: bool = True
 
     def lines(self, stream: TextIO) -> Iterator[str]:
-        """Yield the lines of rows, empty ones among them."""
-        lines = islice(lines_of(stream), self.heads, None)
-        return (line.replace(',', '.') for line in lines) if self.decimal_comma else lines
+        """Yield the lines of rows, empty ones among them, with points and single blanks."""
+        for line in islice(lines_of(stream), self.heads, None):
+            line = line.replace(',', '.') if self.decimal_comma else line
+            yield (
+                ' '.join(line.split()) if self.delimiter == ' ' else line.rstrip(' \r\n')
+            ) + '\n'
+
+    def cells(self, stream: TextIO) -> Iterator[tuple[int, list[str]]]:
+        """Yield the rows that hold anything: their last line from 1, and their cells."""
+        rows = csv.reader(self.lines(stream), delimiter=self.delimiter)
+        for cells in rows:
+            if any(map(str.strip, cells)):
+                yield self.heads + rows.line_num, cells
 
 
 class RowReader:
@@ -108,7 +119,7 @@ class RowReader:
         self._whole, self._stamps, self._hint = whole, stamps, hint
         self._stamp_at = [table.header.index(stamp)] if stamp else []
         self._at = [table.header.index(column) for column in columns]
-        self._digits = UNITS[stamps.unit or self._unit()]
+        self._digits = UNITS.get(stamps.unit)
 
     def pieces(self) -> Iterator[TableRows]:
         """
@@ -119,74 +130,21 @@ class RowReader:
         RecordingError
             A line is no row of the table; the message names line and column.
         """
+        stamps: list[int] = []
+        numbers: list[list[float]] = []
         count = 0
         try:
-            # The quick way overlooks superfluous cells.
-            for rows in () if self._whole else self._quickly():
-                count += len(rows.stamps)
-                yield rows
-        except (ValueError, csv.Error):
-            pass
-        else:
-            if count:
-                return
-        try:
-            yield from self._line_by_line(count)
+            for line, cells in self._lines():
+                count += 1
+                stamps += [self._nanoseconds(line, cells[column]) for column in self._stamp_at]
+                numbers.append([self._number(line, column, cells[column]) for column in self._at])
+                if len(numbers) == LARGEST_BLOCK:
+                    yield self._rows(stamps, numbers, count)
+                    stamps, numbers = [], []
         except UnicodeDecodeError:
             raise RecordingError(f'{self._file}: {NO_TEXT}') from None
         except csv.Error as error:
             raise RecordingError(f'{self._file}: cannot be read as a table: {error}') from None
-
-    def _quickly(self) -> Iterator[TableRows]:
-        with self._table.opened() as stream:
-            lines = self._table.lines(stream)
-            length, count = LARGEST_BLOCK, 0
-            while length == LARGEST_BLOCK:
-                table = self._numbers(_few(lines))
-                length = len(table)
-                if length and self._stamp_at:
-                    stamps = np.ascontiguousarray(table[:, 0]).view(np.int64)
-                    yield TableRows(stamps, table[:, 1:])
-                elif length:
-                    yield TableRows(self._stamps.of_rows(count, length), table)
-                count += length
-
-    def _numbers(self, lines: Iterable[str]) -> Floats:
-        digits = self._digits
-
-        def nanoseconds(text: str) -> float:
-            # The bits of an integer in the one table of doubles that numpy reads.
-            return float(np.int64(nanoseconds_of(text, digits)).view(np.float64))
-
-        with warnings.catch_warnings():
-            warnings.simplefilter('ignore')  # the caller reports that there are no rows
-            return np.loadtxt(
-                lines,
-                delimiter=None if self._table.delimiter == ' ' else self._table.delimiter,
-                usecols=[*self._stamp_at, *self._at],
-                converters=dict.fromkeys(self._stamp_at, nanoseconds),
-                comments=None,
-                encoding=None,  # before numpy 2, converters got bytes without it
-                ndmin=2,
-                quotechar='"',
-                max_rows=LARGEST_BLOCK,
-            )
-
-    def _line_by_line(self, known: int) -> Iterator[TableRows]:
-        # The slow way, which can describe a bad line; it also reads rows that are known already,
-        # since the quick way overlooks superfluous cells.
-        stamps: list[int] = []
-        numbers: list[list[float]] = []
-        count = 0
-        for line, cells in self._lines():
-            count += 1
-            if count <= known:
-                continue
-            stamps += [self._nanoseconds(line, cells[column]) for column in self._stamp_at]
-            numbers.append([self._number(line, column, cells[column]) for column in self._at])
-            if len(numbers) == LARGEST_BLOCK:
-                yield self._rows(stamps, numbers, count)
-                stamps, numbers = [], []
         if not count:
             raise RecordingError(f'{self._file}: has a header but no rows')
         if numbers:
@@ -200,16 +158,11 @@ class RowReader:
     def _lines(self) -> Iterator[tuple[int, list[str]]]:
         # Yields rows with their line; the last one may be cut off.
         with self._table.opened() as stream:
-            rows = csv.reader(self._table.lines(stream), delimiter=self._table.delimiter)
-            filled = (
-                (self._table.heads + rows.line_num, cells)
-                for cells in rows
-                if any(cell.strip() for cell in cells)
-            )
+            filled = self._table.cells(stream)
             count = 0
             for line, cells in filled:
                 count += 1
-                if len(cells) == len(self._header):
+                if len(cells) >= len(self._header) and not any(cells[len(self._header) :]):
                     yield line, cells
                     continue
                 if count > 1 and not self._whole and next(filled, None) is None:
@@ -221,32 +174,26 @@ class RowReader:
                     f'{len(self._header)} columns'
                 )
 
-    def _unit(self) -> str:
-        # Of the stamps, by the size of the first one.
-        if not self._stamp_at:
-            return 's'
-        try:
-            with self._table.opened() as stream:
-                rows = csv.reader(self._table.lines(stream), delimiter=self._table.delimiter)
-                first = next((cells for cells in rows if any(map(str.strip, cells))), [])
-            unit = unit_of(number_of(first[self._stamp_at[0]]))
-        except (ValueError, IndexError, csv.Error):
-            return 's'  # what is wrong with it is said when the rows are read
+    def _digits_of(self, stamp: str) -> int:
+        # The size of the first stamp decides; `_nanoseconds` refuses one that is no time.
+        unit = unit_of(number_of(stamp)) if NUMBER.fullmatch(stamp.strip()) else 's'
         if unit != 's':
             name = self._header[self._stamp_at[0]]
             text = f'column {name!r} is taken in {unit}, as the size of its stamps tells'
             self.remarks.append(Remark(Level.OK, text))
-        return unit
+        return UNITS[unit]
 
     def _nanoseconds(self, line: int, cell: str) -> int:
+        if self._digits is None:
+            self._digits = self._digits_of(cell)
         try:
             return nanoseconds_of(cell, self._digits)
         except ValueError:
-            unit = next(unit for unit, digits in UNITS.items() if digits == self._digits)
-            what = 'seconds' if unit == 's' else unit
+            what = {9: 'seconds', 6: 'ms', 3: 'us', 0: 'ns'}[self._digits]
             raise RecordingError(
                 f'{self._file}:{line}: column {self._header[self._stamp_at[0]]!r}: '
                 f'{cell[:40]!a} is not a time in {what} (0 to {LATEST.scaleb(9 - self._digits):f})'
+                f'{", nor a date such as 2024-09-24T14:05:15.1Z" if ":" in cell else ""}'
                 f'{self._hint}'
             ) from None
 
@@ -290,15 +237,19 @@ def delimiter_of(lines: Sequence[str]) -> str:
 
 def number_of(text: str) -> float:
     """Return the number in a cell; ValueError if it holds none."""
-    plain = plain_signs(text).strip()
-    if not NUMBER.fullmatch(plain):
-        raise ValueError(text)
+    plain = text.strip()
+    if not plain.isascii() or '_' in plain:  # signs of a spreadsheet; 1_0 is a number for Python
+        plain = plain_signs(plain)
+        if not NUMBER.fullmatch(plain):
+            raise ValueError(text)
     return float(plain)
 
 
 def nanoseconds_of(text: str, digits: int = 9) -> int:
     """
-    Return the nanoseconds of a time, 0 to 2^31 s; ValueError if it is none.
+    Return the nanoseconds of a time, 0 to 2^31 s, or of a date; ValueError if it is neither.
+
+    A date without a zone is taken in UTC.
 
     Parameters
     ----------
@@ -313,14 +264,11 @@ def nanoseconds_of(text: str, digits: int = 9) -> int:
     if plain.isascii() and plain.isdecimal() and 0 < len(whole) < 20 and int(whole) < latest:
         scale: int = 10**digits
         return int(whole) * scale + int((fraction + '0' * digits)[:digits] or '0')
+    if found := DATE.fullmatch(text):
+        zone = (found[4] or 'Z').replace(':', '').replace('UTC', 'Z').replace('Z', '+0000')
+        date = datetime.strptime(f'{found[1]} {found[2]}{zone}', '%Y-%m-%d %H:%M:%S%z')
+        text, digits, latest = f'{int(date.timestamp())}.{found[3] or 0}', 9, LATEST
     time = Decimal(text) if NUMBER.fullmatch(text) else Decimal('nan')
     if not (time.is_finite() and 0 <= time < latest):
         raise ValueError(text)
     return int(time.scaleb(digits).to_integral_value())
-
-
-def _few(lines: Iterable[str]) -> Iterator[str]:
-    for k, line in enumerate(lines):
-        if k == MOST_LINES:
-            raise ValueError('a quote is not closed')
-        yield line

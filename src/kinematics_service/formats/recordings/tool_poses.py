@@ -9,6 +9,7 @@ from ...kernel import Floats
 from ...rigid_motion import EULER_ORDERS, exponential, rotation_of_euler, rotation_of_quaternion
 from .block import Flags, Times
 from .columns import Column, StateTable, spans
+from .joint_format import LENGTHS
 from .pose_format import EULER, PoseFormat
 from .source import PoseTrack
 
@@ -23,7 +24,6 @@ TURN = 1.001 * math.tau
 TURNS = {'rotvec': 'a rotation vector has the length', **dict.fromkeys(EULER, 'an angle is')}
 # The right length of a quaternion.
 USUAL = {'xyzw': 1.0, 'wxyz': 1.0}
-LENGTHS = {'m': 1.0, 'mm': 1e-3}
 
 
 class PoseRows:

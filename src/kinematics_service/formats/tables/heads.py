@@ -126,14 +126,12 @@ def with_r(heads: Sequence[Head], report: TableReport) -> tuple[Sequence[Head], 
     told = {'sigma', 'gamma', 'b', 'before', 'a'} & set(meanings)
     if told or (d.before and not r.before):
         report.note('the letters are those of Khalil: d is along x (a here), r along z (d here)')
-        return [one._replace(meaning=khalil.get(one.meaning, one.meaning)) for one in heads], (
-            'modified'
-        )
+        heads = [one._replace(meaning=khalil.get(one.meaning, one.meaning)) for one in heads]
+        return heads, 'modified'
     if r.before and not d.before:
         return [one._replace(meaning='a') if one is r else one for one in heads], ''
     words = [meaning or '-' for meaning in meanings]
-    ways = (','.join(way.get(word, word) for word in words) for way in (khalil, {'r': 'a'}))
-    one, other = ways
+    one, other = (','.join(way.get(x, x) for x in words) for way in (khalil, {'r': 'a'}))
     return report.refuse(
         f'd and r: in the tables of Khalil d is along x and r along z: --columns {one} '
         f'--convention modified; in others r is a, along x: --columns {other}'

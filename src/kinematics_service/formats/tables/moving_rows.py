@@ -17,6 +17,7 @@ OWN = {
 ANGLE = re.compile(r'(?:theta|th|t|phi|psi|q|joint|j)_?\d+', re.IGNORECASE)
 SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)  # other symbols in d are lengths
 AN_ANGLE = re.compile(r'(?:\d+\*)?pi(?:/\d+)?|\d\.\d{4,}')  # of pi/2 and 1.5708, not of 1.57
+IN_METRES = re.compile(r'-?[01]?\.\d{1,2}')  # a length rather than an angle
 LENGTH = re.compile(r'[adlhb]_?\d+', re.IGNORECASE)
 # A star marks the variable of a joint: `theta3* - 90` means theta3 - 90.
 STARRED = re.compile(r'\b(?!pi\b)([A-Za-z]\w*)\s*\*+\s*(?=(?P<sign>-)|[+]|$)')
@@ -38,6 +39,10 @@ class NumberedRow(NamedTuple):
     line: int
     number: int
     cells: dict[str, str]
+
+    def fault(self, report: TableReport, column: str, message: str) -> None:
+        """Report what is wrong in a cell."""
+        report.fault(message, self.line, f'row {self.number}, column {column}')
 
 
 class MovingRow(NamedTuple):
@@ -65,7 +70,7 @@ def without_stars(
     if found and all(star[0].endswith('*') and star['sign'] for _, _, star in found):
         row, place, _ = found[0]
         message = f'{row.cells[place]}: a product, or a variable with its star? Write it without *'
-        report.fault(message, row.line, f'row {row.number}, column {place}')
+        row.fault(report, place, message)
     for row, place, star in found:
         row.cells[place] = row.cells[place].replace(star[0], f'{star[1]} ').strip()
     if found:
@@ -90,8 +95,7 @@ def moving_rows(
         usual = '' if row not in joints else 'theta' if alone else None
         place = _place(row, constants, usual, named)
         if place is None:
-            where = f'row {row.number}, column type'
-            report.fault(f'{row.cells["type"]!r} is none of R, P, fixed', row.line, where)
+            row.fault(report, 'type', f'{row.cells["type"]!r} is none of R, P, fixed')
             continue
         known = [before.variable for before in arm if before.variable]
         free = f'q{len(known) + 1}'
@@ -103,10 +107,8 @@ def moving_rows(
         variable = free if place and (MARK in own or not own) else new[0] if new else ''
         moved = _moved(row, place, variable, constants)
         arm.append(moved)
-        if place and not variable and row.cells[place] in known:
-            report.note(f'row {row.number} is moved by {row.cells[place]}, as a row above is')
         for column, message in _faults(moved, new, MARK in own, named):
-            report.fault(message, row.line, f'row {row.number}, column {column}')
+            row.fault(report, column, message)
     _judge_fixed(arm, joints, report)
     return arm
 
@@ -122,29 +124,23 @@ def sum_of(variable: str, constant: str) -> str:
 
 
 def _lengths(
-    rows: Sequence[NumberedRow],
-    constants: Collection[str],
-    starred: set[str],
-    report: TableReport,
+    rows: Sequence[NumberedRow], known: Collection[str], starred: set[str], report: TableReport
 ) -> set[str]:
     # Names in d that are letters for lengths: beside a joint that turns, whose number they have,
     # or without a star where others have one.
-    turning = {name for row in rows for name in _moving(row, 'theta', constants)}
+    turning = {name for row in rows for name in _moving(row, 'theta', known)}
     numbers = {_number(name) for name in turning}
     found = set[str]()
     for row in rows:
-        names = _moving(row, 'd', constants) - {MARK} - turning
-        turns = bool(_moving(row, 'theta', constants) or (starred and not names & starred))
-        turns = turns or bool(NOT_A_JOINT.fullmatch(row.cells.get('joint', '')))
-        slides = not turns if 'type' not in row.cells else _place(row, (), None, False) == 'd'
+        names = _moving(row, 'd', known) - {MARK} - turning
+        turns = _moving(row, 'theta', known) or (starred and not names & starred)
+        slides = not turns and not NOT_A_JOINT.fullmatch(row.cells.get('joint', ''))
+        if 'type' in row.cells:
+            slides = TYPES.get(row.cells['type'].lower()) == 'd'
         found |= {one for one in names if not slides or (_number(one) or '-') in numbers}
         if slides and names - found and row is rows[-1] and found and not starred:
-            report.fault(
-                f'{min(names)} may slide, or be the length of a tool: write {min(names)}* if it '
-                'slides, and tool into the column joint otherwise',
-                row.line,
-                f'row {row.number}, column d',
-            )
+            one = f'{min(names)} may slide, or be the length of a tool: write {min(names)}* if it'
+            row.fault(report, 'd', f'{one} slides, and tool into the column joint otherwise')
     return found
 
 
@@ -162,9 +158,8 @@ def _moving(row: NumberedRow, place: str, constants: Collection[str]) -> frozens
     text = _marked(row, place, constants)
     names = names_in(text).difference(constants, ('pi',))
     told = TYPES.get(row.cells.get('type', '').lower()) == 'd'
-    sliding = names if place == 'theta' or told else filter(SLIDING.fullmatch, names)
-    sliding = frozenset(sliding)
-    return sliding | {MARK} if MARK in text else sliding
+    own = {one for one in names if place == 'theta' or told or SLIDING.fullmatch(one)}
+    return frozenset(own | {MARK} if MARK in text else own)
 
 
 def bare(name: str) -> str:
@@ -172,18 +167,16 @@ def bare(name: str) -> str:
     return name.replace('_', '')
 
 
-def _place(
-    row: NumberedRow, constants: Collection[str], usual: str | None, named: bool
-) -> str | None:
+def _place(row: NumberedRow, known: Collection[str], usual: str | None, named: bool) -> str | None:
     # Where the variable stands; empty for a fixed row, None where the type is not understood.
     if 'type' in row.cells:
         return TYPES.get(row.cells['type'].lower())
     if usual is not None:
         return usual
-    if _moving(row, 'theta', constants):
+    if _moving(row, 'theta', known):
         return 'theta'
     # Beside names an empty cell is a number that is missing.
-    if _moving(row, 'd', constants) or not (row.cells['d'] or named):
+    if _moving(row, 'd', known) or not (row.cells['d'] or named):
         return 'd'
     return '' if row.cells['theta'] else 'theta'
 
@@ -205,13 +198,9 @@ def _faults(
 ) -> Iterator[tuple[str, str]]:
     cells = moved.row.cells
     unnamed = named and moved.place == 'theta' and not cells['theta'] and 'type' not in cells
-    for column, text in (
-        ('a', cells['a']),
-        ('alpha', cells['alpha']),
-        ('d', moved.d),
-        ('theta', '' if unnamed else moved.theta),
-    ):
-        if not text:
+    texts = {**cells, 'd': moved.d, 'theta': '' if unnamed else moved.theta}
+    for column in ('a', 'alpha', 'd', 'theta'):
+        if not texts[column]:
             yield column, 'the cell is empty: write 0 where it is 0 (merged cells hold one number)'
     if len(new) + own > 1:
         yield moved.place, f'{" and ".join(new)}: which moves this row? The others need a number'
@@ -221,36 +210,38 @@ def _faults(
         if wrong := next(filter(ANGLE.fullmatch, names_in(cells[column])), None):
             yield column, f'{wrong} is a joint by its name: another order of heads? (--columns)'
     for column in ('a', 'd'):
-        if AN_ANGLE.fullmatch(found := cells[column].strip('-')) and (
-            'pi' in found or is_quarter(found)
-        ):
+        found = cells[column].strip('-')
+        if AN_ANGLE.fullmatch(found) and ('pi' in found or is_quarter(found)):
             yield column, f'{found} is an angle: another order of heads? (--columns)'
-    if cells.get('offset', '') not in ZERO and moved.place:
-        alone = cells.get(moved.place, '') in (*ZERO, moved.variable) or own
-        if not alone:
+    if cells.get('offset', '') not in ZERO:
+        if not moved.place:
+            yield 'offset', 'no joint moves this row: it has no offset'
+        elif cells[moved.place] not in (*ZERO, moved.variable) and not own:
             yield 'offset', f'{moved.place} holds a number too: write one of the two'
-    elif cells.get('offset', '') not in ZERO:
-        yield 'offset', 'no joint moves this row: it has no offset'
 
 
 def _judge_fixed(
     arm: Sequence[MovingRow], joints: Sequence[NumberedRow], report: TableReport
 ) -> None:
     # A row without a variable is fixed, or its variable was left out.
-    fixed = [one.row for one in arm if not one.place and one.row in joints]
-    fixed = [row for row in fixed if 'type' not in row.cells]
+    rows = [one.row for one in arm if not one.place and 'type' not in one.row.cells]
+    fixed = [row for row in rows if row in joints]
     moving = [one.variable for one in arm if one.variable]
     numbers = [int(number) for number in map(_number, moving) if number]
-    skipped = numbers != list(range(numbers[0], numbers[0] + len(numbers))) if numbers else False
+    skipped = any(b - a != 1 for a, b in zip(numbers, numbers[1:]))
+    for row, *_, variable, place in arm:
+        if place and not variable and (again := row.cells[place]) in moving:
+            if skipped:
+                row.fault(report, place, f'{again} again, and a number is left out: which is it?')
+            report.note(f'row {row.number} is moved by {again}, as a row above is')
+    for row, *_ in arm if all(place == 'd' for *_, place in arm) else ():
+        turn = row.cells['theta']
+        if IN_METRES.fullmatch(turn) and not is_quarter(turn.strip('-')):
+            row.fault(report, 'theta', f'{turn}, and every joint slides: exchanged heads?')
     for row in fixed:
-        where = f'row {row.number}, column theta'
         if row is arm[-1].row or not skipped and len(fixed) < len(moving):
             report.note(f'row {row.number} is fixed: no variable stands in it')
         else:
             name, own = f'q{row.number}', row.cells['theta']
-            report.fault(
-                f'{own} without a variable: write {sum_of(name, own)} if a joint turns there, or '
-                'a column type with R, P and fixed',
-                row.line,
-                where,
-            )
+            told = f'{own} without a variable: write {sum_of(name, own)} if a joint turns there'
+            row.fault(report, 'theta', f'{told}, or a column type with R, P and fixed')

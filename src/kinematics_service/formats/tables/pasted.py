@@ -3,7 +3,7 @@
 import csv
 import html
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from ...typography import plain_names
@@ -24,6 +24,9 @@ MERGED = re.compile(r'\\multi(?:column\{(\d+)\}|row\{\d+\})\{[^{}]*\}\{([^{}]*)\
 COMMENT = re.compile(r'(?m)(^|\s|(?<=[;,\])]))(?:#+|%+|//+)(?=\s*[\w(\[]).*$')
 REMARK = re.compile(r'(?m)^\s*(?:#+|%+|//+)\s*(?=[\w\\(]).*$')  # a line that is a comment
 OPENED = '([{'
+UNIT_BEHIND = re.compile(r'(?<=\w)[ \t]+(?=[\[(](?:mm|cm|m|rad|deg|°)[\])])')  # `a [m] d [m]`
+ROW_END = re.compile(r'(;\s*|(?<![,;\s])[ \t]*\n\s*)')
+SEVERAL = 'there are several tables: leave one in the text'
 NAMED = re.compile(r'([A-Za-z_]\w*)(?:\[\w*\])*\s*[=:(]+\s*(?:[\w.]+\(\s*)?$')
 
 
@@ -38,7 +41,7 @@ def plain_text(text: str) -> str:
     """Return a text with plain signs and names, without entities and tables of HTML."""
     text = html.unescape(text.replace('\r\n', '\n').replace('\r', '\n')).translate(BARS)
     text = re.sub(r'(?i)\s*</?t[dh][^>]*>\s*(?:<t[dh][^>]*>)?', '|', text)
-    return plain_names(re.sub(r'(?i)<tr[^>]*>\s*\|?', '', text))
+    return plain_names(re.sub(r'(?i)<tr[^>]*>\s*\|?', '', text).replace('\\_', '_'))
 
 
 def without_comments(text: str) -> str:
@@ -56,7 +59,7 @@ def rows_of(text: str, report: TableReport) -> list[PastedRow]:
     tables = [block for block in blocks if len(block.rows) > 1]
     if len(tables) > 1:
         named = ', '.join(f'{one.name or "one"} in line {one.rows[0].line}' for one in tables)
-        report.refuse(f'there are several tables: leave one in the text ({named})')
+        report.refuse(f'{SEVERAL} ({named})')
     lines = [] if tables else _read_lines(text, report)
     if not tables and (len(blocks) != 1 or find_heads(lines) is not None):
         return lines
@@ -76,31 +79,28 @@ def remark_heads(text: str) -> list[PastedRow]:
 def blocks_of(text: str) -> list[ScriptMatrix]:
     """Return the matrices of a text: rows in brackets of their own, or ends of rows within."""
     text = re.sub(r'\.\.\.[ \t]*\n', ' ', without_comments(text))
-    groups = list(_groups(text))
     blocks: list[ScriptMatrix] = []
     inner: dict[int, list[PastedRow]] = {}
-    for start, end, parent in groups:
-        inside, line = text[start + 1 : end], text.count('\n', 0, start) + 1
+    for start, end, parent in _groups(text):
+        line, named = (
+            text.count('\n', 0, start) + 1,
+            NAMED.search(text[max(0, start - 80) : start]),
+        )
+        name = named[1] if named else ''
         if start in inner:
-            blocks.append(ScriptMatrix(_name(text[max(0, start - 80) : start]), inner[start]))
+            blocks.append(ScriptMatrix(name, inner[start]))
             continue
-        ends = list(re.finditer(r';\s*|(?<![,;\s])[ \t]*\n\s*', inside))
-        if text[start] == '[' and any(inside[one.end() :].strip() for one in ends):
-            starts = [0, *(one.end() for one in ends)]
-            stops = [*(one.start() for one in ends), len(inside)]
-            rows = [
-                PastedRow(line + inside.count('\n', 0, first), tuple(cells_of(inside[first:last])))
-                for first, last in zip(starts, stops)
-                if inside[first:last].strip()
-            ]
+        parts = ROW_END.split(text[start + 1 : end])
+        rows = [
+            PastedRow(line + ''.join(parts[:k]).count('\n'), tuple(cells_of(parts[k])))
+            for k in range(0, len(parts), 2)
+            if parts[k].strip()
+        ]
+        if text[start] == '[' and any(part.strip() for part in parts[2::2]):
             if min(len(row.cells) for row in rows) > 2:
-                blocks.append(
-                    ScriptMatrix(_name(text[max(0, start - 80) : start]), _plain(iter(rows)))
-                )
-        elif len(cells := cells_of(inside)) > 2 and (
-            parent >= 0 or not _name(text[max(0, start - 80) : start])
-        ):
-            inner.setdefault(parent, []).extend(_plain(iter([PastedRow(line, tuple(cells))])))
+                blocks.append(ScriptMatrix(name, _plain(rows)))
+        elif len(cells := cells_of(text[start + 1 : end])) > 2 and (parent >= 0 or not name):
+            inner.setdefault(parent, []).extend(_plain([PastedRow(line, tuple(cells))]))
     alone = inner.pop(-1, None)
     return [*blocks, ScriptMatrix('', alone)] if alone else blocks
 
@@ -132,12 +132,7 @@ def _groups(text: str) -> Iterator[tuple[int, int, int]]:
                 yield start, k, next((one for one, call in reversed(opened) if not call), -1)
 
 
-def _name(before: str) -> str:
-    found = NAMED.search(before)
-    return found[1] if found else ''
-
-
-def _plain(rows: Iterator[PastedRow]) -> list[PastedRow]:
+def _plain(rows: Iterable[PastedRow]) -> list[PastedRow]:
     plain = (PastedRow(line, tuple(map(plain_cell, cells))) for line, cells in rows)
     return [row for row in plain if any(row.cells)]
 
@@ -159,7 +154,7 @@ def _read_lines(text: str, report: TableReport) -> list[PastedRow]:
         bare = re.sub(r'^\s*(?:#+|%+|//+)\s*(?=[\w\\(])', '', line)
         if bare != line and find_heads(_plain(_lines(bare, delimiter_of([bare])))) is None:
             bare = ''
-        kept.append(COMMENT.sub(r'\1', bare))
+        kept.append(without_comments(bare))
     text = '\n'.join(kept)
     filled = [line for line in kept if not RULE.fullmatch(line)]
     try:
@@ -173,23 +168,18 @@ def _read_lines(text: str, report: TableReport) -> list[PastedRow]:
 def _lines(text: str, delimiter: str) -> Iterator[PastedRow]:
     lines = {n: line for n, line in enumerate(text.splitlines(), 1) if not RULE.fullmatch(line)}
     if delimiter != ' ':
-        bare = (line.strip().removeprefix('|').removesuffix('|') for line in lines.values())
-        cells_of = bare if delimiter == '|' else lines.values()
-        reader = csv.reader(cells_of, delimiter=delimiter, skipinitialspace=True)
-        numbers = list(lines)
+        bars = (line.strip().removeprefix('|').removesuffix('|') for line in lines.values())
+        cut = bars if delimiter == '|' else lines.values()
+        reader, numbers = csv.reader(cut, delimiter=delimiter, skipinitialspace=True), list(lines)
         yield from (PastedRow(numbers[reader.line_num - 1], tuple(cells)) for cells in reader)
         return
     # Cells such as `q1 + 90` hold spaces: then more than one is between the columns, or none
     # around the sign.
-    lines = {n: re.sub(r',\s+', ',', line) for n, line in lines.items()}
+    lines = {n: UNIT_BEHIND.sub('', re.sub(r',\s+', ',', line)) for n, line in lines.items()}
     packed = {n: re.sub(r'(?<=\w)\s+([-+*/])\s+(?=\w)', r'\1', line) for n, line in lines.items()}
     ways = [
         [PastedRow(n, tuple(re.split(gap, line.strip()))) for n, line in way.items()]
         for gap, way in ((r'\s+', lines), (r'\s{2,}', lines), (r'\s+', packed))
     ]
-    yield from min(ways, key=_unevenness)
-
-
-def _unevenness(rows: list[PastedRow]) -> tuple[bool, int]:
-    lengths = {len(row.cells) for row in rows}
-    return max(lengths, default=0) < 3, len(lengths)
+    counts = [{len(row.cells) for row in rows} for rows in ways]
+    yield from ways[min(range(3), key=lambda k: (max(counts[k], default=0) < 3, len(counts[k])))]

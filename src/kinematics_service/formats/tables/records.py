@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 from .cells import PastedRow, plain_cell
 from .heads import head_of
-from .pasted import cells_of, without_comments
+from .pasted import SEVERAL, cells_of, without_comments
 from .report import TableReport
 
 PAIR = re.compile(
     r"""["']?(?<![\w.])\.?(?P<owner>[\w.]+(?:\[\w+\]|\(\w+\))?\.)?"""
     r"""(?P<key>[A-Za-z_]\w*)["']?[ \t]*(?::|=>?)[ \t]*"""
     r"""(?P<value>\[[^\[\]{}:=]*\]|"[^"\n]*"|'[^'\n]*'"""
-    r"""|(?:[^,;\n{}\[\]()"']|\([^()\n]*\)|\[\w+\])*)"""
+    r"""|(?:[^,;\n{}\[\]()"']|\([^()\[\]\n]*\)|\[\w+\])*)"""
 )
 ITEM = re.compile(r'(?m)^[ \t]*- ')
 BLOCK_LIST = re.compile(r'(?m)^([ \t]*)(\w+):[ \t]*\n((?:[ \t]*- [^\n:]*(?:\n|\Z))+)')
@@ -21,7 +21,6 @@ BLOCK_LIST = re.compile(r'(?m)^([ \t]*)(\w+):[ \t]*\n((?:[ \t]*- [^\n:]*(?:\n|\Z
 BETWEEN_ROWS = re.compile(r'[{}()]|\[\[|(?m:^[ \t]*-[ \t])|(?m:^[ \t]*[\w"\']+:[ \t]*$)|(?m:^\[)')
 OTHER_LIST = re.compile(r'\][^\[]*:\s*\[|(?m:^[ \t]*\w+:[ \t]*\n[ \t]*-[ \t])')
 TOML_LISTS = re.compile(r'(?m)^\[\[([\w.]+)\]\]')
-SEVERAL = 'there are several tables: leave one in the text'
 NUMBERED = re.compile(r'(alpha|theta|th|[a-z])_?(\d+)')
 
 
@@ -83,29 +82,26 @@ def _vectors(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[Pas
     vectors = {pair.key: cells_of(pair.value[1:-1]) for pair in pairs}
     if len(vectors) < len(pairs):
         report.refuse(SEVERAL)
-    lengths = {key: len(cells) for key, cells in vectors.items()}
-    if len(set(lengths.values())) > 1:
-        counts = ', '.join(f'{key} has {count}' for key, count in lengths.items())
+    if len({len(cells) for cells in vectors.values()}) > 1:
+        counts = ', '.join(f'{key} has {len(cells)}' for key, cells in vectors.items())
         report.refuse(f'vectors of different lengths: {counts}')
-    heads = PastedRow(0, tuple(vectors))
-    return [heads, *(_row(text, pairs[0], cells) for cells in zip(*vectors.values()))]
+    body = (_row(text, pairs[0], cells) for cells in zip(*vectors.values()))
+    return [PastedRow(0, tuple(vectors)), *body]
 
 
 def _sequence(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[PastedRow]:
     rows: list[tuple[_Pair, dict[str, str]]] = []
     end = 0
+    several = len(set(TOML_LISTS.findall(text))) > 1
     for pair in pairs:
-        if rows and OTHER_LIST.search(text, end, pair.start):
-            report.refuse(SEVERAL)
-        if not head_of(pair.key).meaning:
-            end = pair.end
-            continue
-        parted = not rows or BETWEEN_ROWS.search(text, end, pair.start)
-        if parted or pair.owner != rows[-1][0].owner or pair.key in rows[-1][1]:
-            rows.append((pair, {}))
-        rows[-1][1][pair.key] = pair.value
+        several |= bool(rows and OTHER_LIST.search(text, end, pair.start))
+        if head_of(pair.key).meaning:
+            parted = not rows or BETWEEN_ROWS.search(text, end, pair.start)
+            if parted or pair.owner != rows[-1][0].owner or pair.key in rows[-1][1]:
+                rows.append((pair, {}))
+            rows[-1][1][pair.key] = pair.value
         end = pair.end
-    if len(set(TOML_LISTS.findall(text))) > 1:
+    if several:
         report.refuse(SEVERAL)
     numbers = {'a', 'r', 'alpha', 'd', 'theta'}
     rows = [row for row in rows if numbers & {head_of(key).meaning for key in row[1]}]
@@ -116,20 +112,17 @@ def _sequence(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[Pa
 
 def _numbered(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[PastedRow]:
     # alpha0, a0, d1, q1 are Craig's indices. A number that is not given stays a letter.
-    found = {(pair.key.rstrip('0123456789').rstrip('_'), _index(pair)): pair for pair in pairs}
+    parts = ((pair, re.split(r'_?(?=\d+$)', pair.key)) for pair in pairs)
+    found = {(name, int(index)): pair for pair, (name, index) in parts}
     if len({(pair.key, pair.value) for pair in pairs}) > len(found):
         report.refuse(SEVERAL)
     twists = sorted(k for name, k in found if name == 'alpha')
     angle = next((name for name, _ in found if name in ('theta', 'th', 'q')), 'q')
     before = twists[0] == 0 and not {('d', 0), (angle, 0)} & found.keys()
-    heads = ('alpha(i-1)', 'a(i-1)', 'd', 'theta') if before else ('alpha', 'a', 'd', 'theta')
-    rows = [PastedRow(0, heads)]
+    last = '(i-1)' if before else ''
+    rows = [PastedRow(0, (f'alpha{last}', f'a{last}', 'd', 'theta'))]
     for k in twists:
         places = (('alpha', k), ('a', k), ('d', k + before), (angle, k + before))
         cells = [found[at].value if at in found else f'{at[0]}{at[1]}' for at in places]
         rows.append(_row(text, found['alpha', k], cells))
     return rows
-
-
-def _index(pair: _Pair) -> int:
-    return int(re.sub(r'.*?(\d+)$', r'\1', pair.key))

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import PurePath
 
 from ...errors import Fault, RobotFileError
@@ -14,7 +15,7 @@ from ...typography import DEGREE, plain_names
 from .cells import PastedRow
 from .heads import ANGLES, Head, find_heads, head_of, with_r, with_unit_row
 from .moving_rows import ZERO, MovingRow, NumberedRow, bare, moving_rows
-from .pasted import plain_text, rows_of, without_comments
+from .pasted import SEVERAL, plain_text, rows_of, without_comments
 from .records import rows_of_records, rows_of_substitutions
 from .report import TableReport
 from .script import constants_of, end_lines, settings_of
@@ -30,6 +31,7 @@ DECIMAL_COMMA = re.compile(r'(?<=\d),(?=\d)')
 IN_THOUSANDS = re.compile(r'-?[1-9]\d{0,2},\d{3}')
 BETWEEN = re.compile(r'\s*(?:,|;|\.\.\.?|…|\bto\b|~)\s*|\s+')
 SCALED = re.compile(r'(?:(.*\*))?\s*(?:array\()?\[(.*)\]\)?\s*([*/].*)?')
+KEPT = {'base', 'tool', 'xyz', 'rpy', 'pi'}  # words of a robot file that name no constant
 PLACE = re.compile(r'(links|joints)\[(\d+)\](?:\.(\w+))?.*')
 # The words of a title that name a convention.
 TITLES = {
@@ -162,7 +164,7 @@ def _headed(
         # Rows of a printed frame of data have names or numbers, and no head says it.
         heads, words = [Head('joint'), *heads], ['', *words]
     if any(find_heads([row]) is not None for row in body):
-        report.refuse('there are several tables: leave one in the text')
+        report.refuse(SEVERAL)
     if body and (known := with_unit_row(heads, body[0])):
         heads, body = known, body[1:]
     if columns is not None:
@@ -176,9 +178,9 @@ def _headed(
         ]
     named = [k for k, head in enumerate(heads) if head.meaning == 'joint']
     heads = [Head('') if k in named[1:] else head for k, head in enumerate(heads)]
-    for word, head in zip(words, heads):
-        if word.strip(' -') and not head.meaning:
-            report.note(f'the column {word!r} is left out')
+    left = [word for word, head in zip(words, heads) if word.strip(' -') and not head.meaning]
+    for word in left:
+        report.note(f'the column {word!r} is left out')
     if not body:
         report.refuse('there are no rows below the heads')
     return heads, body
@@ -231,9 +233,7 @@ def _numbered(
     rows = []
     pointed = any(re.search(r'\d\.\d', cell) for row in body for cell in row.cells)
     for number, (line, cells) in enumerate(body, 1):
-        filled = [*cells]
-        while len(filled) > len(heads) and not filled[-1]:
-            filled.pop()
+        filled = cells[: len(heads)] if not any(cells[len(heads) :]) else cells
         if len(filled) == 1 and ' ' in filled[0]:
             report.note(f'left out: {filled[0]}')
             continue
@@ -245,8 +245,8 @@ def _numbered(
         for head, cell in zip(heads, filled):
             if head.meaning != 'limits' and '(' not in cell and DECIMAL_COMMA.search(cell):
                 if pointed or IN_THOUSANDS.fullmatch(cell):
-                    where = f'row {number}, column {head.meaning}'
-                    report.fault(f'{cell!r}: write it with a point, or without', line, where)
+                    message = f'{cell!r}: write it with a point, or without'
+                    read.fault(report, head.meaning, message)
                 cell = DECIMAL_COMMA.sub('.', cell)
             read.cells[head.meaning] = cell.strip('-—') and cell
         rows.append(read)
@@ -257,23 +257,17 @@ def _constants(
     constants: Mapping[str, str], arm: Sequence[MovingRow], ends: str, report: TableReport
 ) -> Iterator[str]:
     # Those that are used, by others too, and letters without a value.
-    used = sorted(names_in(ends) - {'base', 'tool', 'xyz', 'rpy', 'pi'})
-    for row in arm:
-        cells = [row.row.cells[name] for name in ('a', 'alpha')]
-        for text in (*cells, row.d, row.theta, *_limits(row.row.cells)):
-            used += sorted(names_in(text) - {'pi', *used})
+    texts = [ends, *chain.from_iterable(_texts(row) for row in arm)]
+    used = [name for text in texts for name in sorted(names_in(text) - KEPT)]
     kept: list[str] = []
     for name, text in reversed(list(constants.items())):
         if name in used:
             used += names_in(text)
             kept.insert(0, f'  {name}: {scalar(text)}')
     known = {bare(name) for name in ('pi', *constants, *(row.variable for row in arm))}
-    letters = [name for name in dict.fromkeys(used) if bare(name) not in known]
-    if letters:
-        report.note(
-            f'{", ".join(letters)}: letters without a value; write it into constants for all '
-            'that needs numbers'
-        )
+    if letters := [name for name in dict.fromkeys(used) if bare(name) not in known]:
+        told = f'{", ".join(letters)}: letters without a value; write it into constants for all'
+        report.note(f'{told} that needs numbers')
     kept += [f'  {name}:' for name in letters]
     yield from ['constants:', *kept] if kept else ()
 
@@ -281,35 +275,37 @@ def _constants(
 def _joint(moved: MovingRow, angle: str, report: TableReport) -> str:
     row, label = moved.row, re.sub(r'\s+', '_', moved.row.cells.get('joint', ''))
     named = re.search('[A-Za-z]', label)  # 0->1 is a number
-    entry = [f'name: {scalar(label) if named else moved.variable}']
+    entry = [f'name: {scalar(label)}'] if named else [f'name: {moved.variable}']
     entry += [f'variable: {moved.variable}'] if named else []
     entry.append(f'type: {"revolute" if moved.place == "theta" else "prismatic"}')
     if ends := _limits(row.cells, angle if moved.place == 'theta' else ''):
         if len(ends) != 2 or not all(ends):
-            where = f'row {row.number}, column limits'
-            report.fault('two numbers are expected, such as [-160, 160]', row.line, where)
+            row.fault(report, 'limits', 'two numbers are expected, such as [-160, 160]')
         entry.append(f'limits: [{", ".join(map(scalar, ends))}]')
     return f'  - {{{", ".join(entry)}}}'
 
 
 def _limits(cells: Mapping[str, str], angle: str = '') -> list[str]:
-    text = cells.get('limits', '')
-    if not text:
-        ends = [cells.get('min', ''), cells.get('max', '')]
-        ends = ends if any(ends) else []
-    else:
+    ends = [cells.get('min', ''), cells.get('max', '')]
+    if text := cells.get('limits', ''):
         text = DECIMAL_COMMA.sub('.', text) if ';' in text else text
         scaled = SCALED.fullmatch(text)
         before, inside, after = scaled.groups('') if scaled else ('', text, '')
         ends = [f'{before}{end}{after}' for end in BETWEEN.split(inside.strip('()[] '))]
+    if not any(ends):
+        return []
     if angle == 'as deg':
         return [TERM.sub(rf'\g<0>{DEGREE}', end) for end in ends]
     return [in_unit(end, angle) for end in ends]
 
 
-def _link(moved: MovingRow, angle: str) -> str:
+def _texts(moved: MovingRow) -> list[str]:
     cells = moved.row.cells
-    texts = {'a': cells['a'], 'alpha': cells['alpha'], 'd': moved.d, 'theta': moved.theta}
+    return [cells['a'], cells['alpha'], moved.d, moved.theta, *_limits(cells)]
+
+
+def _link(moved: MovingRow, angle: str) -> str:
+    texts = dict(zip(('a', 'alpha', 'd', 'theta'), _texts(moved)))
     if angle == 'deg':
         texts |= {name: texts[name].replace(DEGREE, '') for name in ('alpha', 'theta')}
     return f'  - {{{", ".join(f"{name}: {scalar(text)}" for name, text in texts.items())}}}'
@@ -317,10 +313,9 @@ def _link(moved: MovingRow, angle: str) -> str:
 
 def _in_the_table(fault: Fault, arm: Sequence[MovingRow]) -> Fault:
     # The same fault at its place in the table.
-    found = PLACE.fullmatch(fault.where)
-    if not found:
-        return Fault(fault.file, 0, fault.where, fault.message)
-    rows = arm if found[1] == 'links' else [row for row in arm if row.variable]
-    row = rows[int(found[2])].row
-    where = f'row {row.number}' + (f', column {found[3]}' if found[3] else '')
-    return Fault(fault.file, row.line, where, fault.message)
+    where, line = fault.where, 0
+    if found := PLACE.fullmatch(where):
+        rows = arm if found[1] == 'links' else [row for row in arm if row.variable]
+        line, number, _ = rows[int(found[2])].row
+        where = f'row {number}' + (f', column {found[3]}' if found[3] else '')
+    return Fault(fault.file, line, where, fault.message)

@@ -56,10 +56,10 @@ def end_lines(text: str, settings: Mapping[str, str], report: TableReport) -> It
         if end in settings:
             found = _placement(settings[end])
             if found is None:
-                report.refuse(
-                    f'{end}: {settings[end]!r} is not understood: write transl(x, y, z)*trotx(a), '
-                    'or take it out and write it into the robot file'
+                told = (
+                    f'{end}: {settings[end]!r} is not understood: write transl(x, y, z)*trotx(a)'
                 )
+                report.refuse(f'{told}, or take it out and write it into the robot file')
             yield _line(end, *found)
     for end, xyz, order, angles in BOXED.findall(text):
         # R = Rx(yaw) Ry(pitch) Rz(roll) in the order xyz of the toolbox.
@@ -90,10 +90,9 @@ def _placement(text: str) -> tuple[list[str], list[str]] | None:
 
 
 def _line(end: str, *placed: list[str]) -> str:
-    xyz, rpy = (
-        ', '.join(
-            '0' if cell.strip(f' {DEGREE}') in ZERO else scalar(cell.strip()) for cell in one
-        )
-        for one in placed
-    )
+    cells = [[cell.strip() for cell in one] for one in placed]
+    plain = [
+        ['0' if cell.strip(DEGREE) in ZERO else scalar(cell) for cell in one] for one in cells
+    ]
+    xyz, rpy = map(', '.join, plain)
     return f'{end}: {{xyz: [{xyz}], rpy: [{rpy}]}}'

@@ -63,21 +63,16 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
         There is more than one robot, or its links are not written one after another.
     """
     text = without_comments(text).replace('"', "'")
-    links = []
-    for found in LINK.finditer(text):
-        line = text.count('\n', 0, found.start(2)) + 1
-        values = _values(found[3], line, report)
-        links.append(_LinkCall(line, found[1] or '', found[2], values))
-    links = links or _matrix_links(text)
+    links = [_call(text, found, report) for found in LINK.finditer(text)] or _matrix_links(text)
     if not links:
         return None
     _refuse_other_orders(text, [link.target for link in links if link.target], report)
     named = {link.target: link.values for link in links}
+    robot = set(re.findall(r'(\w+)\s*=\s*(?:SerialLink|DHRobot)', text))
     for target, key, value in LATER.findall(text):
-        if target in named:
-            named[target][key] = value
-        elif re.search(rf'\b{re.escape(target)}\s*=\s*(?:SerialLink|DHRobot)', text) is None:
+        if target not in {*named, *robot}:
             report.refuse(f'{target}.{key} is set, and {target} is no link of this text')
+        named.setdefault(target, {})[key] = value
     settings = settings_of(LATER_OF_LINKS.sub('', LINK.sub('', text)), report)
     if offset := settings.get('offset'):
         cells = cells_of(re.sub(r'.*?\[|\].*', '', offset))
@@ -86,9 +81,7 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
         for link, cell in zip(links, cells):
             link.values['offset'] = cell
     always = re.search(r"SerialLink\([^;\n]*'modified'", text) is not None
-    modified = {
-        always or link.function.endswith('MDH') or link.says('mdh', 'modified') for link in links
-    }
+    modified = {always or 'MDH' in one.function or one.says('mdh', 'modified') for one in links}
     if len(modified) > 1:
         report.refuse('some links are standard, some modified: a table has one convention')
     rows = [PastedRow(links[0].line, HEADS), *(_row(link, report) for link in links)]
@@ -112,8 +105,8 @@ def _refuse_other_orders(text: str, targets: list[str], report: TableReport) -> 
         report.refuse('there are several robots: leave the links of one in the text')
     listed = [word for word in NAME.findall(robots[0]) if word in targets] if robots else []
     places = [int(found[1]) for one in targets if (found := re.search(r'(\d+)\W?$', one))]
-    following = list(range(places[0], places[0] + len(places))) if places else []
-    if (listed or targets) != targets or places != following:
+    apart = any(b - a != 1 for a, b in zip(places, places[1:]))
+    if (listed or targets) != targets or apart:
         report.refuse('the links of the robot are others, or in another order: write those alone')
     if len(CALL.findall(text)) != len(LINK.findall(text)) or LEFT.search(LINK.sub('', text)):
         report.refuse('not every link is understood: a bracket is open, or its name is another')
@@ -121,21 +114,22 @@ def _refuse_other_orders(text: str, targets: list[str], report: TableReport) -> 
         report.refuse('links are made in a loop, which is not run: write each of them')
 
 
-def _values(text: str, line: int, report: TableReport) -> dict[str, str]:
-    values = dict.fromkeys(OPTION.findall(text), '1')
-    rest = OPTION.sub('', text)
+def _call(text: str, found: re.Match[str], report: TableReport) -> _LinkCall:
+    line = text.count('\n', 0, found.start(2)) + 1
+    values, rest = dict.fromkeys(OPTION.findall(found[3]), '1'), OPTION.sub('', found[3])
     if vector := re.match(r'\s*\[([^\]]*)\]', rest):
         elements = cells_of(vector[1].replace(',', ' '))
         if not 4 <= len(elements) <= len(VECTOR):
-            message = 'numbers, and theta d a alpha are expected, then sigma and offset'
-            report.fault(f'{len(elements)} {message}', line)
+            message = f'{len(elements)} numbers, and theta d a alpha are expected'
+            report.fault(f'{message}, then sigma and offset', line)
         values |= zip(VECTOR, elements)
         rest = rest[vector.end() :]
     given = {matlab or python: value for matlab, python, value in VALUE.findall(rest)}
     strange = ', '.join(given.keys() - KNOWN) or VALUE.sub('', rest).strip(' ,.\t\n')
     if strange:
         report.fault(f'{strange!r} is not understood: write a=..., alpha=...', line)
-    return values | {key: value.strip() for key, value in given.items()}
+    values |= {key: value.strip() for key, value in given.items()}
+    return _LinkCall(line, found[1] or '', found[2], values)
 
 
 def _row(link: _LinkCall, report: TableReport) -> PastedRow:
@@ -145,9 +139,8 @@ def _row(link: _LinkCall, report: TableReport) -> PastedRow:
     slides = link.says('sigma', 'prismatic', 'p') or link.function.startswith('Prismatic')
     moving = 'd' if slides or names_theta else 'theta'
     if not re.fullmatch(r'0?|[A-Za-z]\w*(?:\(\d+\))?', values.get(moving, '')):
-        message = f'line {link.line}: {moving} moves there, and the toolbox takes no number of it'
-        report.note(message)
-    cells = {'a': '0', 'alpha': '0', 'd': '0', 'theta': '0', 'offset': '0', **values}
-    cells[moving] = '-variable' if link.says('flip') else ''
-    cells |= {'type': 'P' if moving == 'd' else 'R', 'limits': values.get('qlim', '')}
+        moves = f'line {link.line}: {moving} moves there'
+        report.note(f'{moves}, and the toolbox takes no number of it')
+    cells = dict.fromkeys(HEADS, '0') | values | {'limits': values.get('qlim', '')}
+    cells |= {moving: '-variable' if link.says('flip') else '', 'type': 'RP'[moving == 'd']}
     return PastedRow(link.line, tuple(plain_cell(cells[head]) for head in HEADS))

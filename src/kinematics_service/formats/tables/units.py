@@ -47,8 +47,9 @@ def in_one_unit(
     """Return the unit of all angles, or of all lengths, and write their cells in it."""
     meanings, accepted, _ = KINDS[kind]
     said = {head.meaning: head.unit for head in heads if head.meaning in meanings and head.unit}
-    chosen = {*said.values(), *set(given).intersection(accepted)}
-    if set(given).intersection(accepted) and len(chosen) > 1:
+    asked = set(given).intersection(accepted)
+    chosen = {*said.values(), *asked}
+    if asked and len(chosen) > 1:
         report.refuse(f'{kind} in {" and in ".join(sorted(chosen))}: write them in one')
     cells = [(row, name) for row in rows for name in meanings if row.cells.get(name)]
     if len(chosen) == 1 and chosen <= set(accepted):
@@ -57,23 +58,19 @@ def in_one_unit(
         unit = accepted[kind == 'lengths']
         report.note(f'{kind} in {" and ".join(sorted(chosen))} are written in {unit}')
     else:
-        unit = _told_unit(
-            kind, [_with_constants(r.cells[name], constants) for r, name in cells], text, report
-        )
+        told = [row.cells[name] for row, name in cells]
+        told = [
+            ' '.join([one, *(constants.get(x, '') for x in sorted(names_in(one)))]) for one in told
+        ]
+        unit = _told_unit(kind, told, text, report)
     for row, name in cells:
         own, cell = said.get(name, unit if len(chosen) < 2 else ''), row.cells[name]
         if own != unit and TERM.search(cell) and cell not in ZERO:
             if not own:
-                report.fault(
-                    'no unit is said: write it into the heads', row.line, f'column {name}'
-                )
+                row.fault(report, name, 'no unit is said: write it into the heads')
             cell = TERM.sub(rf'\g<0>{DEGREE if own == "deg" else own}', cell)
         row.cells[name] = in_unit(cell, unit)
     return unit
-
-
-def _with_constants(cell: str, constants: Mapping[str, str]) -> str:
-    return ' '.join([cell, *(constants.get(name, '') for name in sorted(names_in(cell)))])
 
 
 def _told_unit(kind: str, texts: Sequence[str], whole: str, report: TableReport) -> str:
@@ -83,13 +80,12 @@ def _told_unit(kind: str, texts: Sequence[str], whole: str, report: TableReport)
     marks = words if len(words.keys() & {small, large}) == 1 else dict[str, str]()
     plain: list[str] = []
     for text in texts:
+        found = ['m' if unit == 'm' else 'mm' for _, unit in MARKED.findall(text)]
         if kind == 'angles':
-            found = [('deg', DEGREE in text), ('rad', 'pi' in names_in(text))]
-        else:
-            found = [(unit if unit == 'm' else 'mm', True) for _, unit in MARKED.findall(text)]
-        marks |= {unit: text.strip() for unit, there in found if there}
+            found = ['deg'] * (DEGREE in text) + ['rad'] * ('pi' in names_in(text))
+        marks |= dict.fromkeys(found, text.strip())
         # A factor, as in 26.45*0.0254, is longer than the product.
-        if kind == 'lengths' or 'pi' not in names_in(text):
+        if 'rad' not in found:
             plain += [number for number in TERM.findall(text) if float(number)]
     plain.sort(key=float)
     is_large = bool(plain) and float(plain[-1]) > most

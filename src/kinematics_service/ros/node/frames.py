@@ -25,7 +25,7 @@ from ..parameters.settings import ReferenceLimits
 # Poses of the first diagnosis, and new ones before the next while something is wrong.
 FIRST = 20
 # A jump makes poses look wrong in one of these ways, too: then the jump is reported.
-LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'time_lag')
+LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'link_twist', 'time_lag')
 # The remedy if poses remain far off and no mistake explains it.
 ADVICE = 'calibrate --live collects poses for a robot file of this very arm'
 

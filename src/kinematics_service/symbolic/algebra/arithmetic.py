@@ -4,9 +4,11 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import chain, count
 from typing import Any
 
+import numpy as np
 import sympy
 
 from ...errors import DerivationError
@@ -63,6 +65,17 @@ class Arithmetic:
         return {
             angle: v + self.offsets[v] for v, angle in self.angles.items() if self.offsets[v] != 0
         }
+
+    @cached_property
+    def values(self) -> Any:
+        """Return the number of each generator that no joint moves (nan elsewhere), complex."""
+        moving, known = set(self.names.variables), dict(self.names.values)
+        values = np.full(len(self.ring.generators), np.nan, dtype=complex)
+        for k, generator in enumerate(self.ring.generators):
+            if generator.meaning not in moving:
+                number = float(generator.meaning.subs(known))
+                values[k] = np.exp(1j * number) if generator.kind == 'fixed_angle' else number
+        return values
 
     def angle_index(self, variable: Any) -> int:
         """Return the index of exp(i variable / unit)."""

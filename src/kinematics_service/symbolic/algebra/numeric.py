@@ -16,19 +16,6 @@ CONVERGED = 1e-12
 BISECTIONS = 80
 
 
-def values_of(arithmetic: Arithmetic) -> Any:
-    """Return the number of each generator that no joint moves (nan elsewhere), complex."""
-    ring, names = arithmetic.ring, arithmetic.names
-    moving = set(names.variables)
-    values = np.full(len(ring.generators), np.nan, dtype=complex)
-    for k, generator in enumerate(ring.generators):
-        if generator.meaning in moving:
-            continue
-        number = float(generator.meaning.subs(dict(names.values)))
-        values[k] = np.exp(1j * number) if generator.kind == 'fixed_angle' else number
-    return values
-
-
 class DifferentiableFunction(Protocol):
     """A function of joint positions, shape (..., n), and its gradient."""
 
@@ -85,25 +72,25 @@ class Numbers:
     @cached_property
     def function(self) -> 'Sum':
         """Return it as a sum of terms."""
-        return sum_of(self.value, self.arithmetic, values_of(self.arithmetic))
+        return sum_of(self.value, self.arithmetic)
 
     @cached_property
     def seconds(self) -> tuple[tuple['Sum', ...], ...]:
         """Return the second derivatives by each pair of joint variables."""
-        arithmetic, values = self.arithmetic, values_of(self.arithmetic)
+        arithmetic = self.arithmetic
         variables = arithmetic.names.variables
         firsts = [arithmetic.derivative(self.value, variable) for variable in variables]
         return tuple(
-            tuple(sum_of(arithmetic.derivative(f, v), arithmetic, values) for v in variables)
+            tuple(sum_of(arithmetic.derivative(f, v), arithmetic) for v in variables)
             for f in firsts
         )
 
     @cached_property
     def derivatives(self) -> tuple['Sum', ...]:
         """Return the derivatives by each joint variable."""
-        arithmetic, values = self.arithmetic, values_of(self.arithmetic)
+        arithmetic = self.arithmetic
         return tuple(
-            sum_of(arithmetic.derivative(self.value, variable), arithmetic, values)
+            sum_of(arithmetic.derivative(self.value, variable), arithmetic)
             for variable in arithmetic.names.variables
         )
 
@@ -118,12 +105,14 @@ class Sum:
 
     def __call__(self, q: Floats) -> Floats:
         """Return the value at q, shape (...,)."""
-        if not len(self.powers):
-            return np.zeros(q.shape[:-1])
+        return np.asarray(np.sum(self.terms(q), axis=-1).real)
+
+    def terms(self, q: Floats) -> Any:
+        """Return each term at q, shape (..., terms), complex."""
         terms = self.coefficients * np.exp(1j * (q @ self.turns))
         for k in np.flatnonzero(np.any(self.powers, axis=0)):
             terms = terms * q[..., k, None] ** self.powers[:, k]
-        return np.asarray(np.sum(terms, axis=-1).real)
+        return terms
 
     def magnitude(self, largest: Floats) -> Floats:
         """Return the sum of the sizes of the terms, a bound where |q| <= largest, shape (...,)."""
@@ -133,9 +122,9 @@ class Sum:
         return np.asarray(np.sum(sizes, axis=-1))
 
 
-def sum_of(value: Laurent, arithmetic: Arithmetic, values: Any) -> Sum:
-    """Return a real polynomial as numbers; values are those of `values_of`."""
-    ring, variables = arithmetic.ring, arithmetic.names.variables
+def sum_of(value: Laurent, arithmetic: Arithmetic) -> Sum:
+    """Return a real polynomial as numbers."""
+    ring, variables, values = arithmetic.ring, arithmetic.names.variables, arithmetic.values
     terms = value.terms()
     exponents = np.array(list(terms), dtype=int).reshape(len(terms), len(ring.generators))
     c = np.array([complex(a, b) for a, b in terms.values()], dtype=complex) / value.divisor
@@ -148,6 +137,21 @@ def sum_of(value: Laurent, arithmetic: Arithmetic, values: Any) -> Sum:
     c = c * np.exp(1j * (turns @ np.array([float(arithmetic.offsets[v]) for v in variables])))
     lengths = [ring.index('number', v) for v in variables]
     return Sum(c, turns.T, exponents[:, lengths])
+
+
+def values_together(
+    polynomials: Sequence[Laurent], arithmetic: Arithmetic
+) -> Callable[[Floats], Floats]:
+    """Return polynomials as one function of poses (N, n), shape (N, polynomials)."""
+    every = dict.fromkeys((e for value in polynomials for e in value.terms()), (1, 0))
+    whole = from_terms(polynomials[0].ring, every)
+    monomials = {e: k for k, e in enumerate(whole.terms())}
+    C = np.zeros((len(monomials), len(polynomials)), dtype=complex)
+    for j, value in enumerate(polynomials):
+        for e, (a, b) in value.terms().items():
+            C[monomials[e], j] = complex(a, b) / value.divisor
+    terms = sum_of(whole, arithmetic).terms
+    return lambda q: np.asarray((terms(q) @ C).real)
 
 
 def poses_on(functions: Sequence[DifferentiableFunction], starts: Floats, scale: Floats) -> Floats:
@@ -170,6 +174,8 @@ def poses_on(functions: Sequence[DifferentiableFunction], starts: Floats, scale:
         step = smallest_step(f, G * scale, 1e-14)
         length = np.linalg.norm(step, axis=-1, keepdims=True)
         q = q + scale * step * np.minimum(1.0, 0.5 / np.maximum(length, 1e-300))
+        if not np.any(length > CONVERGED):
+            break
     f, _ = values_and_gradients(functions, q)
     return np.asarray(q[np.max(np.abs(f), axis=-1) < CONVERGED])
 

@@ -10,6 +10,7 @@ import sympy as sp  # type: ignore[import-untyped]
 from ...errors import FormulaError
 from ...robot.robot import Robot
 from .arm.numbers import Floats
+from .arm.quantities import ACCEPTED
 from .arm.symbols import shown
 from .arm.table import table_of
 from .causes.explanation import Explained, Explanation, explain, right_entry
@@ -102,6 +103,8 @@ class Comparison:
         Number of random poses.
     randomised
         Constants that got random values somewhere.
+    passed_over
+        Definitions that no formula uses.
     """
 
     robot: Robot
@@ -109,6 +112,7 @@ class Comparison:
     faults: tuple[FormulaError, ...]
     poses: int
     randomised: tuple[str, ...]
+    passed_over: tuple[FormulaError, ...] = ()
 
     @property
     def agrees(self) -> bool:
@@ -161,10 +165,16 @@ def compare(robot: Robot, text: str) -> Comparison:
             for one in judge_claims(robot, names, claims)
         ]
     if not understood.statements and not faults:
-        faults.append(FormulaError("no formula in the file: write 'J = [...]', 'T = [...]'", 1, 1))
+        none = FormulaError("no formula in the file: write 'J = [...]', 'T = [...]'", 1, 1)
+        faults += [
+            FormulaError(f'{one.message}; known are {ACCEPTED}', one.line, one.column)
+            for one in understood.passed_over
+        ] or [none]
     verdicts.sort(key=lambda verdict: verdict.line)
     faults.sort(key=lambda fault: (fault.line, fault.column))
-    return Comparison(robot, tuple(verdicts), tuple(faults), count, tuple(randomised))
+    return Comparison(
+        robot, tuple(verdicts), tuple(faults), count, tuple(randomised), understood.passed_over
+    )
 
 
 def _located(fault: FormulaError, statement: Statement) -> FormulaError:
@@ -187,7 +197,8 @@ def _check(
         return poses_for(robot, names, settings, symbols, understood.fixed, count)
 
     if statement.kind == 'quantity':
-        return QuantityCheck(robot, names, statement, poses(8))
+        readings = QuantityCheck(robot, names, statement, poses(8)).readings
+        return next((c for c in readings if c.fits and not c.wrong.any()), readings[0])
     if statement.kind == 'equation':
         return EquationCheck(robot, names, statement, poses(8))
     if names.table.passive:
@@ -222,7 +233,9 @@ def _verdict(check: Check) -> Verdict:
             )
         if not check.fits:
             return _misshapen(check, base)
-        base = replace(base, remarks=tuple(_facts(check)), labels=check.labels)
+        base = replace(
+            base, remarks=(*check.reading_in_words, *_facts(check)), labels=check.labels
+        )
     if isinstance(check, SolutionCheck):
         base = replace(base, remarks=tuple(_branch(check)))
     if not check.wrong.any():

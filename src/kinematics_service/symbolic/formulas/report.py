@@ -29,6 +29,8 @@ def report(comparison: Comparison, file: str, verbose: bool = False) -> Iterator
     wrong = sum(verdict.status != AGREES for verdict in verdicts)
     yield f'{file} against {comparison.robot.name}: {_count(len(verdicts), wrong)}'
     yield _how(comparison)
+    for unused in comparison.passed_over:
+        yield f'passed over: line {unused.line}: {unused.message}'
     for verdict in verdicts:
         yield ''
         yield from _verdict(verdict, verbose)
@@ -99,6 +101,7 @@ def document(comparison: Comparison, file: str) -> dict[str, Any]:
         'file': file,
         **attributes(comparison, 'agrees', 'poses'),
         'random_constants': list(comparison.randomised),
+        'passed_over': [attributes(one, 'line', 'message') for one in comparison.passed_over],
         'formulas': [_json(verdict) for verdict in comparison.verdicts],
     }
 

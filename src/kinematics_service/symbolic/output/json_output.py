@@ -1,6 +1,7 @@
 """A derivation as JSON, expressions in sympy's own syntax."""
 
 import json
+from collections.abc import Sequence
 from typing import Any
 
 import sympy
@@ -8,6 +9,7 @@ import sympy
 from ...printing import attributes
 from ..derivation import Derivation
 from ..path import Path
+from ..singular_set import FamilyCrossing
 
 
 def json_of(
@@ -62,17 +64,13 @@ def json_of(
                 'sampled': list(factor.sampled),
                 'within_limits': factor.within_limits,
                 'pose_within_limits': factor.pose,
+                'special': factor.special,
             }
             for factor in found.factors
         ],
-        'crossings': [
-            {
-                'factors': list(c.names),
-                **attributes(c, 'rank', 'sampled', 'within_limits'),
-                'pose_within_limits': c.pose,
-            }
-            for c in found.crossings
-        ],
+        'crossings': _crossings(found.crossings),
+        'remainder_zeros': _crossings(found.remainder_zeros),
+        'special': found.special,
     }
     if path is not None:
         document['path'] = {
@@ -86,6 +84,21 @@ def json_of(
             ],
         }
     return json.dumps(document, indent=1) + '\n'
+
+
+def _crossings(crossings: Sequence[FamilyCrossing] | None) -> list[dict[str, Any]] | None:
+    return (
+        None
+        if crossings is None
+        else [
+            {
+                'factors': list(c.names),
+                **attributes(c, 'rank', 'sampled', 'within_limits'),
+                'pose_within_limits': c.pose,
+            }
+            for c in crossings
+        ]
+    )
 
 
 def _in_angles(derivation: Derivation) -> Any:

@@ -12,7 +12,7 @@ from ..closed_loops import MOST_VARIABLES
 from ..derivation import Derivation
 from ..family import Family
 from ..path import Path
-from ..singular_set import SingularFactor
+from ..singular_set import FamilyCrossing, SingularFactor
 
 # An expression of more operations is named, not printed again inside a sentence.
 LONG = 60
@@ -201,6 +201,8 @@ def _determinant(derivation: Derivation) -> Iterator[Block]:
     determinant = found.determinant
     yield Heading('Determinant', 2)
     yield say(f'Task rows: {" ".join(determinant.rows)}; rank {found.generic_rank} in general.')
+    if found.special:
+        yield say(f'{found.special[0].upper()}{found.special[1:]}.')
     if found.dependent:
         joints = ' and '.join(found.dependent)
         yield say(
@@ -241,23 +243,29 @@ def _singular(derivation: Derivation) -> Iterator[Block]:
     yield Heading('Singular set', 2)
     if found.determinant.expression is None:
         return
-    if not found.factors and found.determinant.minors == 1:
-        yield say('Empty: the determinant is a constant.')
+    if not found.factors and found.complete:
+        constant = found.determinant.minors == 1
+        yield say(f'Empty: the {"determinant is a constant" if constant else "rank never falls"}.')
     for factor in found.factors:
         yield from _family(derivation, factor)
     if found.crossings:
         yield Heading('Where families meet', 3)
     for crossing in found.crossings:
         names = ' and '.join(map(_short, crossing.names))
-        if crossing.rank is None:
-            yield say(f'{names}: no pose was found; that they do not meet is not proved')
-            continue
-        sampled = SAMPLED if crossing.sampled else ''
-        inside = IN_BRACKETS[crossing.within_limits]
-        yield say(f'{names}: rank {crossing.rank}{sampled}{inside}')
-    if found.determinant.minors > 1:
+        yield say(f'{names}: {_crossing(crossing)}')
+    for zeros in found.remainder_zeros or ():
+        place = ' and '.join(f'{name} = 0' for name in zeros.names)
+        yield say(f'Singular too where {place}: {_crossing(zeros)}')
+    if found.remainder_zeros is None and found.determinant.minors > 1:
         yield say('Singular too where what is left of the minors vanishes as a whole:')
         yield from _in_both(derivation, '0', found.determinant.remainder)
+
+
+def _crossing(crossing: FamilyCrossing) -> str:
+    if crossing.rank is None:
+        return 'no pose was found; that they do not meet is not proved'
+    sampled = SAMPLED if crossing.sampled else ''
+    return f'rank {crossing.rank}{sampled}{IN_BRACKETS[crossing.within_limits]}'
 
 
 def _short(name: str) -> str:
@@ -307,6 +315,8 @@ def _there(factor: SingularFactor) -> Iterator[Block]:
         yield say('No pose of it is inside the joint limits.')
     seen = dict.fromkeys(factor.sampled, SAMPLED)
     yield say(f'Rank there: {factor.rank}{seen.get("rank", "")}.')
+    if factor.special:
+        yield say(f'{factor.special[0].upper()}{factor.special[1:]}.')
     if factor.lost:
         yield say(f'Lost: {factor.lost}{seen.get("lost", "")}.')
     if factor.idle:

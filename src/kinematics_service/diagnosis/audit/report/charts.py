@@ -52,6 +52,8 @@ class Chart:
         Horizontal lines; the axis shows those that it must, or that a curve comes near.
     end : s
         End of the time axis.
+    most
+        The largest value shown; larger ones are drawn there.
     height
         In px.
     """
@@ -64,6 +66,7 @@ class Chart:
     log: bool = False
     height: int = 150
     end: float = 0.0
+    most: float = math.inf
 
     def html(self) -> str:
         """Return the figure."""
@@ -147,7 +150,7 @@ class ValueScale:
         values = [curve.values for curve in chart.curves]
         lows = [float(np.min(column)) for column in values if len(column)] or [0.0]
         highs = [float(np.max(column)) for column in values if len(column)] or [1.0]
-        low, high = min(lows), max(highs)
+        low, high = min(lows), min(max(highs), chart.most)
         marks = [level.value for level in chart.levels]
         return cls._of_powers(low, high, marks) if chart.log else cls._plain(low, high, marks)
 

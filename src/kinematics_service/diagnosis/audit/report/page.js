@@ -13,7 +13,7 @@ function value(plot, points, x) {
   if (best === null || off > 12) return '';
   const {low, high, log} = plot.svg.dataset, f = 1 - best / 100;
   const v = log ? low * Math.pow(high / low, f) : +low + f * (high - low);
-  return Number(v.toPrecision(3)).toString();
+  return (best === 0 ? '> ' : '') + Number(v.toPrecision(3)).toString();
 }
 function show(fraction, own) {
   for (const plot of plots) {

@@ -11,7 +11,7 @@ from functools import partial
 from html import escape
 
 from ....estimation.estimator import ACCEPTED
-from ....page import MOST, TableColumn, document, more_of, resource, table, table_of
+from ....page import MOST, NOTHING, TableColumn, document, more_of, resource, table, table_of
 from ....robot.measures import MEASURES
 from ....typography import counted
 from ....version import __version__
@@ -26,8 +26,6 @@ from .page_frames import frame_section
 from .page_header import Provenance, header
 from .page_plans import plan_section
 
-# In the place of a number that is not known.
-NOTHING = '&ndash;'
 SIGNS = {'OK': '&#10003; OK', 'WARN': '&#9650; WARN', 'ERROR': '&#9632; ERROR'}
 
 

@@ -24,6 +24,8 @@ Values = Callable[[slice], Floats]
 
 # Intervals shaded at most; more would be a grey wall.
 MOST_BANDS = 400
+# The axis of the condition number, which has no bound, ends here, in thresholds of ERROR.
+CLIPPED_AT = 100.0
 
 
 def _breaks(audit: Audit, rows: slice) -> Flags:
@@ -74,7 +76,8 @@ def measure_charts(audit: Audit) -> str:
     curve = _curve(audit, measure.words, 'c0', partial(watched_values, robot, timeline))
     title = measure.long or measure.words
     log = bool(np.any(curve.values > 0.0))
-    charts = [Chart(title, measure.unit, [curve], levels=levels, log=log, height=210)]
+    most = CLIPPED_AT * robot.thresholds.stop if not measure.small_is_bad else math.inf
+    charts = [Chart(title, measure.unit, [curve], levels=levels, log=log, most=most, height=210)]
     factors = robot.factors.names
     if len(factors) > 1:
         curves = [
@@ -88,7 +91,8 @@ def measure_charts(audit: Audit) -> str:
             other = MEASURES[name]
             curve = _curve(audit, other.words, 'c0', column.__getitem__)
             if np.any(curve.values > 0.0):
-                charts.append(Chart(other.words, other.unit, [curve], log=True))
+                most = math.inf if other.small_is_bad else CLIPPED_AT * (other.stop or math.inf)
+                charts.append(Chart(other.words, other.unit, [curve], log=True, most=most))
     text = ''.join(_html(audit, chart) for chart in charts)
     if audit.intervals:
         text += (

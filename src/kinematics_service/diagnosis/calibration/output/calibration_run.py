@@ -391,7 +391,7 @@ def _print_report(data: CalibratedPoses, outputs: CalibrationOutputs) -> None:
     out.print(*(plain(f'  {sentence}.') for sentence in sentences), '')
     rows = table('  parameter', 'correction', 'deviation', '')
     for one in found.parameters:
-        name, *cells = cells_of(one)
+        name, *cells = cells_of(one, found)
         rows.add_row(f'  {name}', *cells)
     for value in (value for term in found.terms for value in term.values):
         name, *cells = term_cells(value)

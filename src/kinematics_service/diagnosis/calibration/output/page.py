@@ -151,7 +151,7 @@ def _parameters(found: Calibration) -> str:
     ordered = sorted(found.parameters, key=lambda one: groups.index(one.group))
     rows = []
     for one in ordered:
-        name, *cells = cells_of(one)
+        name, *cells = cells_of(one, found)
         rows.append([escape(name), escape(one.group), *map(escape, cells), _bar(one)])
     for term in found.terms:
         for value in term.values:

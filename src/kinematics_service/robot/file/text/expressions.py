@@ -90,6 +90,10 @@ class Scope:
         hint = did_you_mean(self._meant(name))
         if not hint and self.variables and JOINT.fullmatch(name):
             hint = ': add a joint of that name to joints, or take one that is there'
+        elif not hint and not self.constants and self.wanted is not None:
+            hint = (
+                f': name it under constants, as in {{{name}: 0.3}}, or {{{name}: }} for a letter'
+            )
         return self.refused.get(name) or (
             f'unknown name {short(name)!r}{hint} (known: {_listed(self.known)})'
         )

@@ -1,8 +1,7 @@
 """What the names of formulas mean: T_03, A_2, z_1, J_v2, det, and the value of each."""
 
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,8 +14,9 @@ from .world import World
 ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 
 ACCEPTED = (
-    'T, T_03 (frame 0 to 3), T_2 or A_2 (row 2), A_i (any row), R, R_2, p, p_14, o_2, z_2, '
-    's_o1 (o_0 - o_n), J, J_v, J_w, J_2, J_v2, J_w2, D_2 (dT/dq2 with the rotation taken out), '
+    'T, T_03 or A_03 (frame 0 to 3), T_2 or A_2 (row 2), A_i (any row), R, R_2, R_36, p, p_14, '
+    'o_2, z_2, z^1_2 (axes of frame 1), s_o1 (o_0 - o_n), J, J_v, J_w, J_2, J_v2, J_w2, J_s, J_b, '
+    'J_A (space, body, analytic), D_2 (dT/dq2 with the rotation taken out), '
     'det, a joint variable (inverse kinematics), an equation between known names; other names '
     "with a line such as 'meaning: R_C = o_3'"
 )
@@ -32,44 +32,69 @@ class Quantity:
     kind
         tool, pose, row, general, rotation, axis, origin, vector, reach, jacobian, numeric, det.
     i, j
-        Indices as the person counts them; column of the Jacobian from 1, 0 for all.
+        Indices as the person counts them, -1 for the tool; column of the Jacobian from 1, 0 for
+        all.
     part
         Rows of the Jacobian: `all`, `v` or `w`.
+    start
+        The frame in which it is seen, -1 for the tool's; None: as the settings say.
+    form
+        The Jacobian is `space`, `body`, `analytic`, or with its angles `zyz`, `rpy`, `ypr`.
+    rows
+        The Jacobian's rows that are meant, by their places; empty: as many as are written.
+    either
+        Whether two digits may also be the number of one frame or row.
     """
 
     kind: str
     i: int = 0
     j: int = 0
     part: str = 'all'
+    start: int | None = None
+    form: str = ''
+    rows: tuple[int, ...] = ()
+    either: bool = False
 
 
-_PATTERNS: tuple[tuple[str, Callable[[re.Match[str]], Quantity]], ...] = (
-    (r'(?:det|detJ|JacDet|detJv|detJacobian)', lambda m: Quantity('det')),
-    (r'(?:T|TH|T0n|T0e|T0T)', lambda m: Quantity('tool')),
-    (r'(?:A|T)i', lambda m: Quantity('general')),
-    (r'T(\d)(\d)', lambda m: Quantity('pose', int(m[1]), int(m[2]))),
-    (r'T0(\d\d)', lambda m: Quantity('pose', 0, int(m[1]))),
-    (r'[TA](\d{1,2})', lambda m: Quantity('row', int(m[1]))),
-    (r'R', lambda m: Quantity('rotation', -1)),
-    (r'R0?(\d{1,2})', lambda m: Quantity('rotation', int(m[1]))),
-    (r'[zZ](\d{1,2})', lambda m: Quantity('axis', int(m[1]))),
-    (r'[oO](\d{1,2})', lambda m: Quantity('origin', int(m[1]))),
-    (r'on', lambda m: Quantity('position')),
-    (r'[pP]', lambda m: Quantity('position')),
-    (r'[pP](\d)(\d)', lambda m: Quantity('vector', int(m[1]), int(m[2]))),
-    (r'so(\d)', lambda m: Quantity('reach', int(m[1]))),
-    (r'D(\d{1,2})', lambda m: Quantity('numeric', int(m[1]))),
-    (r'J(?:acobian|indirect|direct)?', lambda m: Quantity('jacobian')),
-    (r'J(\d{1,2})', lambda m: Quantity('jacobian', int(m[1]))),
-    (r'J([vw])(\d{0,2})', lambda m: Quantity('jacobian', int(m[2] or 0), part=m[1])),
-)
+# Names without underscores; the groups of a pattern are the fields of the quantity.
+_PATTERNS = {
+    r'det(?:J|Jv|Jacobian)?|JacDet': Quantity('det'),
+    r'[TH]|TH|[TAH]0[ne]|T0T|T(?:tool|total|0?ee|basetool)': Quantity('tool'),
+    r'[TA]i': Quantity('general'),
+    r'T(?P<i>\d)(?P<j>[\dne])': Quantity('pose'),
+    r'[AH](?P<i>\d)(?P<j>\d)': Quantity('pose', either=True),
+    r'[TAH](?P<i>\d\d)(?P<j>\d\d)|[TAH]0(?P<j_>\d\d)': Quantity('pose'),
+    r'[TAH](?P<i>\d)': Quantity('row'),
+    r'R(?:0?[ne])?': Quantity('rotation', -1),
+    r'R(?P<start>\d)(?P<i>\d)': Quantity('rotation', either=True),
+    r'R0?(?P<i>\d{1,2})|(?P<start>\d)R(?P<i_>\d{1,2}|[ne])': Quantity('rotation'),
+    r'(?P<start>\d)?[zZ](?P<i>\d{1,2}|n)': Quantity('axis'),
+    r'(?P<start>\d)?[oO](?P<i>\d{1,2}|n)|(?P<start_>\d)[pP](?P<i_>\d{1,2}|[ne])': Quantity(
+        'origin'
+    ),
+    r'[pP]e?': Quantity('position'),
+    r'[pP](?P<i>\d)(?P<j>\d)': Quantity('vector'),
+    r'so(?P<i>\d)': Quantity('reach'),
+    r'D(?P<i>\d{1,2})': Quantity('numeric'),
+    r'(?P<start>\d|n)?J(?:acobian|indirect|direct)?|J(?P<i>\d{1,2})': Quantity('jacobian'),
+    r'(?P<start>\d|n)?J(?:v|P)(?P<i>\d{0,2})': Quantity('jacobian', part='v'),
+    r'(?P<start>\d|n)?J(?:w|O|omega)(?P<i>\d{0,2})': Quantity('jacobian', part='w'),
+    r'Js(?P<i>\d{0,2})': Quantity('jacobian', form='space'),
+    r'Jb(?P<i>\d{0,2})': Quantity('jacobian', form='body'),
+    r'J[aA](?P<i>\d{0,2})': Quantity('jacobian', form='analytic'),
+}
 
 
 def quantity_of(key: str) -> Quantity | None:
     """Return what a name without underscores means, or None where it is none of these."""
-    for pattern, make in _PATTERNS:
+    for pattern, quantity in _PATTERNS.items():
         if found := re.fullmatch(pattern, key):
-            return make(found)
+            groups = {name: text for name, text in found.groupdict().items() if text}
+            numbers: dict[str, Any] = {
+                name.rstrip('_'): int(text) if text.isdigit() else -1
+                for name, text in groups.items()
+            }
+            return replace(quantity, **numbers)
     return None
 
 
@@ -83,9 +108,18 @@ def why_out_of_range(quantity: Quantity, rows: int, joints: int, reading: Settin
             return f'there is no {quantity.kind} {quantity.i}: the robot has {high}{between}'
     if quantity.kind == 'reach' and not 1 <= quantity.i <= rows:
         return f's_o{quantity.i}: the robot has {rows} rows'
-    frames = {'pose': (quantity.i, quantity.j), 'vector': (quantity.i, quantity.j)}
-    single = (quantity.i,) if quantity.kind in ('rotation', 'axis', 'origin') else ()
-    for index in frames.get(quantity.kind, single):
+    one, two = quantity.start or 0, quantity.i
+    if quantity.kind in ('pose', 'vector'):
+        one, two = quantity.i, quantity.j
+    elif quantity.kind not in PARTS:
+        return ''
+    if quantity.either and one and 10 * one + two <= rows:
+        return (
+            f'{one}{two} is frame {two} in frame {one}, or number {one}{two}: write T_{one}{two} '
+            f'for the frames (its rotation alone is accepted), R_0{one}{two} for the rotation of '
+            f'frame {one}{two}, T_0{one}{two} for its pose'
+        )
+    for index in (one, two):
         if index > high:
             return f'there is no frame {index}: the frames are {low} to {high}'
     return ''
@@ -121,10 +155,15 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
         return pose[origin]
     if kind == 'row':
         return np.asarray(arm.rows[i - 1])
+    first, last = reading.first_frame, len(arm.frames) - 1
     if kind in PARTS:
-        return (pose if i < 0 else _frame(arm, i - reading.first_frame))[PARTS[kind]]
+        at = last if i < 0 else i - first
+        start = quantity.start
+        return (_frame(arm, at) if start is None else _between(arm, start - first, at))[
+            PARTS[kind]
+        ]
     if kind == 'pose':
-        return _between(arm, i - reading.first_frame, j - reading.first_frame)
+        return _between(arm, i - first, last if j < 0 else j - first)
     if kind == 'vector':
         start, end = (_frame(arm, index - reading.first_frame) for index in (i, j))
         return end[origin] - start[origin]
@@ -133,12 +172,12 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
     J = np.asarray(arm.jacobian)
     if kind == 'numeric':
         return _with_rotation_taken_out(J[..., i - 1])
-    return arranged(J, pose, quantity, reading)
+    return arranged(J, arm, quantity, reading)
 
 
 def expression_of(quantity: Quantity, arm: SymbolicArm, reading: Settings) -> Any:
     """Return what a quantity is, as a matrix of expressions; None for those without one."""
-    if quantity.kind in ('det', 'general'):
+    if quantity.kind in ('det', 'general') or quantity.form in ANGLES:
         return None
     return sp.ImmutableDenseMatrix(value_of(quantity, arm, reading))
 
@@ -171,14 +210,46 @@ def _with_rotation_taken_out(column: Any) -> Any:
     return D
 
 
-def arranged(J: Any, pose: Any, quantity: Quantity, reading: Settings) -> Any:
+def arranged(J: Any, arm: World | SymbolicArm, quantity: Quantity, reading: Settings) -> Any:
     """
     Return J (base axes, linear first) in the axes and order, and with the rows, a person asks for.
+
+    Space and body Jacobian are those of Lynch and Park, Modern Robotics, section 5.1.
     """
     v, w = J[..., :3, :], J[..., 3:, :]
-    if reading.axes == 'tool':
-        to_tool = np.swapaxes(pose[..., :3, :3], -1, -2)
-        v, w = to_tool @ v, to_tool @ w
-    blocks = {'v': [v], 'w': [w]}.get(quantity.part, [w, v] if reading.angular_first else [v, w])
+    pose, form = np.asarray(arm.frames[-1]), quantity.form
+    seen = 'body' if form == 'body' or (not form and reading.axes == 'tool') else ''
+    start = -1 if seen and quantity.start is None else quantity.start
+    if start is not None:
+        frame = pose if start < 0 else _frame(arm, start - reading.first_frame)
+        to_frame = np.swapaxes(frame[..., :3, :3], -1, -2)
+        v, w = to_frame @ v, to_frame @ w
+    if form == 'space':
+        v = v + np.cross(pose[..., :3, 3:], w, axis=-2)
+    if form in ANGLES:
+        w = _rates(pose[..., :3, :3], form) @ w
+    twist_form = form in ('space', 'body') and reading.angular_first is None
+    angular_first = reading.angular_first or twist_form
+    blocks = {'v': [v], 'w': [w]}.get(quantity.part, [w, v] if angular_first else [v, w])
     result = np.concatenate(blocks, axis=-2)
+    result = result[..., quantity.rows, :] if quantity.rows else result
     return result[..., quantity.i - 1 : quantity.i] if quantity.i else result
+
+
+# Angles of an analytic Jacobian, in words.
+ANGLES = {
+    'rpy': 'rates of roll, pitch, yaw',
+    'ypr': 'rates of yaw, pitch, roll',
+    'zyz': 'rates of the Euler angles about z, y, z',
+}
+
+
+def _rates(R: Any, form: str) -> Any:
+    # w = E rates, with the axes of the three turns as columns (Siciliano, section 3.6).
+    last = 2 if form == 'zyz' else 0
+    angle = np.arctan2(R[..., 1, last], R[..., 0, last])
+    zero, one = np.zeros_like(angle), np.ones_like(angle)
+    second = np.stack([-np.sin(angle), np.cos(angle), zero], axis=-1)
+    E = np.stack([np.stack([zero, zero, one], axis=-1), second, R[..., last]], axis=-1)
+    rates = np.linalg.pinv(E)
+    return rates[..., ::-1, :] if form == 'rpy' else rates

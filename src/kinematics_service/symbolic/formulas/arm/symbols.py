@@ -82,7 +82,8 @@ class SymbolicArm:
         """Return frame j in frame i of the table, i <= j."""
         if self.frames[i] == EYE:
             return self.frames[j]
-        return reduce(operator.mul, self.rows[i:j], EYE)
+        tool = [self.table.tool] if j > len(self.rows) else []
+        return reduce(operator.mul, [*self.rows[i:j], *tool], EYE)
 
     @cached_property
     def jacobian(self) -> Any:

@@ -288,11 +288,13 @@ def _missing_factor(
 
 def right_entry(check: QuantityCheck, i: int, j: int) -> Any:
     """Return the right expression of an entry, or None where there is none."""
-    if check.quantity.kind in ('det', 'numeric'):
+    if check.quantity.kind == 'numeric':
         return None
     if check.quantity.kind == 'general':
         return row_matrix(general_row(check.names.table))[i, j]
     matrix = expression_of(check.quantity, check.names.arm, check.reading)
+    if matrix is None:
+        return None
     if check.quantity.kind == 'jacobian' and check.quantity.part == 'all':
         i = check.jacobian_rows[i]
     if matrix.shape == (3, 1) and check.shape == (1, 3):

@@ -16,7 +16,7 @@ from .variant import Variant
 
 def arranged_like(check: QuantityCheck, J: Floats) -> Floats:
     """Return a base-axes, linear-first Jacobian in the order and with the rows of the person's."""
-    whole = arranged(J, check.world.pose, check.quantity, check.reading)
+    whole = arranged(J, check.world, check.quantity, check.reading)
     return check.cut(whole, check.quantity)
 
 

@@ -9,6 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -16,11 +17,11 @@ import numpy.typing as npt
 
 from ....robot.robot import Robot
 from ..arm.numbers import DEGREE, Evaluation, Floats
-from ..arm.quantities import ROWS, Quantity, value_of
+from ..arm.quantities import ANGLES, ROWS, Quantity, value_of
 from ..arm.table import Table, general_row
 from ..arm.world import World
 from ..text.file import Settings
-from .names import FormulaNames
+from .names import ANGLE_IN_PLANE, FormulaNames
 from .poses import Poses
 from .statements import Statement
 
@@ -66,7 +67,9 @@ class Check(ABC):
                 **values,
                 **{
                     symbol: values[symbol] / DEGREE
-                    for symbol, slides in zip(table.variables, table.slides)
+                    for symbol, slides in zip(
+                        (*table.variables, ANGLE_IN_PLANE), (*table.slides, False)
+                    )
                     if not slides
                 },
             }
@@ -191,7 +194,7 @@ class QuantityCheck(Check):
             return np.concatenate([whole, np.ones((len(whole), 1, 1))], axis=1)
         if size == (4, 4) and (rows, columns) in ((3, 4), (3, 3)):
             return whole[:, :rows, :columns]
-        if quantity.kind == 'jacobian' and quantity.part == 'all':
+        if quantity.kind == 'jacobian' and quantity.part == 'all' and not quantity.rows:
             picked = self.jacobian_rows
             if len(picked) == rows:
                 return whole[:, picked]
@@ -202,14 +205,55 @@ class QuantityCheck(Check):
     @property
     def jacobian_rows(self) -> list[int]:
         """Return the rows of J the person wrote: all, the task's, or the linear ones."""
-        rows, order = self.shape[0], list(range(6))
-        if self.reading.angular_first:
-            order = [3, 4, 5, 0, 1, 2]
-        if rows == 6:
-            return list(range(6))
+        rows, order = self.shape[0], self.row_order('all')
+        if rows == 6 or self.quantity.rows:
+            return list(range(rows))
         task = self.robot.task.axes.tolist()
         kept = task if rows == len(task) else [0, 1, 2]
         return [order.index(k) for k in kept]
+
+    def row_order(self, part: str) -> list[int]:
+        """Return which of vx vy vz wx wy wz each row of J, J_v or J_w is."""
+        if part != 'all':
+            return [0, 1, 2] if part == 'v' else [3, 4, 5]
+        angular_first = self.reading.angular_first
+        if angular_first is None:
+            angular_first = self.quantity.form in ('space', 'body')
+        return [3, 4, 5, 0, 1, 2] if angular_first else list(range(6))
+
+    @cached_property
+    def readings(self) -> tuple['QuantityCheck', ...]:
+        """Return a check for each meaning of a Jacobian in textbooks, the likeliest first."""
+        quantity, form = self.quantity, self.quantity.form
+        if quantity.kind != 'jacobian' or quantity.rows or self.names.table.passive:
+            return (self,)
+        forms = tuple(ANGLES) if form == 'analytic' else (form,)
+        orders = [self.reading.angular_first]
+        if orders == [None] and form in ('space', 'body'):
+            orders = [True, False]
+        found: list[QuantityCheck] = []
+        for form, order in product(forms, orders):
+            settings = replace(self.reading, angular_first=order)
+            meant = replace(
+                self.statement, quantity=replace(quantity, form=form), settings=settings
+            )
+            check = replace(self, statement=meant)
+            found.append(check)
+            whole = check.whole_of(self.world, check.quantity, settings)
+            # Those in which a planar arm moves: x, y and the angle phi.
+            rows = tuple(np.flatnonzero(np.abs(whole).max(axis=(0, 2)) > ROUND_OFF).tolist())
+            if len(rows) == self.shape[0] < whole.shape[1]:
+                chosen = replace(check.quantity, rows=rows)
+                found.append(replace(self, statement=replace(meant, quantity=chosen)))
+        return tuple(found)
+
+    @property
+    def reading_in_words(self) -> tuple[str, ...]:
+        """Return which meaning of a Jacobian the formula has, if there are several."""
+        if self.quantity.kind != 'jacobian' or not (self.quantity.rows or self.quantity.form):
+            return ()
+        angles = [ANGLES[self.quantity.form]] if self.quantity.form in ANGLES else []
+        return (', '.join([f'rows {" ".join(self.labels)}', *angles]),)
 
     @property
     def fits(self) -> bool:
@@ -221,10 +265,10 @@ class QuantityCheck(Check):
         """Return names of the Jacobian's rows; empty for other quantities."""
         if self.quantity.kind != 'jacobian' or not self.fits:
             return ()
-        if self.quantity.part != 'all':
-            return ROWS[:3] if self.quantity.part == 'v' else ROWS[3:]
-        order = ROWS[3:] + ROWS[:3] if self.reading.angular_first else ROWS
-        return tuple(order[k] for k in self.jacobian_rows)
+        rows = self.quantity.rows or (
+            self.jacobian_rows if self.quantity.part == 'all' else range(self.shape[0])
+        )
+        return tuple(ROWS[self.row_order(self.quantity.part)[k]] for k in rows)
 
 
 def task_determinant(robot: Robot, world: World) -> Floats:

@@ -2,6 +2,7 @@
 
 import difflib
 import re
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -15,13 +16,17 @@ from ..arm.table import Table
 from ..text.file import Settings
 from ..text.tokens import FormulaToken
 
-SHORTHAND = re.compile(r'([cCsS])(\d{1,7})')
+# `c1`, `s23`, `ctheta1`, and factors written onto each other: `L1c23`.
+SHORTHAND = re.compile(r'([cCsS])(?:q|theta|th|t|phi)?(\d{1,7})')
+FACTOR = re.compile(r'[A-Za-z]+\d+')
 ALIAS = re.compile(r'(q|theta|th|t|phi|d)(\d{1,2})')
 COORDINATES = {
     **{name: name for name in 'xyz'},
     **{name: name.lower() for name in 'XYZ'},
     **{f'{p}{name}': name for p in 'pP' for name in 'xyz'},
 }
+# The tool's angle about z, of an arm that turns about z alone.
+ANGLE_IN_PLANE = sp.Symbol('phi')
 ROTATION_ENTRY = re.compile(r'[rR]([123])([123])')
 
 
@@ -81,14 +86,33 @@ class FormulaNames:
         if found := SHORTHAND.fullmatch(key):
             return self._shorthand(found, token)
         if found := ROTATION_ENTRY.fullmatch(key):
+            if key[0] == 'R' and found[1] != found[2]:
+                raise token.fault(
+                    f'{token.written!r} is an entry of the rotation R, or a rotation between '
+                    f'frames: write r_{found[1]}{found[2]} or R^{found[1]}_{found[2]}'
+                )
             return sp.Symbol(f'r{found[1]}{found[2]}')
         if key in ('I', 'eye'):
             return sp.Integer(1)
+        if key == 'phi':
+            return ANGLE_IN_PLANE
         quantity = quantity_of(key)
         matrix = None if quantity is None else self._matrix(quantity, token, settings)
+        if matrix is None and (factors := self._factors(key)):
+            return sp.Mul(*(self.value(replace(token, text=f), settings) for f in factors))
         if matrix is None:
             raise self.unknown(token)
         return matrix
+
+    def _factors(self, key: str) -> list[str]:
+        # Cut a name that is a product of joints, constants and shorthands, each with its number.
+        factors = FACTOR.findall(key)
+        known = ''.join(factors) == key and len(factors) > 1
+        return factors if known and all(map(self._is_scalar, factors)) else []
+
+    def _is_scalar(self, key: str) -> bool:
+        known = self.joint(key) is not None or key in self.constants
+        return known or SHORTHAND.fullmatch(key) is not None
 
     def _shorthand(self, found: re.Match[str], token: FormulaToken) -> Any:
         variables, total = self.table.variables, sp.Integer(0)

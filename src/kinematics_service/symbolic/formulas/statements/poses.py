@@ -19,12 +19,13 @@ from ..arm.world import World
 from ..text.build import build, is_matrix, number
 from ..text.file import Raw, Settings
 from ..text.syntax import PARTS, Node
-from .names import FormulaNames, coordinates, rotation_entries
+from .names import ANGLE_IN_PLANE, FormulaNames, coordinates, rotation_entries
 
 SEED = 20240523
 POSES = 8
 LENGTHS = (0.3, 1.3)  # m, and rad for named angles
 SLIDE = 1.0  # m of an unlimited prismatic joint
+ROUND_OFF = 1e-9  # of the axis of an arm in a plane
 TRIED = 2000  # positions at which closed loops may close
 
 
@@ -103,6 +104,8 @@ def poses_for(
         values[symbol] = given.get(symbol, drawn)
     coupling = _close(robot, names, values, given, count) if table.passive else None
     located = _with_coordinates(values, names, settings, count)
+    if ANGLE_IN_PLANE in symbols and np.isnan(located[ANGLE_IN_PLANE]).any():
+        raise FormulaError('phi is known of an arm that turns about z alone: define it here')
     chosen = tuple(s.name for s in table.variables if s in given)
     return Poses(count, located, tuple(randomised), chosen, coupling)
 
@@ -174,6 +177,11 @@ def _with_coordinates(
     located = {symbol: point[:, k] for k, symbol in enumerate(coordinates())}
     for (i, j), symbol in rotation_entries().items():
         located[symbol] = world.pose[:, i, j]
+    R = world.pose[:, :3, :3].real
+    in_plane = np.all(np.abs(R[:, 2, 2] - 1.0) < ROUND_OFF)
+    located[ANGLE_IN_PLANE] = (
+        np.arctan2(R[:, 1, 0], R[:, 0, 0]) if in_plane else R[:, 0, 0] * np.nan
+    )
     return {**located, **values}
 
 

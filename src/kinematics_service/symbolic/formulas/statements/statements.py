@@ -9,7 +9,7 @@ import sympy as sp  # type: ignore[import-untyped]
 from ....errors import FormulaError
 from ....robot.file.text.expression_syntax import folded, postorder
 from ..arm.numbers import size_of
-from ..arm.quantities import ACCEPTED, Quantity, quantity_of, why_out_of_range
+from ..arm.quantities import Quantity, quantity_of, why_out_of_range
 from ..text.build import build, is_matrix, number
 from ..text.file import FormulaFile, Raw, Settings
 from ..text.syntax import PARTS, Node
@@ -69,11 +69,15 @@ class Statement:
 
 @dataclass(frozen=True)
 class Understood:
-    """The statements of a file, values it sets (`L1 = 0.2`), and what it got wrong."""
+    """
+    The statements of a file, values it sets (`L1 = 0.2`), what it got wrong, and what it defines
+    without use.
+    """
 
     statements: tuple[Statement, ...]
     fixed: tuple[tuple[Any, Any], ...]
     faults: tuple[FormulaError, ...]
+    passed_over: tuple[FormulaError, ...]
 
 
 def understand(file: FormulaFile, names: FormulaNames) -> Understood:
@@ -125,14 +129,18 @@ class _Reader:
             last = index
         statements: list[Statement] = []
         fixed: list[tuple[Any, Any]] = []
-        maybe_unused: list[Raw] = []
+        maybe_unused: list[tuple[Raw, FormulaError | None]] = []
         for index, raw in formulas:
             try:
                 found = self._statement(_Context(index), raw)
                 if isinstance(found, Statement) and self.has_rounded:
                     found = self._with_half_units(found, _Context(index, inexact=True), raw)
             except FormulaError as fault:
-                self.faults.append(fault)
+                key = self._definition_key(raw)
+                if key and quantity_of(key) is None:
+                    maybe_unused.append((raw, fault))  # the formula that uses it has the fault too
+                else:
+                    self.faults.append(fault)
                 continue
             except RecursionError:
                 self.faults.append(FormulaError('the formula is nested too deep', raw.line, 1))
@@ -142,9 +150,11 @@ class _Reader:
             elif found is not None:
                 fixed.append(found)
             else:
-                maybe_unused.append(raw)
-        self._report_unused(maybe_unused)
-        return Understood(tuple(statements), tuple(fixed), tuple(self.faults))
+                maybe_unused.append((raw, None))
+        unused = tuple(
+            self._unused(raw, fault) for raw, fault in maybe_unused if id(raw) not in self.used
+        )
+        return Understood(tuple(statements), tuple(fixed), tuple(self.faults), unused)
 
     def _definition_key(self, raw: Raw) -> str:
         # What other formulas may call it; joints, constants and coordinates are the robot's.
@@ -291,14 +301,12 @@ class _Reader:
         others = [local[key] for local in self.local.values() if key in local]
         return others[0] if len(others) == 1 else None
 
-    def _report_unused(self, definitions: list[Raw]) -> None:
-        for raw in definitions:
-            if id(raw) not in self.used:
-                message = (
-                    f'{raw.left.at.written!r} is no formula this command knows, and no other '
-                    f'formula uses it; known are {ACCEPTED}'
-                )
-                self.faults.append(raw.left.at.fault(message))
+    def _unused(self, raw: Raw, fault: FormulaError | None) -> FormulaError:
+        why = f' ({fault.line}:{fault.column}: {fault.message})' if fault else ''
+        return raw.left.at.fault(
+            f'{raw.left.at.written!r} is no formula this command knows, and no other formula uses '
+            f'it{why}'
+        )
 
 
 def _refuse_long(value: Any, at: FormulaToken) -> None:
@@ -339,4 +347,4 @@ def _text_of(node: Node, inner: list[str]) -> str:
         return f'-{inner[0]}'
     if node.kind == '*':
         return f'{inner[0]} {inner[1]}'
-    return f' {node.kind} '.join(inner)
+    return f' {node.kind} '.join(inner).replace('+ -', '- ')

@@ -2,9 +2,7 @@
 From the tree of a formula to a sympy expression or matrix; only what the grammar knows is built.
 """
 
-import operator
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, TypeAlias
 
@@ -47,34 +45,10 @@ def build(node: Node, lookup: Lookup, read: ReadNumber) -> Value:
     FormulaError
         Shapes that do not fit, an unknown name, a number out of bounds.
     """
-
-    def combined(part: Node, operands: list[Value | _Terms]) -> Value | _Terms:
-        return _combined(part, operands, lookup, read)
-
-    return _whole(folded(node, PARTS, combined))
+    return folded(node, PARTS, lambda part, parts: _combined(part, parts, lookup, read))
 
 
-@dataclass(frozen=True)
-class _Terms:
-    # Numbers that are added up at once: one after the other takes the square of their count.
-    terms: list[Value]
-
-
-def _whole(value: Value | _Terms) -> Value:
-    return sp.Add(*value.terms) if isinstance(value, _Terms) else value
-
-
-def _combined(
-    node: Node, operands: list[Value | _Terms], lookup: Lookup, read: ReadNumber
-) -> Value | _Terms:
-    if node.kind in ('+', '-') and not is_matrix(operands[0]):
-        other = _unwrapped(_whole(operands[1]))
-        if not is_matrix(other):
-            first = operands[0]
-            terms = first.terms if isinstance(first, _Terms) else [first]
-            terms.append(other if node.kind == '+' else -other)
-            return _Terms(terms)
-    parts = [_whole(operand) for operand in operands]
+def _combined(node: Node, parts: list[Value], lookup: Lookup, read: ReadNumber) -> Value:
     if node.kind == 'number':
         return read(node.text, node.at)
     if node.kind == 'name':
@@ -163,18 +137,18 @@ def _stacked(node: Node, parts: list[Value]) -> Value:
     return sp.ImmutableDenseMatrix(sp.Matrix.vstack(*rows))
 
 
-def _of_one_kind(
-    operation: Callable[[Value, Value], Value],
-) -> Callable[[Node, Value, Value], Value]:
-    def combined(node: Node, one: Value, other: Value) -> Value:
+def _added(node: Node, *terms: Value) -> Value:
+    if not any(map(is_matrix, terms)):
+        return sp.Add(*terms)  # at once: one after the other takes the square of their count
+    one, *others = terms
+    for other in others:
         if is_matrix(one) != is_matrix(other):
             raise node.at.fault(f'{node.at.written!r} between a matrix and a number')
-        if is_matrix(one) and one.shape != other.shape:
+        if one.shape != other.shape:
             sizes = f'{_size(one)} and {_size(other)}'
             raise node.at.fault(f'{node.at.written!r} between matrices of {sizes}')
-        return operation(one, other)
-
-    return combined
+        one += other
+    return one
 
 
 def _size(matrix: Value) -> str:
@@ -201,7 +175,9 @@ def _divided(node: Node, one: Value, other: Value) -> Value:
 def _powered(node: Node, base: Value, exponent: Value) -> Value:
     if is_matrix(base):
         if exponent != -1 or base.rows != base.cols:
-            raise node.at.fault('the only power of a matrix is ^-1, of a square one')
+            raise node.at.fault(
+                'the only power of a matrix is ^-1, of a square one; frame 3 in frame 2 is T_23'
+            )
         return _inverse(node, base)
     if not (exponent.is_Rational and abs(exponent) <= HIGHEST_POWER and exponent.q <= 4):
         raise node.at.fault(f'an exponent must be a number of at most {HIGHEST_POWER}')
@@ -244,8 +220,7 @@ def _inverse(node: Node, matrix: Value) -> Value:
 
 
 _OPERATIONS: dict[str, Callable[..., Value]] = {
-    '+': _of_one_kind(operator.add),
-    '-': _of_one_kind(operator.sub),
+    '+': _added,
     '*': _multiplied,
     '/': _divided,
     '^': _powered,
@@ -263,6 +238,7 @@ _SCALAR: dict[str, Callable[..., Value]] = {
     'tand': lambda x: sp.tan(x * sp.pi / 180),
     'atan2d': lambda y, x: sp.atan2(y, x) * 180 / sp.pi,
     'abs': sp.Abs,
+    **dict.fromkeys(('sign', 'sgn'), sp.sign),
     **dict.fromkeys(('rad', 'radians', 'deg2rad'), lambda x: x * sp.pi / 180),
 }
 

@@ -24,7 +24,7 @@ MOST_FORMULAS = 200
 # What a determinant may be said to be of: `det(J)`.
 DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
 # `J(q) = ...`, `T(\theta_1, \theta_2) = ...`: a left side and what it depends on.
-DEPENDS = re.compile(r'[JTRADzop]\w*')
+DEPENDS = re.compile(r'\d?[JTRADHzop]\w*')
 JOINTS = re.compile(r'(?:q|theta|Theta|th|phi|d)\d*')
 
 # What a setting may be, and what it sets.
@@ -44,7 +44,7 @@ class Settings:
     Parameters
     ----------
     angular_first
-        `rows: angular first`.
+        `rows: angular first`; None: the usual order, linear first but of `J_s` and `J_b`.
     axes
         `frame: tool`: the axes of the Jacobian's rows.
     degrees
@@ -59,7 +59,7 @@ class Settings:
         `meaning: R_C = o_3`: other names for what is known.
     """
 
-    angular_first: bool = False
+    angular_first: bool | None = None
     axes: str = 'base'
     degrees: bool = False
     first_frame: int = 0

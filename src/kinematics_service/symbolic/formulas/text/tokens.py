@@ -12,35 +12,64 @@ from dataclasses import dataclass
 from ....errors import FormulaError
 from ....typography import GREEK, SUBSCRIPTS, plain_signs
 
-NUMBER = re.compile(r'(?:\d+(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][-+]?\d+)?')
-WORD = re.compile(r'[A-Za-z][A-Za-z0-9]*')
-COMMAND = re.compile(r'\\([A-Za-z]+)')
-MODULE = re.compile(r'(?:sp|sympy|np|numpy|math)\.(?=[A-Za-z])')
-DEGREES = re.compile(r'\^\s*(?:\{\s*\\circ\s*\}|\\circ(?![A-Za-z]))|°|\\degree(?![A-Za-z])')
-OPERATORS = ('**', '.*', './', '.^', ':=', '+', '-', '*', '/', '^', '(', ')', '[', ']', '{', '}',
-             ',', ';', '=', "'", '&')  # fmt: skip
-SAME = {'**': '^', '.^': '^', '.*': '*', './': '/', ':=': '='}
 # What has a meaning of its own in a formula: a cross product, powers, a transpose.
-UNICODE = {'×': '\\times ', '²': '^2', '³': '^3', '′': "'", 'ᵀ': "'"}
+UNICODE = {
+    '×': '\\times ', '′': "'", 'ᵀ': "'", 'ᵢ': '_i',
+    **{sign: f'^{digit}' for digit, sign in enumerate('⁰¹²³⁴⁵⁶⁷⁸⁹')},
+}  # fmt: skip
 GREEK_LETTER = re.compile(f'([{"".join(GREEK)}])([A-Za-z0-9]?)')
-# `{}^{0}T_{2}`, `{}^0_2T`: frame 2 in frame 0.
-FRAME_BEFORE = re.compile(
-    r'(\{\s*\}|^[\s$]*|[=&(,*+-]\s*)\^\s*\{?\s*(\d)\s*\}?\s*'
-    r'(?:_\s*\{?\s*(\d)\s*\}?\s*[TA](?!\w)|[TA]\s*_\s*\{?\s*(\d)\s*\}?)'
-)
 SUBSCRIPT = re.compile('[₀₁₂₃₄₅₆₇₈₉]+')
-NO_MEANING = frozenset((
-    'left', 'right', 'big', 'Big', 'bigg', 'Bigg', 'displaystyle', 'quad', 'qquad', 'limits',
-    'nonumber', 'hfill',
-))  # fmt: skip
-LETTERED = frozenset((
-    'text', 'operatorname', 'mathrm', 'mathcal', 'mathbf', 'mathit', 'boldsymbol', 'mbox',
-))  # fmt: skip
-ENVIRONMENTS = frozenset((
-    'matrix', 'pmatrix', 'bmatrix', 'vmatrix', 'Bmatrix', 'smallmatrix', 'array',
-))  # fmt: skip
 SAME_LETTER = {'varphi': 'phi', 'vartheta': 'theta', 'varsigma': 'sigma'}
 
+_END = '(?![A-Za-z])'
+_GROUP = r'\{(?:[^{}]|\{[^{}]*\})*\}'
+_MATRIX = r'\s*\{\s*(?:[pbvB]|small)?matrix\*?\s*\}|\s*\{\s*array\s*\}'
+_LETTERED = r'\\(?:text|operatorname|math(?:rm|cal|bf|it|sf|bb)|boldsymbol|bm|mbox|hat|vec)\s*\*?'
+# The kind of a token, its pattern, and its plain text if that is not what matches. A token without
+# a kind has no meaning. The first pattern that matches is taken.
+TOKENS = tuple(
+    (kind, re.compile(pattern), plain)
+    for kind, pattern, plain in (
+        ('', r'[\s$~]+|(?:[#%]|\.\.\.).*|(?:sp|sympy|np|numpy|math)\.(?=[A-Za-z])|\.[\s$]*$', ''),
+        ('degrees', rf'\^\s*(?:\{{\s*\\circ\s*\}}|\\circ{_END})|°|\\degree{_END}', 'deg'),
+        ('number', r'(?:\d+(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][-+]?\d+)?', None),
+        ('row', r'\\\\(?:\s*\[[^\]]*(?:pt|em|ex|mm)\])?', '\\\\'),
+        ('begin', rf'\\begin(?:{_MATRIX})(?:(?<=array\}})\s*{_GROUP})?', None),
+        ('end', rf'\\end(?:{_MATRIX})', None),
+        ('', r'\\[,;:! \[\]()]|\\(?:begin|end)\s*\{[^{}\\]*\}?', ''),
+        ('', rf'\\(?:left|right|[bB]igg?[lr]?|displaystyle|q?quad|limits|nonumber|hfill){_END}',
+         ''),
+        ('operator', rf'\\cdot{_END}|\.?\*(?!\*)', '*'),
+        ('operator', rf'\\times{_END}', 'x'),
+        ('operator', r'\*\*|\.?\^', '^'),
+        ('operator', r'\./|/', '/'),
+        ('operator', r":?=", '='),
+        ('operator', r"\.?'", "'"),
+        ('operator', r'[-+()\[\]{},;&]', None),
+        ('name', rf'{_LETTERED}\s*{_GROUP}', None),
+        # `s\theta_2` is sin(theta2).
+        ('name', r'(?:[cCsS](?=\\(?:var)?(?:theta|phi)))?\\[A-Za-z]+', None),
+        ('name', r'[A-Za-z][A-Za-z0-9]*', None),
+    )
+)  # fmt: skip
+WORD = re.compile(r'[A-Za-z][A-Za-z0-9]*')
+# Indices below: of a LaTeX command one letter or a number, else a word.
+BELOW = re.compile(rf'\s*_\s*({_GROUP}|\\[A-Za-z]+|[A-Za-z0-9]+)')
+BELOW_COMMAND = re.compile(rf'\s*_\s*({_GROUP}|\\[A-Za-z]+|\d+|[A-Za-z])')
+# Indices above name a frame, of these letters alone.
+FRAMED = ('T', 'A', 'H', 'R', 'z', 'o', 'O', 'p', 'P', 'J')
+ABOVE = re.compile(r'\s*\^\s*(?P<brace>\{\s*)?(?P<index>[0-9n])(?(brace)\s*\}|(?![A-Za-z0-9.]))')
+INDEX = re.compile(r'\s*_\s*\{?\s*[0-9nevwx\\]')
+BEFORE = re.compile(
+    r'(?:\{\s*\}\s*)?\^\s*(?P<brace>\{\s*)?(?P<above>[0-9n])(?(brace)\s*\})(?P<glued>(?=\S))?'
+    rf'\s*(?:_\s*(?P<below>\w|{_GROUP})\s*)?'
+    rf'(?P<letter>{_LETTERED}\s*\{{[TAHRzoOpPJ]\}}|[TAHRzoOpPJ](?![A-Za-z0-9]))'
+)
+ADVICE = {
+    '|': ': write det(J) for a determinant',
+    '±': ': write a formula for each of the two solutions',
+    '_': ': an index comes before a power, as in L_1^2',
+}
 MOST_TOKENS = 50_000
 
 
@@ -54,7 +83,8 @@ class FormulaToken:
     kind
         `number`, `name`, `operator`, `begin`, `end`, `row` (of LaTeX), `newline`, `degrees`.
     text
-        The number, the name without underscores, or the operator in its plain form.
+        The number, the name without underscores (a frame above it first, `0z1`), or the operator
+        in its plain form.
     written
         As it stands in the file.
     line, column
@@ -76,10 +106,7 @@ class FormulaToken:
 
 
 def plain_letters(text: str) -> str:
-    """
-    Return a line with Greek letters, typographic signs and indices before a name in plain form.
-    """
-    text = FRAME_BEFORE.sub(_frames_behind, text)
+    """Return a line with Greek letters, typographic signs and indices in plain form."""
     if text.isascii():
         return text
     for sign, plain in UNICODE.items():
@@ -93,12 +120,6 @@ def plain_letters(text: str) -> str:
         ),
         text,
     )
-
-
-def _frames_behind(found: re.Match[str]) -> str:
-    # As wide as before, so that columns stay those of the file.
-    before = '' if found[1].startswith('{') else found[1]
-    return f'{before}T_{found[2]}{found[3] or found[4]}'.ljust(len(found[0]))
 
 
 def tokens_of(text: str, line: int = 1, column: int = 1) -> list[FormulaToken]:
@@ -122,112 +143,73 @@ def tokens_of(text: str, line: int = 1, column: int = 1) -> list[FormulaToken]:
 
 
 def _tokens_of_line(text: str, line: int, column: int) -> Iterator[FormulaToken]:
-    at, spaced = 0, False
+    at, spaced, operand = 0, False, False
     while at < len(text):
-        if text[at].isspace() or text[at] in '$~':
-            at, spaced = at + 1, True
-            continue
-        if text[at] in '#%':
-            return
-        if text.startswith('...', at):
-            return
         start = at
-        kind, word, at = _word(text, at, line, column)
+        kind, word, at = _before(text, at, operand, spaced) or _token(text, at, line, column)
         if kind:
             yield FormulaToken(kind, word, text[start:at].strip(), line, column + start, spaced)
-            spaced = False
-        else:
-            spaced = True
+            operand = kind in ('number', 'name', 'end', 'degrees') or word in ")]}'"
+        spaced = not kind
 
 
-def _word(text: str, at: int, line: int, column: int) -> tuple[str, str, int]:
+def _token(text: str, at: int, line: int = 0, column: int = 0) -> tuple[str, str, int]:
     # The kind, the word and where it ends; an empty kind is what has no meaning.
-    if found := DEGREES.match(text, at):
-        return 'degrees', 'deg', found.end()
-    if found := NUMBER.match(text, at):
-        return 'number', found[0], found.end()
-    if found := MODULE.match(text, at):
-        return '', '', found.end()
-    if text[at] == '\\':
-        return _latex(text, at, line, column)
-    if found := WORD.match(text, at):
-        return _name(found[0], text, found.end(), latex=False)
-    for operator in OPERATORS:
-        if text.startswith(operator, at):
-            return 'operator', SAME.get(operator, operator), at + len(operator)
-    advice = ': write det(J) for a determinant' if text[at] == '|' else ''
+    for kind, pattern, plain in TOKENS:
+        if found := pattern.match(text, at):
+            word = found[0] if plain is None else plain
+            return _name(word, text, found.end()) if kind == 'name' else (kind, word, found.end())
+    if text[at : at + 1] == '\\':
+        raise FormulaError('a backslash without a command', line, column + at)
     raise FormulaError(
-        f'{text[at]!r} has no meaning in a formula{advice} (accepted: numbers, names, '
-        '+ - * / ^ = , ; brackets, and LaTeX commands)',
+        f'{text[at : at + 1]!r} has no meaning in a formula{ADVICE.get(text[at : at + 1], "")} '
+        '(accepted: numbers, names, + - * / ^ = , ; brackets, and LaTeX commands)',
         line,
         column + at,
     )
 
 
-def _latex(text: str, at: int, line: int, column: int) -> tuple[str, str, int]:
-    if text.startswith('\\\\', at):
-        end = at + 2
-        spacing = re.compile(r'\s*\[[^\]]*(?:pt|em|ex|mm)\]').match(text, end)
-        return 'row', '\\\\', spacing.end() if spacing else end
-    found = COMMAND.match(text, at)
-    if found is None:
-        if text[at : at + 2] in ('\\,', '\\;', '\\:', '\\!', '\\ ', '\\[', '\\]', '\\(', '\\)'):
-            return '', '', at + 2
-        raise FormulaError('a backslash without a command', line, column + at)
-    command, end = found[1], found.end()
-    if command in ('begin', 'end'):
-        group, end = _group(text, end)
-        if group.rstrip('*') in ENVIRONMENTS:
-            if command == 'begin' and group == 'array':
-                _, end = _group(text, end)
-            return command, group, end
-        return '', '', end
-    if command in NO_MEANING:
-        return '', '', end
-    if command in LETTERED:
-        group, end = _group(text, end)
-        # Text of several words is a remark, as in `\text{ according to base axes}`.
-        word = re.sub(r'[\\_{}]', '', group).strip()
+def _before(text: str, at: int, operand: bool, spaced: bool) -> tuple[str, str, int] | None:
+    # `{}^{0}T_{2}` and `{}^0_2T`: frame 2 in frame 0. Behind an operand `^` is a power, unless
+    # the number is written onto a name: `A_1 ^1T_2`.
+    found = BEFORE.match(text, at) if text[at] in '{^' else None
+    if found is None or (
+        operand and text[at] == '^' and not (spaced and found['glued'] is not None)
+    ):
+        return None
+    return _name(found['letter'], text, found.end(), found['above'], found['below'] or '')
+
+
+def _name(word: str, text: str, at: int, above: str = '', below: str = '') -> tuple[str, str, int]:
+    command, word = '\\' in word, word.replace('\\', '', 1)
+    if '{' in word:
+        word = re.sub(r'[\\_{}]', '', word[word.index('{') :]).strip()
         if not WORD.fullmatch(word):
-            return '', '', end
-        return _name(word, text, end, latex=True)
-    if command == 'cdot':
-        return 'operator', '*', end
-    if command == 'times':
-        return 'operator', 'x', end
-    if command in ('frac', 'dfrac', 'tfrac', 'sqrt'):
-        return 'name', 'sqrt' if command == 'sqrt' else 'frac', end
-    return _name(SAME_LETTER.get(command, command), text, end, latex=True)
-
-
-def _name(word: str, text: str, at: int, latex: bool) -> tuple[str, str, int]:
-    while at < len(text) and text[at] == '_':
-        if text.startswith('{', at + 1):
-            group, at = _group(text, at + 1)
-            word += (
-                re.sub(r'[\s\\_{},]|mathrm|text', '', group).replace('-', 'm').replace('+', 'p')
-            )
-        elif found := re.compile(r'[A-Za-z0-9]+').match(text, at + 1):
-            # `\cos\phi_1x` is unheard of; `\theta_12` is joint twelve or a slip, never a product.
-            digits = re.compile(r'\d+|[A-Za-z]').match(text, at + 1) if latex else found
-            assert digits is not None  # `found` begins with one of them
-            word, at = word + digits[0], digits.end()
+            # Text of several words is a remark, as in `\text{ according to base axes}`.
+            return '', '', at
+    word, below = SAME_LETTER.get(word, word), _plain_index(below)
+    while True:
+        if found := (BELOW_COMMAND if command else BELOW).match(text, at):
+            below += _plain_index(found[1])
+        elif not above and (found := ABOVE.match(text, at)) and _is_frame(word, found, below):
+            above = found['index']
         else:
             break
-    return 'name', word, at
+        at = found.end()
+    # T_02 and T^0_2 are one name.
+    word = 'T' if above and word in 'AH' else word
+    return 'name', (word + above if word == 'T' else above + word) + below, at
 
 
-def _group(text: str, at: int) -> tuple[str, int]:
-    # What stands in braces from `at` on, and where they close; nothing where none open.
-    while at < len(text) and text[at].isspace():
-        at += 1
-    if not text.startswith('{', at):
-        return '', at
-    if text.find('}', at) < 0:
-        return text[at + 1 :], len(text)
-    depth = 0
-    for end in range(at, len(text)):
-        depth += {'{': 1, '}': -1}.get(text[end], 0)
-        if depth == 0:
-            return text[at + 1 : end], end + 1
-    return text[at + 1 :], len(text)
+def _is_frame(word: str, found: re.Match[str], below: str) -> bool:
+    # `R^0_1`, `{}^0J`; and `R_1^0`: a power 0 or 1 is never written. `T_1^2` stays a power.
+    if word not in FRAMED:
+        return False
+    if below:
+        return found['index'] in '01' and (below.isdigit() or word == 'J')
+    return word == 'J' or bool(INDEX.match(found.string, found.end()))
+
+
+def _plain_index(group: str) -> str:
+    plain = re.sub(r'[\s\\_{},]|mathrm|text', '', group)
+    return plain.replace('-', 'm').replace('+', 'p')
