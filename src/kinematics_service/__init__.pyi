@@ -32,7 +32,6 @@ from .kinematics.analytic import AnalyticJacobian as AnalyticJacobian
 from .kinematics.analytic import analytic_jacobian as analytic_jacobian
 from .kinematics.closure import LoopClosure as LoopClosure
 from .kinematics.family_paths.following import follow_family as follow_family
-from .kinematics.family_paths.result import ArcLink as ArcLink
 from .kinematics.family_paths.result import FamilyPath as FamilyPath
 from .kinematics.family_paths.result import FollowedPath as FollowedPath
 from .kinematics.forward import forward_kinematics as forward_kinematics

@@ -13,19 +13,22 @@ from ..layout import arrays
 from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
 from .curve_point import ANY, CurvePoint
 
-# First and longest step, rad: samples are not farther apart than a tenth of a rad.
-FIRST, LONGEST = 0.02, 0.1
+# Length of the first step, rad.
+FIRST_STEP = 0.02
+# Longest step, rad: samples are not farther apart than a tenth of a rad.
+LONGEST_STEP = 0.1
 # A shorter step ends the curve, rad: a singular pose is there.
-SHORTEST = 1e-7
-# Cosines of the angle between two tangents: the step is halved below the first (0.35 rad), so that
-# no other branch is taken, and doubled above the second (0.1 rad).
-SHARP, STRAIGHT = 0.94, 0.995
-# Largest correction, as a share of the step: at 0.35 rad an Euler step misses by 0.18 of it.
-MISSED = 0.25
-# A solution is compared with samples that are nearer (rad): one and a half steps.
-NEAR = 0.15
+SHORTEST_STEP = 1e-7
+# Least cosine of the angle between two tangents (0.35 rad): beyond it a step is halved.
+COSINE_HALVED = 0.94
+# Cosine of the angle between two tangents (0.1 rad) below which a step is doubled.
+COSINE_DOUBLED = 0.995
+# Largest correction, as a share of the step: a tangent that turns by 0.35 rad misses by 0.18 of it.
+CORRECTION = 0.25
+# A solution is compared with samples that are nearer, rad: one and a half steps.
+COMPARED = 0.15
 # Solutions are one if their joints differ by less, rad or m.
-SAME = 1e-6
+SAME_SOLUTION = 1e-6
 TURN = 2.0 * math.pi
 
 
@@ -36,7 +39,7 @@ def trace(point: CurvePoint, start: Floats, side: float, samples: Floats, closed
     Parameters
     ----------
     point
-        Of the arm and its target.
+        The arm and its target.
     start : shape (n,), rad or m
         Near a solution: positions of the screws.
     side
@@ -60,7 +63,7 @@ def trace(point: CurvePoint, start: Floats, side: float, samples: Floats, closed
 
 def _traced(point: CurvePoint, side: float, rows: Flat, most: int, how: FlatIntegers) -> int:
     n = point.n
-    step: float = FIRST
+    step: float = FIRST_STEP
     _orient(point, side)
     _write(point, rows)
     for count in range(1, most):
@@ -94,7 +97,7 @@ def _advance(point: CurvePoint, before: Flat, side: float, step: float) -> float
     n, tangent = point.n, arrays.after(before, point.n)
     h: float = step
     parameter = _largest(tangent, n)
-    while h > SHORTEST:
+    while h > SHORTEST_STEP:
         for j in range(n):
             point.psi[j] = before[j] + h * tangent[j]
         if point.improve(parameter):
@@ -104,8 +107,8 @@ def _advance(point: CurvePoint, before: Flat, side: float, step: float) -> float
                 way = point.psi[j] - before[j] - h * tangent[j]
                 missed += way * way
             cosine: float = arrays.dot(tangent, point.tangent, n)
-            if cosine > SHARP and missed < MISSED * MISSED * h * h:
-                return min(2.0 * h, LONGEST) if cosine > STRAIGHT else h
+            if cosine > COSINE_HALVED and missed < CORRECTION * CORRECTION * h * h:
+                return min(2.0 * h, LONGEST_STEP) if cosine > COSINE_DOUBLED else h
         h *= 0.5
     return 0.0
 
@@ -145,7 +148,7 @@ def _leads_to(point: CurvePoint, sample: Flat, goal: Flat) -> bool:
     for j in range(n):
         way = _away(point, j, goal[j] - sample[j])
         far += way * way
-    if far > NEAR * NEAR:
+    if far > COMPARED * COMPARED:
         return False
     step: float = _away(point, parameter, goal[parameter] - sample[parameter])
     step /= tangent[parameter]
@@ -158,7 +161,7 @@ def _leads_to(point: CurvePoint, sample: Flat, goal: Flat) -> bool:
     same: bool = point.improve(parameter)
     same = same and side * point.orientation * arrays.dot(tangent, point.tangent, n) > 0.0
     for j in range(n):
-        same = same and abs(_away(point, j, goal[j] - point.psi[j])) < SAME
+        same = same and abs(_away(point, j, goal[j] - point.psi[j])) < SAME_SOLUTION
     return same
 
 
@@ -169,7 +172,7 @@ def passes(point: CurvePoint, samples: Floats, psi: Floats) -> bool:
     Parameters
     ----------
     point
-        Of the arm and its target.
+        The arm and its target.
     samples : shape (m, 2 n)
         Positions of the screws, and the unit tangent.
     psi : shape (n,), rad or m

@@ -265,10 +265,10 @@ class _PathSearch:
         for k, (a, b) in enumerate(zip(layers, layers[1:])):
             total, back = np.full(len(b.q), np.inf), np.zeros(len(b.q), dtype=np.int64)
             # A sample at a time: all pairs at once take gigabytes.
-            for i in np.flatnonzero(np.isfinite(cost)):
+            for i in np.flatnonzero(np.isfinite(cost)).tolist():
                 way = np.abs(self.rule.shortest(b.q - a.q[i])) / self.rule.scales
                 free = np.max(way, axis=1) <= self.rule.most
-                free[[j for one, first, j in banned if (one, first) == (k, i)]] = False
+                free[[j for one, first, j in banned if one == k and first == i]] = False
                 through = np.where(free, cost[i] + np.sum(way**2, axis=1), np.inf)
                 less = through < total
                 total[less], back[less] = through[less], i

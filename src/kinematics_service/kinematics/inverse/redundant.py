@@ -39,7 +39,8 @@ def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
     arm = sliced_arm_of(robot, target.rows, target.axis) if few else None
     curves = () if arm is None else curves_of(problem, arm)
     if curves and arm is not None:
-        return _of_curves(problem, arm, curves, respect_limits)
+        alone = _near_alone(problem, arm, curves)
+        return _of_curves(problem, arm, curves, respect_limits, alone)
     family, best = redundant_family(problem)
     alone = () if family is None else (family,)
     result = result_of(problem, no_solutions(robot), alone, 'search', best, respect_limits)
@@ -53,6 +54,21 @@ def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
     return replace(result, complete='partial') if alone else result
 
 
+def _near_alone(
+    problem: IkProblem, arm: SlicedArm, curves: Sequence[SolutionCurve]
+) -> tuple[SolutionFamily, ...]:
+    # `near`, if it is a solution on no curve: a singular one, from which none can be traced.
+    robot, target, plan, near, *_ = problem
+    error = float(errors_at(target, plan, near[None])[0])
+    if not target.is_reached_at(near, error):
+        return ()
+    psi = np.ascontiguousarray(arm.posture(target, near))
+    if any(kernel.passes(curve.point, curve.samples, psi) for curve in curves):
+        return ()
+    motions = tangent(problem, near, dimension(robot, target))
+    return (SolutionFamily(near, error, motions, False),)
+
+
 def _combinations_of_turns(plan: InversePlan) -> float:
     # At most, of joints that turn and have two limits.
     turns = np.isfinite(plan.limits).all(axis=1) & np.isfinite(plan.periods)
@@ -61,7 +77,11 @@ def _combinations_of_turns(plan: InversePlan) -> float:
 
 
 def _of_curves(
-    problem: IkProblem, arm: SlicedArm, found: Sequence[SolutionCurve], respect_limits: bool
+    problem: IkProblem,
+    arm: SlicedArm,
+    found: Sequence[SolutionCurve],
+    respect_limits: bool,
+    alone: tuple[SolutionFamily, ...],
 ) -> IkResult:
     robot, plan = problem.robot, problem.plan
     curves = [JointCurve(robot, plan, arm, curve) for curve in found]
@@ -69,6 +89,7 @@ def _of_curves(
     if respect_limits and any(arcs for _, arcs in with_arcs):
         with_arcs = [(curve, arcs) for curve, arcs in with_arcs if arcs]
     families = [_family_of_curve(problem, curve, arcs) for curve, arcs in with_arcs]
+    families += [family_of(problem, family) for family in alone]
     families.sort(key=lambda one: float(np.linalg.norm((one.q - problem.near) / plan.scales)))
     ordered = tuple(families)
     best = LeastError(ordered[0].q, ordered[0].residual)

@@ -15,10 +15,12 @@ from ..search import refined, starts
 from .curve import SolutionCurve, traced
 from .sliced_arm import SlicedArm
 
-# Number of slices, evenly spaced over a turn from an angle (rad) that no table holds.
-SLICES, FIRST = 8, 0.05
+# Number of slices, evenly spaced over a turn.
+SLICES = 8
+# Angle of the first slice, rad: not one of those at which arms of right angles are singular.
+FIRST_SLICE = 0.05
 # Number of random starts.
-STARTS = 32
+STARTS = 96
 # A solution of a slice is real if its imaginary parts are smaller, rad or m.
 REAL = 1e-7
 # Largest number of curves that are traced.
@@ -27,7 +29,8 @@ MOST_CURVES = 64
 
 def curves_of(problem: IkProblem, arm: SlicedArm) -> tuple[SolutionCurve, ...]:
     """Return the curves of solutions of a target that are found, each once."""
-    point, curves = arm.point(problem.target), []
+    point = arm.point(problem.target)
+    curves: list[SolutionCurve] = []
     for psi in _seeds(problem, arm):
         if any(kernel.passes(point, curve.samples, psi) for curve in curves):
             continue
@@ -48,7 +51,7 @@ def _seeds(problem: IkProblem, arm: SlicedArm) -> list[Floats]:
     reached = zip(arrived.q, arrived.errors)
     seeds = [arm.posture(target, q) for q, error in reached if target.is_reached_at(q, error)]
     if arm.slices is not None:
-        for position in FIRST + 2.0 * np.pi / SLICES * np.arange(SLICES):
+        for position in FIRST_SLICE + 2.0 * np.pi / SLICES * np.arange(SLICES):
             found = arm.solutions(arm.slices, target, position)
             seeds += list(found[np.max(np.abs(found[:, :, 1]), axis=1) < REAL, :, 0])
     return [np.ascontiguousarray(psi) for psi in seeds]
