@@ -23,7 +23,7 @@ SHORTEST_STEP = 1e-7
 COSINE_HALVED = 0.94
 # Cosine of the angle between two tangents (0.1 rad) below which a step is doubled.
 COSINE_DOUBLED = 0.995
-# Largest correction, as a share of the step: a tangent that turns by 0.35 rad misses by 0.18 of it.
+# Largest correction, as a share of the step: if a tangent turns by 0.35 rad, 0.18 is corrected.
 CORRECTION = 0.25
 # A solution is compared with samples that are nearer, rad: one and a half steps.
 COMPARED = 0.15
@@ -148,8 +148,8 @@ def _leads_to(point: CurvePoint, sample: Flat, goal: Flat) -> bool:
     for j in range(n):
         way = _away(point, j, goal[j] - sample[j])
         far += way * way
-    if far > COMPARED * COMPARED:
-        return False
+        if far > COMPARED * COMPARED:
+            return False
     step: float = _away(point, parameter, goal[parameter] - sample[parameter])
     step /= tangent[parameter]
     arrays.copy(point.psi, n, sample)
