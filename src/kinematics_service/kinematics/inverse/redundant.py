@@ -13,6 +13,7 @@ from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
 from .answer import family_of, not_exact, representatives, result_of
+from .curve_search import curves_of
 from .families import SolutionFamily, nearer, tangent
 from .problem.plan import InversePlan
 from .problem.problem import IkProblem
@@ -21,7 +22,6 @@ from .result import IkFamily, IkResult
 from .search import LeastError, errors_at, no_solutions, refined, starts
 from .self_motion.arcs import IkArc, JointCurve, squares_of
 from .self_motion.curve import SolutionCurve
-from .self_motion.curve_search import curves_of
 from .self_motion.sliced_arm import SlicedArm, sliced_arm_of
 
 # Combinations of full turns of the joints that are listed along a curve: two seconds. Seven

@@ -8,12 +8,12 @@ Georg) if no known curve passes it. A search proves nothing: a curve that no see
 
 import numpy as np
 
-from .... import kernel
-from ....kernel import Floats
-from ..problem.problem import IkProblem
-from ..search import refined, starts
-from .curve import SolutionCurve, traced
-from .sliced_arm import SlicedArm
+from ... import kernel
+from ...kernel import Floats
+from .problem.problem import IkProblem
+from .search import refined, starts
+from .self_motion.curve import SolutionCurve, traced
+from .self_motion.sliced_arm import SlicedArm
 
 # Number of slices, evenly spaced over a turn.
 SLICES = 8
