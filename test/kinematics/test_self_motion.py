@@ -89,6 +89,16 @@ def test_the_first_posture_is_the_nearest():
     assert np.linalg.norm(result.families[0].q - middle) < least + 1e-9
 
 
+@pytest.mark.parametrize('name', ['xarm7', 'kinova_gen3'])
+def test_the_first_posture_is_on_the_turns_of_near(name):
+    robot = redundant_arm(name)
+    q = np.clip([5.0, 0.3, -0.5, 0.9, 5.0, 0.4, 0.2], *robot.limits.T)
+    result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q), near=q)
+    arc = min(result.families[0].intervals, key=lambda one: np.max(np.abs(one.nearest_to(q) - q)))
+    assert np.max(np.abs(arc.nearest_to(q) - q)) < ON_ARC
+    assert np.max(np.abs(result.families[0].q - q)) < ON_ARC
+
+
 def test_the_best_postures_of_an_arc_are_no_worse_than_its_samples():
     robot, q, _, result = target_and_result('panda')
     arc = result.families[0].intervals[0]

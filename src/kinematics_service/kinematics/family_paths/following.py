@@ -23,7 +23,7 @@ from ..inverse.self_motion.arcs import IkArc
 from ..inverse.solve import TOLERANCE, inverse_kinematics
 from ..plans.check import check_plan, threshold_of_distance
 from ..singularity import singularity
-from .joint_path import StepRule, banned_step, deviations, on_turns_inside, smoothed, step_rule
+from .joint_path import StepRule, banned_step, deviations, on_turns_inside, step_rule
 from .result import FamilyPath, FollowedPath
 
 # Largest motion of a joint from a target to the next, by default and at most, rad.
@@ -237,9 +237,6 @@ class _PathSearch:
             else:
                 path, k = self._checked(turned, arcs)
                 if path is not None:
-                    on_arcs = [one[k] if one else None for one, k in zip(self.arcs, arcs)]
-                    smooth = smoothed(turned, on_arcs, self.rule, self.start is None)
-                    path = self._checked(smooth, arcs)[0] or path
                     return FamilyPath(self._how(path), path, tuple(self.arcs))
                 reason = f'the shortest paths fail the check as a plan, the last after target {k}'
             k = min(k, len(nodes) - 2)

@@ -1,4 +1,4 @@
-"""A joint path through a posture of each target: its turns, smoothed, measured."""
+"""A joint path through a posture of each target: its full turns, and how far the tool strays."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,10 +10,7 @@ from ...rigid_motion import exponential, rotation_vector
 from ...robot.robot import Robot
 from ..forward import forward_kinematics
 from ..inverse.problem.plan import InversePlan
-from ..inverse.self_motion.arcs import IkArc
 
-# Rounds in which postures move to between their neighbours.
-SWEEPS = 3
 # Where the tool is looked at between two targets.
 BETWEEN = np.arange(1, 8)[:, None] / 8.0
 # Round-off of a joint at a limit, rad or m.
@@ -79,37 +76,6 @@ def banned_step(q: Floats, limits: Floats) -> int:
     wide = np.any(across > limits[:, 1] - limits[:, 0], axis=1)
     wide |= np.any((q < limits[:, 0] - AT_LIMIT) | (q > limits[:, 1] + AT_LIMIT), axis=1)
     return max(int(np.argmax(wide)) - 1, 0)
-
-
-def smoothed(
-    q: Floats, arcs: Sequence[IkArc | None], rule: StepRule, first_is_free: bool
-) -> Floats:
-    """Return a path (N, n) with each posture moved along its arc to between its neighbours."""
-    q = q.copy()
-    for _ in range(SWEEPS):
-        for k, arc in enumerate(arcs):
-            if arc is None or len(q) == 1 or (k == 0 and not first_is_free):
-                continue
-            others = [q[i] for i in (k - 1, k + 1) if 0 <= i < len(q)]
-            # The arc is on other turns.
-            offset = q[k] - _nearest(arc, q[k], rule)
-            moved = arc.nearest_to(np.mean(others, axis=0) - offset) + offset
-            if _steps(moved, others, rule).sum() < _steps(q[k], others, rule).sum() and np.all(
-                np.abs(moved - others) / rule.scales <= rule.most
-            ):
-                q[k] = moved
-    return q
-
-
-def _nearest(arc: IkArc, q: Floats, rule: StepRule) -> Floats:
-    # q without the full turns by which the arc is elsewhere.
-    turned = rule.shortest(arc.q - q)
-    k = int(np.argmin(np.linalg.norm(turned / rule.scales, axis=1)))
-    return np.asarray(arc.q[k] - turned[k])
-
-
-def _steps(q: Floats, others: list[Floats], rule: StepRule) -> Floats:
-    return np.asarray(np.sum(((q - others) / rule.scales) ** 2, axis=1))
 
 
 def deviations(

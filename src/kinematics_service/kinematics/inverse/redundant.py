@@ -21,6 +21,7 @@ from .problem.target import IkTarget
 from .result import IkFamily, IkResult
 from .search import LeastError, errors_at, no_solutions, refined, starts
 from .self_motion.arcs import IkArc, JointCurve, squares_of
+from .self_motion.best_posture import on_turns_near
 from .self_motion.curve import SolutionCurve
 from .self_motion.sliced_arm import SlicedArm, sliced_arm_of
 
@@ -112,6 +113,7 @@ def _of_curves(
 def _family_of_curve(problem: IkProblem, curve: JointCurve, arcs: tuple[IkArc, ...]) -> IkFamily:
     robot, target, plan, near, *_ = problem
     if arcs:
+        arcs = tuple(next(on_turns_near(arc, near, plan), arc) for arc in arcs)
         q = min(arcs, key=lambda arc: _away(problem, arc)).nearest_to(near)
     else:
         # The pose of it that is beyond the limits by least.

@@ -117,15 +117,15 @@ def place_on_arc(robot: Robot, target: IkTarget, q: Floats) -> ArcPlace | None:
         return None
     distance = _away_from(q, plan.scales)
     for arc in JointCurve(robot, plan, arm, curve).arcs():
-        for moved in _on_turns_near(arc, q, plan):
+        for moved in on_turns_near(arc, q, plan):
             s = moved.place_of_least(distance)
             if distance(moved.at(s)) < ON_ARC:
                 return ArcPlace(moved, s)
     return None
 
 
-def _on_turns_near(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
-    # The arc moved by full turns that leave it inside the limits, where a sample of it is near q.
+def on_turns_near(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
+    """Yield the arc moved by full turns that lead it past q (n,), if it is inside the limits."""
     turns = np.round((q - arc.q) / plan.periods)
     periods = np.where(np.isfinite(plan.periods), plan.periods, 0.0)
     away = (q - arc.q - turns * periods) / plan.scales
