@@ -23,7 +23,7 @@ SHORTEST_STEP = 1e-7
 COSINE_HALVED = 0.94
 # Cosine of the angle between two tangents (0.1 rad) below which a step is doubled.
 COSINE_DOUBLED = 0.995
-# Largest correction, as a share of the step: if a tangent turns by 0.35 rad, 0.18 is corrected.
+# Largest correction, as a share of the step; 0.18 if the tangent turns by 0.35 rad.
 CORRECTION = 0.25
 # A solution is compared with samples that are nearer, rad: one and a half steps.
 COMPARED = 0.15

@@ -255,8 +255,8 @@ class _PathSearch:
     def _shortest(
         self, layers: list[Layer], banned: set[tuple[int, int, int]]
     ) -> tuple[list[int], int]:
-        # Of each target a sample, so that the sum of squared steps is least; the last target that
-        # is reached.
+        # Return a sample of each target, with the least sum of squared steps, and the last target
+        # that is reached.
         cost = np.where(layers[0].away > self.distance, 0.0, np.inf)
         came: list[Integers] = []
         for k, (a, b) in enumerate(zip(layers, layers[1:])):

@@ -19,14 +19,14 @@ AT_LIMIT = 1e-9
 
 class StepRule(NamedTuple):
     """
-    What a step from a target to the next is allowed to be.
+    The largest step from a target to the next.
 
     Attributes
     ----------
     scales : shape (n,)
-        What a rad counts: the length for prismatic joints.
+        The unit of each joint: 1 rad, or the arm's length (m) for prismatic joints.
     periods : shape (n,)
-        Of the joints whose limits are wider than a turn, or that have none; infinite for others.
+        The period of joints whose limits are wider than a turn or missing; infinite for others.
     most : rad
         The largest motion of a joint.
     """

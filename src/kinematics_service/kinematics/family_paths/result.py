@@ -55,8 +55,8 @@ class FamilyPath:
     path
         The path, or None if none was found.
     arcs
-        Of each target the arcs inside the limits that `inverse_kinematics` finds; after a target
-        without any, none were looked for.
+        The arcs inside the limits that `inverse_kinematics` finds for each target; after a target
+        without arcs the search ends.
     """
 
     reason: str

@@ -24,7 +24,7 @@ LOOKED_AT = 48
 # What is a rad farther away has to be better by as much, or answers turn back and forth between
 # postures that are as good.
 FARTHER = 1e-3
-# Number of corrections of a step that is too long by 0.1 %: each divides what is left by 1000.
+# Number of corrections of a step that is too long by 0.1 %: each divides the error by 1000.
 CORRECTIONS = 3
 
 

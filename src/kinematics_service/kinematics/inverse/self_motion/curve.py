@@ -53,8 +53,8 @@ class SolutionCurve(FrozenArrays):
     point
         Of the arm and its target.
     samples : shape (m, 2 n), rad or m
-        Positions, and the unit tangents there. Of a closed curve the last sample is the first one,
-        full turns added.
+        Positions, and the unit tangents there. The last sample of a closed curve is the first
+        one, full turns added.
     closed
         Whether it closes; otherwise it ends at singular poses.
     """

@@ -61,7 +61,7 @@ class SlicedArm(NamedTuple):
     length
         What a rad counts, m.
     slices
-        By the joint that is held; None if the others cannot be solved.
+        The slices by the joint that is held; None if the others cannot be solved.
     """
 
     screws: Screws
@@ -104,7 +104,7 @@ class SlicedArm(NamedTuple):
         return psi
 
     def _motion(self, target: IkTarget) -> Floats:
-        # From rest to a target.
+        # Return the motion from rest to a target.
         return np.asarray(target.pose @ inverse(self.screws.home))
 
     def solutions(self, slices: Slices, target: IkTarget, position: float) -> Floats:
