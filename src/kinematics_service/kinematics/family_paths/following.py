@@ -23,7 +23,7 @@ from ..inverse.self_motion.arcs import IkArc
 from ..inverse.solve import TOLERANCE, inverse_kinematics
 from ..plans.check import check_plan, threshold_of_distance
 from ..singularity import singularity
-from .joint_path import StepRule, banned_step, deviations, on_turns_inside, step_rule
+from .joint_path import StepRule, deviations, on_turns_inside, step_rule
 from .result import FamilyPath, FollowedPath
 
 # Largest motion of a joint from a target to the next, by default and at most, rad.
@@ -33,8 +33,6 @@ SHAPES = ['(N, 4, 4)', '(N, 3)']
 SAMPLES = 4
 # Largest number of samples of an arc.
 MOST_SAMPLES = 1000
-# Number of joint paths that are tried.
-PATHS = 12
 
 
 class Layer(NamedTuple):
@@ -217,33 +215,23 @@ class _PathSearch:
         return Layer(arc, q, np.where(np.isfinite(way), way, np.inf))
 
     def _path(self, layers: list[Layer]) -> FamilyPath:
-        banned: set[tuple[int, int, int]] = set()
-        reason = ''
-        for _ in range(PATHS):
-            nodes, reached = self._shortest(layers, banned)
-            if len(nodes) < len(layers):
-                reason = (
-                    f'from target {reached} no sampled posture leads to one of target '
-                    f'{reached + 1} by a step of {self.rule.most:g} rad'
-                )
-                break
-            raw = np.array([layer.q[i] for layer, i in zip(layers, nodes)])
-            ways = self.rule.shortest(np.diff(raw, axis=0))
-            q = np.vstack([raw[:1], raw[0] + np.cumsum(ways, axis=0)])
-            arcs = tuple(int(layer.arc[i]) for layer, i in zip(layers, nodes))
-            turned = on_turns_inside(q, self.plan.limits, self.rule, self.start is not None)
-            if turned is None:
-                k, reason = banned_step(q, self.plan.limits), 'full turns leave the joint limits'
-            else:
-                path, k = self._checked(turned, arcs)
-                if path is not None:
-                    return FamilyPath(self._how(path), path, tuple(self.arcs))
-                reason = f'the shortest paths fail the check as a plan, the last after target {k}'
-            k = min(k, len(nodes) - 2)
-            if k < 0:
-                break
-            banned.add((k, nodes[k], nodes[k + 1]))
-        return self._none(reason)
+        nodes, reached = self._shortest(layers)
+        if len(nodes) < len(layers):
+            return self._none(
+                f'from target {reached} no sampled posture leads to one of target {reached + 1} '
+                f'by a step of {self.rule.most:g} rad'
+            )
+        raw = np.array([layer.q[i] for layer, i in zip(layers, nodes)])
+        ways = self.rule.shortest(np.diff(raw, axis=0))
+        q = np.vstack([raw[:1], raw[0] + np.cumsum(ways, axis=0)])
+        turned = on_turns_inside(q, self.plan.limits, self.rule, self.start is not None)
+        if turned is None:
+            return self._none('the shortest path leaves the joint limits on any full turns')
+        arcs = tuple(int(layer.arc[i]) for layer, i in zip(layers, nodes))
+        path = self._checked(turned, arcs)
+        if path is None:
+            return self._none('the shortest path fails the check as a plan')
+        return FamilyPath(self._how(path), path, tuple(self.arcs))
 
     def _how(self, path: FollowedPath) -> str:
         return (
@@ -252,9 +240,7 @@ class _PathSearch:
             f'{path.position_deviation:.2g} m off straight lines'
         )
 
-    def _shortest(
-        self, layers: list[Layer], banned: set[tuple[int, int, int]]
-    ) -> tuple[list[int], int]:
+    def _shortest(self, layers: list[Layer]) -> tuple[list[int], int]:
         # Return a sample of each target, with the least sum of squared steps, and the last target
         # that is reached.
         cost = np.where(layers[0].away > self.distance, 0.0, np.inf)
@@ -265,7 +251,6 @@ class _PathSearch:
             for i in np.flatnonzero(np.isfinite(cost)).tolist():
                 way = np.abs(self.rule.shortest(b.q - a.q[i])) / self.rule.scales
                 free = np.max(way, axis=1) <= self.rule.most
-                free[[j for one, first, j in banned if one == k and first == i]] = False
                 through = np.where(free, cost[i] + np.sum(way**2, axis=1), np.inf)
                 less = through < total
                 total[less], back[less] = through[less], i
@@ -278,24 +263,21 @@ class _PathSearch:
             nodes.append(int(back[nodes[-1]]))
         return nodes[::-1], len(came)
 
-    def _checked(self, q: Floats, arcs: tuple[int, ...]) -> tuple[FollowedPath | None, int]:
-        # The path, if limits, steps, distance and targets are as asked; otherwise a step of it
-        # that is not.
+    def _checked(self, q: Floats, arcs: tuple[int, ...]) -> FollowedPath | None:
+        # Return the path if limits, steps, distance and targets are as asked.
         check = check_plan(self.robot, np.arange(len(q)), q, distance=self.distance)
-        near = check.singularity
-        if near.verdict != 'proved':
-            at = near.undecided[0][0] if near.undecided else near.moment.point
-            return None, int(at)
-        inside = all(joint.limits == 'proved' for joint in check.joints)
         steps = np.abs(np.diff(q, axis=0)) / self.rule.scales
         step = float(np.max(steps, initial=0.0))
-        errors = [
-            float(errors_at(target, self.plan, one[None])[0])
-            for target, one in zip(self.targets, q)
-        ]
-        met = all(target.is_near_at(one) for target, one in zip(self.targets, q))
-        if not inside or not met or step > self.rule.most:
-            return None, int(np.argmax(np.append(np.max(steps, axis=1, initial=0.0), 0.0)))
+        is_fine = (
+            check.singularity.verdict == 'proved'
+            and all(joint.limits == 'proved' for joint in check.joints)
+            and all(target.is_near_at(one) for target, one in zip(self.targets, q))
+            and step <= self.rule.most
+        )
+        if not is_fine:
+            return None
+        pairs = zip(self.targets, q)
+        error = max(float(errors_at(target, self.plan, one[None])[0]) for target, one in pairs)
         whole = bool(set(self.targets[0].rows) & {'rx', 'ry', 'rz'})
         off, turned = deviations(self.robot, [one.pose for one in self.targets], q, whole)
-        return FollowedPath(q, arcs, step, max(errors), off, turned, check), 0
+        return FollowedPath(q, arcs, step, error, off, turned, check)

@@ -70,14 +70,6 @@ def on_turns_inside(q: Floats, limits: Floats, rule: StepRule, held: bool) -> Fl
     return turned
 
 
-def banned_step(q: Floats, limits: Floats) -> int:
-    """Return the step of a path (N, n) at which it leaves the limits, on any turns."""
-    across = np.maximum.accumulate(q, axis=0) - np.minimum.accumulate(q, axis=0)
-    wide = np.any(across > limits[:, 1] - limits[:, 0], axis=1)
-    wide |= np.any((q < limits[:, 0] - AT_LIMIT) | (q > limits[:, 1] + AT_LIMIT), axis=1)
-    return max(int(np.argmax(wide)) - 1, 0)
-
-
 def deviations(
     robot: Robot, poses: Sequence[Floats], q: Floats, whole: bool
 ) -> tuple[float, float]:
