@@ -333,5 +333,7 @@ def clearances(clearance: Clearance, q: Floats, radii: Floats) -> None:
     """Fill `radii` (N,) with the radius around each q (N, n) in which no pose is singular, rad."""
     n, count = clearance.arm.chain.dof, arrays.extent(q, 0)
     positions, results = arrays.numbers(q, count * n), arrays.results(radii, count)
+    lock = arrays.let_go()
     for k in range(count):
         results[k] = clearance.radius(arrays.after(positions, k * n))
+    arrays.take_back(lock)
