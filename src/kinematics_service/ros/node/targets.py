@@ -153,13 +153,23 @@ class Targets:
 
     def _take_poses(self) -> None:
         # Answers the newest pose; it replaces those that came while the last one was answered.
-        waiting, replaced = self._poses.get(), 0
+        waiting = self._poses.get()
         while waiting is not None:
-            if self._poses.empty():
+            self._wait_for_executor()
+            replaced = 0
+            while waiting is not None and not self._poses.empty():
+                waiting, replaced = self._poses.get(), replaced + 1
+            if waiting is not None:
                 with contextlib.suppress(InvalidHandle):  # the node ends
                     self._take_pose(waiting, replaced)
-                replaced = -1
-            waiting, replaced = self._poses.get(), replaced + 1
+                waiting = self._poses.get()
+
+    def _wait_for_executor(self) -> None:
+        # An answer shares the interpreter with the executor, which works its queue off first.
+        executor, done = self._node.executor, threading.Event()
+        if executor is not None:
+            executor.create_task(done.set)
+            done.wait(LAST_ANSWER)
 
     def _take_pose(self, data: bytes, replaced: int) -> None:
         try:
