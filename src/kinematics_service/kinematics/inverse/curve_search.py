@@ -49,9 +49,12 @@ def _seeds(problem: IkProblem, arm: SlicedArm) -> list[Floats]:
     q[0] = near
     arrived = refined(target, plan, q, far=True)
     reached = zip(arrived.q, arrived.errors)
-    seeds = [arm.posture(target, q) for q, error in reached if target.is_reached_at(q, error)]
+    seeds = [
+        arm.posture(robot, target, q) for q, error in reached if target.is_reached_at(q, error)
+    ]
     if arm.slices is not None:
         for position in FIRST_SLICE + 2.0 * np.pi / SLICES * np.arange(SLICES):
             found = arm.solutions(arm.slices, target, position)
-            seeds += list(found[np.max(np.abs(found[:, :, 1]), axis=1) < REAL, :, 0])
-    return [np.ascontiguousarray(psi) for psi in seeds]
+            real = np.max(np.abs(found[:, :, 1]), axis=1) < REAL
+            seeds += list(np.ascontiguousarray(found[real, :, 0]))
+    return seeds

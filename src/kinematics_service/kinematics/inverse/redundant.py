@@ -63,7 +63,7 @@ def _near_alone(
     error = float(errors_at(target, plan, near[None])[0])
     if not target.is_reached_at(near, error):
         return ()
-    psi = np.ascontiguousarray(arm.posture(target, near))
+    psi = arm.posture(robot, target, near)
     if any(kernel.passes(curve.point, curve.samples, psi) for curve in curves):
         return ()
     motions = tangent(problem, near, dimension(robot, target))

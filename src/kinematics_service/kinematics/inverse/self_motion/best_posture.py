@@ -119,7 +119,7 @@ def place_on_arc(robot: Robot, target: IkTarget, q: Floats) -> ArcPlace | None:
     arm = sliced_arm_of(robot, target.rows, target.axis)
     if arm is None:
         return None
-    curve = traced(arm.point(target), arm.posture(target, q), arm.turning)
+    curve = traced(arm.point(target), arm.posture(robot, target, q), arm.turning)
     if curve is None:
         return None
     distance = _away_from(q, plan.scales)

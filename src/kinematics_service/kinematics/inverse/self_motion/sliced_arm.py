@@ -90,15 +90,12 @@ class SlicedArm(NamedTuple):
         centre = target.pose[:3, 3].copy()
         return kernel.CurvePoint(self.table, self._motion(target), centre, self.whole, self.length)
 
-    def posture(self, target: IkTarget, q: Floats) -> Floats:
+    def posture(self, robot: Robot, target: IkTarget, q: Floats) -> Floats:
         """Return positions of the screws (n,) of a solution (joints,)."""
-        psi = self.to_screws(q)
+        psi = np.ascontiguousarray(self.to_screws(q))
         if target.axis:
             # The added joint: the turn about the axis from the tool to the target's pose.
-            T = np.eye(4)
-            for k, position in enumerate(psi[:-1]):
-                T = T @ _motion_of(self.screws, k, position)
-            M = (T @ self.screws.home)[:3, :3].T @ target.pose[:3, :3]
+            M = forward_kinematics(robot, q)[:3, :3].T @ target.pose[:3, :3]
             first = TOOL_AXES.index(target.axis) - 2
             psi[-1] = math.atan2(M[first + 1, first], M[first, first])
         return psi
