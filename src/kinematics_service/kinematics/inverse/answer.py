@@ -143,9 +143,8 @@ def _status(
     beyond: list[IkSolution | IkFamily] = [*solutions, *families]
     if beyond:
         names = ', '.join(dict.fromkeys(name for one in beyond for name in one.beyond))
-        if searched:
-            return 'outside_limits', f'found only beyond the limits of {names}{searched}'
-        return 'outside_limits', f'reached only beyond the limits of {names}'
+        verb = 'found' if searched else 'reached'
+        return 'outside_limits', f'{verb} only beyond the limits of {names}{searched}'
     return 'unreachable', (f'no joint positions bring the tool there ({target.words}){searched}')
 
 
