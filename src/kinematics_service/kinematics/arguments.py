@@ -41,11 +41,16 @@ def refused(
     return refusal(f'{name} must be {expected}, not {given!r:.80}', name, [expected], given)
 
 
-def random_from(seed: Any) -> np.random.Generator:
-    """Return the random numbers of a seed, or raise an ArgumentError."""
+def seed_of(seed: Any) -> int:
+    """Return a seed of random numbers, or raise an ArgumentError."""
     if not isinstance(seed, Integral) or seed < 0:
         raise refused('seed', 'a whole number from 0 on', seed)
-    return np.random.default_rng(int(seed))
+    return int(seed)
+
+
+def random_from(seed: Any) -> np.random.Generator:
+    """Return the random numbers of a seed, or raise an ArgumentError."""
+    return np.random.default_rng(seed_of(seed))
 
 
 def finite_rows(

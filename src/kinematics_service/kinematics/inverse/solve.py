@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import AnyRobot, Robot, as_robot
-from ..arguments import random_from
+from ..arguments import seed_of
 from .answer import (
     LEFT_FREE,
     answer,
@@ -125,7 +125,7 @@ def inverse_kinematics(
     plan = plan_for(robot, checked.rows, checked.axis)
     if plan.overdetermined:
         checked = checked.within_tolerance()
-    random_from(seed)  # refuses what is none
+    seed_of(seed)  # refuses what is none
     problem = IkProblem(robot, checked, plan, near_or_middle(robot, plan, near), seed, curves)
     if not all_solutions:
         proved = _first_solution(problem)
