@@ -272,7 +272,7 @@ class _Search:
         own = [int(part[1]) for name in self.joints if (part := re.search(r'(\d+)$', name))]
         if len(set(found)) != 1 or len(found) != len(self.joints) or own != sorted(own):
             return []
-        # q1 .. q4 may be a quaternion; q0 and q1 are no joints q1 and q2.
+        # q1 .. q4 may be a quaternion; q0 and q1 are not taken for joints q1 and q2.
         if pose_columns(self.header, [''], PoseFormat('wxyz')) or {*self.joints} & {*self.header}:
             return []
         rates = next((one for one in RATES if self._family(one)), '')

@@ -175,7 +175,7 @@ class RowReader:
                 )
 
     def _digits_of(self, stamp: str) -> int:
-        # The size of the first stamp decides; `_nanoseconds` refuses one that is no time.
+        # The size of the first stamp decides; `_nanoseconds` refuses other text.
         unit = unit_of(number_of(stamp)) if NUMBER.fullmatch(stamp.strip()) else 's'
         if unit != 's':
             name = self._header[self._stamp_at[0]]
