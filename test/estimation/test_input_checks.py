@@ -344,9 +344,9 @@ def test_velocities_that_are_not_used_are_not_compared():
 # MimicFormula joints
 
 
-def with_mimic(value, q2=-0.5):
+def with_mimic(value, q2=-0.5, slides=False):
     robot = ks.load_robot('craig_3r')
-    mimic = MimicFormula('q3_mimic', 'q2', -1.0, 0.1, False)
+    mimic = MimicFormula('q3_mimic', 'q2', -1.0, 0.1, slides)
     robot = replace(robot, description=replace(robot.description, mimics=(mimic,)))
     names = {name: f'left_{name}' for name in (*robot.joint_names, mimic.name)}
     t = np.zeros(1)
@@ -361,6 +361,8 @@ def test_a_mimic_joint_that_differs_from_its_formula_is_named_with_both_numbers(
     assert 'messages, -left_q2 + 0.1 = 0.6 rad' in sentence
     assert with_mimic(0.61) == []
     assert with_mimic(math.nan) == []
+    assert '0.61 m in the messages' in with_mimic(0.61, slides=True)[0]
+    assert with_mimic(0.604, slides=True) == []
 
 
 # Hostile numbers
