@@ -47,7 +47,7 @@ def test_runs_are_those_of_a_list_of_all_turns(closed, lap):
             boxes[k, same] = boxes[k - 1, same]
         expected = all_runs(boxes.tolist(), closed, lap)
         runs = list(runs_of(boxes.tolist(), closed, lap))
-        assert {(run.first, run.count, run.closed): run.windings for run in runs} == {
+        assert {(run.first, run.pieces, run.closed): run.windings for run in runs} == {
             key: len(turns) for key, turns in expected.items()
         }
         assert all(run.turns in expected[run[:2] + (run.closed,)] for run in runs)

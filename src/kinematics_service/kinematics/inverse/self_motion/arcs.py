@@ -81,7 +81,7 @@ class JointCurve:
         return tuple(np.where(limited, np.round(laps), 0.0).astype(int).tolist())
 
     def _arc(self, pieces: CurvePieces, run: Run) -> 'IkArc':
-        plan, first, last, laps = self.plan, run.first, run.first + run.count, 0
+        plan, first, last, laps = self.plan, run.first, run.first + run.pieces, 0
         if self.curve.closed:
             laps, last = divmod(last, len(pieces.begins))
         table, begin, stop = pieces.table, pieces.begins[first], pieces.begins[last] + 1

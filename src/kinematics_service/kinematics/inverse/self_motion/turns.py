@@ -23,7 +23,7 @@ class Run(NamedTuple):
 
     Attributes
     ----------
-    first, count
+    first, pieces
         The first piece, and the number of pieces, lap after lap.
     turns
         Turns of the first piece for which this is so, one number a joint.
@@ -34,7 +34,7 @@ class Run(NamedTuple):
     """
 
     first: int
-    count: int
+    pieces: int
     turns: Turns
     closed: bool
     windings: int
@@ -89,11 +89,11 @@ def _size(box: Box) -> int:
 
 
 def _outside(box: Box, *others: Box) -> Turns:
-    # A vector of a box that is in none of the others: their corners, and those next to them.
+    # A vector of a box that is in none of the others: a corner, or next to one of theirs.
     ways = []
-    for j, (low, high) in enumerate(box):
-        ends = {low, *(end for other in others for end in (other[j][0] - 1, other[j][1] + 1))}
-        ways.append(sorted(end for end in ends if low <= end <= high))
+    for (low, high), *beside in zip(box, *others):
+        ends = {low, *(end for a, b in beside for end in (a - 1, b + 1) if low < end <= high)}
+        ways.append(sorted(ends))
     inside = (
         turns
         for turns in itertools.product(*ways)
