@@ -16,7 +16,7 @@ from ...clearance import clearances
 from ..problem.plan import InversePlan
 from .curve import CurvePieces, SolutionCurve, pieces_of, places_of
 from .sliced_arm import SlicedArm
-from .turns import Run, Turns, runs_of
+from .turns import PieceRun, Turns, runs_of
 
 SIDES = ('lower', 'upper')
 # Golden sections to the best pose of an arc: a tenth of a rad becomes 1e-9.
@@ -80,7 +80,7 @@ class JointCurve:
         limited = np.isfinite(self.plan.limits).all(axis=1)
         return tuple(np.where(limited, np.round(laps), 0.0).astype(int).tolist())
 
-    def _arc(self, pieces: CurvePieces, run: Run) -> 'IkArc':
+    def _arc(self, pieces: CurvePieces, run: PieceRun) -> 'IkArc':
         plan, first, last, laps = self.plan, run.first, run.first + run.pieces, 0
         if self.curve.closed:
             laps, last = divmod(last, len(pieces.begins))

@@ -137,7 +137,7 @@ def on_turns_near(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
     periods = np.where(np.isfinite(plan.periods), plan.periods, 0.0)
     away = (q - arc.q - turns * periods) / plan.scales
     for one in sorted(set(map(tuple, turns[squares_of(away) < APART**2].tolist()))):
-        moved = arc.turned(one * periods)
+        moved = arc.turned(np.array(one) * periods)
         if moved.margins().min() > -ON_ARC:
             yield moved
 

@@ -17,7 +17,7 @@ Turns = tuple[int, ...]
 Box = list[list[int]]
 
 
-class Run(NamedTuple):
+class PieceRun(NamedTuple):
     """
     Pieces that follow each other with the same turns, and nothing before or after them.
 
@@ -40,18 +40,18 @@ class Run(NamedTuple):
     windings: int
 
 
-def runs_of(boxes: Sequence[Box], closed: bool, lap: Sequence[int]) -> Iterator[Run]:
+def runs_of(boxes: Sequence[Box], closed: bool, lap: Sequence[int]) -> Iterator[PieceRun]:
     """
     Yield the maximal runs of pieces inside the limits.
 
     Parameters
     ----------
     boxes
-        Of each piece the turns by which it is inside.
+        The turns by which each piece is inside.
     closed
         Whether the first piece follows the last one.
     lap
-        By how many turns each joint has moved then.
+        The turns that each joint has moved then.
     """
 
     def box(k: int) -> Box:
@@ -70,14 +70,14 @@ def runs_of(boxes: Sequence[Box], closed: bool, lap: Sequence[int]) -> Iterator[
             further, all_three = _common(common, after), _common(both, after)
             windings = size - _size(both) - _size(further) + _size(all_three)
             if windings > 0:
-                yield Run(i, count, _outside(common, before, after), False, windings)
+                yield PieceRun(i, count, _outside(common, before, after), False, windings)
             common, both, count = further, all_three, count + 1
     if closed and not any(lap):
         common = list(boxes[0])
         for other in boxes[1:]:
             common = _common(common, other)
         if (size := _size(common)) > 0:
-            yield Run(0, len(boxes), tuple(low for low, _ in common), True, size)
+            yield PieceRun(0, len(boxes), tuple(low for low, _ in common), True, size)
 
 
 def _common(one: Box, other: Box) -> Box:
