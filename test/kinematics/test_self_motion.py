@@ -24,6 +24,7 @@ from redundant_arms import (
 import kinematics_service as ks
 from kinematics_service.kinematics.inverse.problem.target import ik_target_of
 from kinematics_service.kinematics.inverse.self_motion import sliced_arm
+from kinematics_service.robot.robot import build_robot
 
 ARMS = (*BUNDLED, *CALIBRATED, *RANDOM, *SLIDING)
 REACHED = 1e-12  # m and of a rotation's numbers, at arms of about 1 m
@@ -506,6 +507,20 @@ def test_complex_solutions_far_from_real_ones_are_certified_each_once():
             found.append(np.exp(1j * there))
     away = np.array([[np.max(np.abs(a - b)) for a in found] for b in found])
     assert np.min(away + 1e3 * np.eye(len(found))) > 1e-3
+
+
+@pytest.mark.parametrize('width', [1e-8, 1e-9, 1e-12])
+def test_a_posture_between_limits_that_nearly_meet_is_on_an_arc(width):
+    robot, random = ks.load_robot('kuka_iiwa14'), np.random.default_rng(7)
+    for joints in ((0,), (4,), (1, 6), (3, 4), (4, 5)):
+        q = random.uniform(*robot.limits.T)
+        own = list(robot.description.joints)
+        for j in joints:
+            own[j] = replace(own[j], lower=float(q[j]), upper=float(q[j]) + width)
+        narrow = build_robot(replace(robot.description, joints=tuple(own)))
+        found = ks.inverse_kinematics(narrow, ks.forward_kinematics(robot, q), near=q)
+        arcs = [arc for family in found.families for arc in family.intervals]
+        assert min(np.linalg.norm(arc.nearest_to(q) - q) for arc in arcs) < 1e-6
 
 
 @pytest.mark.parametrize('degrees', [540.0, 900.0])
