@@ -285,7 +285,8 @@ def test_a_speed_beyond_its_limit_is_named_with_its_multiple(told):
     speed = 1.5 * robot.velocity_limits[2]
     q[:, 2], qdot[:, 2] = np.where(t > 1, speed * (t - 1), 0.0), np.where(t > 1, speed, 0.0)
     (sentence,) = faults(robot, stream(robot, t, q, qdot if told else None))
-    assert sentence.startswith('beyond the velocity limit: elbow_joint 1.5 times at ')
+    assert sentence.startswith('beyond the velocity limit: elbow_joint at 4.7')
+    assert ' rad/s, 1.5 times its limit; check units' in sentence
 
 
 # Reported velocities
@@ -363,6 +364,42 @@ def test_a_mimic_joint_that_differs_from_its_formula_is_named_with_both_numbers(
     assert with_mimic(math.nan) == []
     assert '0.61 m in the messages' in with_mimic(0.61, slides=True)[0]
     assert with_mimic(0.604, slides=True) == []
+
+
+def test_a_mimic_joint_that_is_off_by_a_constant_is_named_while_it_moves_and_a_late_one_is_not():
+    robot, t = ks.load_robot('craig_3r'), np.arange(0.0, 4.0, 0.02)
+    mimic = MimicFormula('q3_mimic', 'q2', -1.0, 0.1, True)
+    robot = replace(robot, description=replace(robot.description, mimics=(mimic,)))
+    names = {name: name for name in (*robot.joint_names, mimic.name)}
+    for late, off, said in ((0.0, 0.0, 0), (0.25, 0.0, 0), (0.0, 0.1, 1), (0.25, 0.05, 1)):
+        q = np.column_stack([swinging(robot, t)[0], np.zeros(len(t))])
+        q[:, 3] = 0.1 + off - swinging(robot, t - late)[0][:, 1]
+        for count in range(60, len(t), 20):
+            found = faults(
+                robot, stream(robot, t[:count], q[:count], names=tuple(names)), names=names
+            )
+            assert len(found) == said
+
+
+def test_a_driver_that_freezes_is_named_within_a_second():
+    robot, t = ks.load_robot('ur5e'), np.arange(0.0, 4.0, 0.01)
+    q, qdot = swinging(robot, t)
+    stamps = BEGIN + np.round(np.minimum(t, 2.5) * 1e9).astype(np.int64)
+    (sentence,) = faults(robot, stream(robot, t, q, qdot, stamps))
+    assert sentence.startswith('150 messages in 1.5 s, all with the stamp ')
+
+
+@pytest.mark.parametrize('step', [10, 100])
+def test_nanosec_in_coarser_steps_is_named_as_long_as_it_lasts(step):
+    robot, t = ks.load_robot('ur5e'), np.arange(0.0, 9.0, 0.01)
+    q, qdot = swinging(robot, t)
+    seconds, rest = np.divmod(np.round((t + 0.3) * 1e9).astype(np.int64), SECOND)
+    stamps = BEGIN + seconds * SECOND + rest // step
+    for count in range(200, len(t), 50):
+        early = slice(0, count)
+        group = stream(robot, t[early], q[early], qdot[early], stamps[early])
+        (sentence,) = faults(robot, group)
+        assert f'steps of {step} ns' in sentence
 
 
 # Hostile numbers
