@@ -126,18 +126,6 @@ def test_a_recording_in_a_loop_has_no_fault_of_stamps(period):
         assert faults(robot, seen, timeout=timeout) == []
 
 
-def test_publishers_with_clocks_of_their_own_have_no_fault():
-    robot, t = ks.load_robot('ur5e'), np.arange(0.0, 6.0, 0.02)
-    q, qdot = swinging(robot, t)
-    early = BEGIN - 500 * SECOND + np.round(t * 1e9).astype(np.int64)
-    first, second = robot.joint_names[:4], robot.joint_names[4:]
-    groups = (
-        stream(robot, t, q[:, :4], qdot[:, :4], names=first),
-        stream(robot, t, q[:, 4:], qdot[:, 4:], early, names=second),
-    )
-    assert faults(robot, *groups) == []
-
-
 @pytest.mark.parametrize('step', [-3600.0, -0.5, 0.5, 3600.0])
 def test_a_clock_that_is_set_is_no_wrong_pace(step):
     robot, t = ks.load_robot('ur5e'), np.arange(0.0, 9.0, 0.02)
@@ -379,6 +367,19 @@ def test_a_mimic_joint_that_is_off_by_a_constant_is_named_while_it_moves_and_a_l
                 robot, stream(robot, t[:count], q[:count], names=tuple(names)), names=names
             )
             assert len(found) == said
+
+
+@pytest.mark.parametrize(('apart', 'said'), [(0.4, 0), (3600.0, 1), (-7.0, 1)])
+def test_clocks_of_two_drivers_that_differ_are_named(apart, said):
+    robot, t = ks.load_robot('ur5e'), np.arange(0.0, 2.0, 0.01)
+    q, qdot = swinging(robot, t)
+    late = stream(robot, t, q, qdot).stamps + round(apart * 1e9)
+    first = stream(robot, t, q[:, :3], qdot[:, :3], names=robot.joint_names[:3])
+    other = stream(robot, t, q[:, 3:], qdot[:, 3:], late, names=robot.joint_names[3:])
+    found = faults(robot, first, other)
+    assert len(found) == said
+    assert all('with shoulder_pan_joint and wrist_1_joint are' in one for one in found)
+    assert faults(robot, first, other, simulated=True) == []
 
 
 def test_a_driver_that_freezes_is_named_within_a_second():

@@ -144,7 +144,7 @@ def test_stamps_of_two_clocks_are_named(watched, stamp_of, said):
     one.node._health.say()
     lines = [text for text in one.node._health.warnings if 'stepped back' in text]
     assert len(lines) == said
-    assert all('joint_state_timeout 5 times within 10 s: synchronize' in line for line in lines)
+    assert all('joint_state_timeout 5 times within 10 s: two clocks' in line for line in lines)
 
 
 def test_a_topic_of_another_type_is_named(arm):

@@ -130,7 +130,7 @@ def input_faults(
     reported
         Whether velocities that messages report are used.
     """
-    faults = list[str]()
+    faults, offsets = list[str](), dict[str, float]()
     ours = {names[name]: j for j, name in enumerate(robot.joint_names) if name in names}
     with np.errstate(all='ignore'):  # numbers as large as doubles can be
         for group in groups:
@@ -138,8 +138,16 @@ def input_faults(
             if ours.keys().isdisjoint(group.names) or len(group.q) < SAMPLE_MINIMUM:
                 continue
             fault = _stamp_fault(group, simulated) if group.stamps[-1] else ''
+            if group.stamps[-1] and not simulated:
+                offsets[group.names[0]] = float(np.median(group.stamps - group.arrivals))
             # Speeds by wrong stamps mean nothing.
             faults += [fault] if fault else _motion_faults(group, robot, ours, reported)
+        apart = 1e-9 * float(np.ptp([*offsets.values()])) if offsets else 0.0
+        if not faults and apart > 1e-9 * timeout:
+            faults.append(
+                f'stamps of messages with {" and ".join(offsets)} are {apart:.3g} s apart: '
+                'synchronize the clocks of their publishers'
+            )
         return [*faults, *_mimic_faults(groups, robot, names)]
 
 
