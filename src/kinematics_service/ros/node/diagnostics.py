@@ -232,8 +232,8 @@ def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
     if heard.resets_of_late > RESET_LIMIT:
         yield (
             f'stamps stepped back by more than joint_state_timeout {heard.resets_of_late} times '
-            f'within {RECENT:g} s: two clocks, or a recording in a loop; synchronize the clocks of '
-            'all that publish joint states'
+            f'within {RECENT:g} s: two clocks, or a recording in a loop; synchronize the clocks '
+            'of all that publish joint states'
         )
     for group in heard.messages:
         every = 1e-9 * float(np.median(np.diff(group.arrivals))) if len(group.q) > 1 else 0.0
