@@ -249,8 +249,8 @@ def test_an_equation_that_is_not_singular_differs(line):
     assert (equation.status, equation.remarks[0][:12]) == ('differs', 'not singular')
 
 
-# Right for L2 = L3 alone, as they are in the file: an equation without its letters, and a set whose
-# folded elbow stands on axis 1; then right for all letters.
+# Right for L2 = L3 alone, as in the file: an equation without its letters, and a set whose folded
+# elbow has the tool on axis 1; then right for all letters.
 EQUAL_LETTERS = [
     (['q3 = k*pi', 'cos(q2) + cos(q2 + q3) = 0'], ['agrees', 'differs', 'differs']),
     (['q3 = 0', 'L2*c2 + L3*c23 = 0'], ['agrees', 'agrees', 'differs']),
