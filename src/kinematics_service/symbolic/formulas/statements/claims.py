@@ -5,7 +5,7 @@ Newton's method with least-norm steps projects random poses onto the zeros of ea
 exact determinant. Every branch of the zeros that some start reaches must lie in a claimed family.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -65,10 +65,11 @@ class _ZeroCondition:
 
 @dataclass(frozen=True)
 class _Arm:
-    # The arm with one value of each letter; without a sampler it is not derived.
+    # The arm with one value of each letter, in its names, too; an arm that is not derived has no
+    # sampler.
     robot: Robot
-    letters: Mapping[Any, float]
-    sampler: PoseSampler | None = None
+    names: FormulaNames
+    sampler: PoseSampler | None
 
     def smallness(self, q: Floats) -> Floats:
         # Of N poses (N, n), rad and m: their last singular value, relative to the largest.
@@ -88,37 +89,40 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
     Both hold if they do at two random values of each letter; a remark says what is special about
     the numbers of the file.
     """
-    given, task = names.table.given, robot.task
+    task = robot.task
     square = not task.structurally_deficient and len(task.rows) == robot.dof
     try:
         exact = exact_of(robot)
         factors = determinant_factors(exact) if square else None
     except DerivationError as error:
-        judged = [_sound(_Arm(robot, given), names, claim) for claim in claims]
+        judged = [_sound(_Arm(robot, names, None), claim) for claim in claims]
         undecided = f'it is not decided whether other poses are singular: {error}'
         remarks = (*judged[-1].remarks, undecided) if square else judged[-1].remarks
         return [*judged[:-1], replace(judged[-1], remarks=remarks)]
-    in_words = numbers_in_words(exact.arithmetic.names)
-    arms = []
-    for sampler in (*exact.sampler.in_random_letters, exact.sampler):
-        values = {symbol.name: value for symbol, value in sampler.arithmetic.names.values.items()}
-        letters = {symbol: values.get(symbol.name, value) for symbol, value in given.items()}
-        arms.append(_Arm(robot, letters, sampler))
+    by_file = exact.sampler
+    arms = [_arm_of(one, by_file, names) for one in (*by_file.in_random_letters, by_file)]
 
     def judge(claim: Statement | None) -> Claim:
-        verdicts = []
-        for arm in arms:
-            if claim is not None:
-                verdicts.append(_sound(arm, names, claim))
-            elif factors is not None:
-                verdicts.append(_whole(arm, factors, names, claims))
+        if claim is not None:
+            verdicts = [_sound(arm, claim) for arm in arms]
+        else:
+            verdicts = [_whole(arm, factors, claims) for arm in arms if factors]
         worst = next((one for one in verdicts if not one.holds), verdicts[0])
         if worst.holds or not verdicts[-1].holds:
             return worst
-        special = f'with {in_words} of this file it agrees, with other values not'
+        numbers = numbers_in_words(exact.arithmetic.names)
+        special = f'with {numbers} of this file it agrees, with other values not'
         return replace(worst, remarks=(*worst.remarks, special))
 
     return [judge(claim) for claim in (*claims, None) if claim or factors]
+
+
+def _arm_of(sampler: PoseSampler, by_file: PoseSampler, names: FormulaNames) -> _Arm:
+    # The letters of the table have other units than those of the sampler.
+    usual = by_file.arithmetic.names.values
+    factors = {s.name: v / usual[s] for s, v in sampler.arithmetic.names.values.items() if v}
+    given = {s: v * factors.get(s.name, 1.0) for s, v in names.table.given.items()}
+    return _Arm(sampler.robot, FormulaNames(replace(names.table, given=given)), sampler)
 
 
 def _draws(robot: Robot, names: FormulaNames, claim: Statement) -> Floats:
@@ -133,18 +137,17 @@ def _in_words(names: FormulaNames, pose: Floats) -> str:
 # Soundness: poses of the family are singular
 
 
-def _sound(arm: _Arm, names: FormulaNames, claim: Statement) -> Claim:
-    q, letters = _draws(arm.robot, names, claim), arm.letters
+def _sound(arm: _Arm, claim: Statement) -> Claim:
+    names = arm.names
+    q = _draws(arm.robot, names, claim)
     integers = np.random.default_rng(SEED).integers(-2, 3, len(q)).astype(float)
-    free = np.ones(q.shape[1])
+    free = np.ones(arm.robot.dof)
     for joint, value in claim.conditions:
         if joint >= 0:
-            q[:, joint] = _value(names, letters, claim, value, integers)(q) * _unit(
-                names, claim, joint
-            )
+            q[:, joint] = _value(names, claim, value, integers)(q) * _unit(names, claim, joint)
             free[joint] = 0.0
     equations = [
-        _ZeroCondition(_value(names, letters, claim, value, integers))
+        _ZeroCondition(_value(names, claim, value, integers))
         for joint, value in claim.conditions
         if joint < 0
     ]
@@ -152,7 +155,7 @@ def _sound(arm: _Arm, names: FormulaNames, claim: Statement) -> Claim:
         q = poses_on(equations, q, free)
     # A family need not exist for all values of the other joints.
     q = q[np.isfinite(q).all(axis=1)]
-    q = q[_belongs(names, letters, claim, q)] if equations else q
+    q = q[_belongs(names, claim, q)] if equations else q
     if not len(q):
         remark = f'no pose of this family was found in {DRAWS} draws: it has no real values there'
         return Claim(claim.name, claim.line, False, (remark,))
@@ -164,11 +167,7 @@ def _sound(arm: _Arm, names: FormulaNames, claim: Statement) -> Claim:
 
 
 def _value(
-    names: FormulaNames,
-    letters: Mapping[Any, float],
-    claim: Statement,
-    value: Any,
-    integers: Floats | float,
+    names: FormulaNames, claim: Statement, value: Any, integers: Floats | float
 ) -> Callable[[Floats], Floats]:
     # An expression of a claim as a function of poses, with one integer k for each.
     table = names.table
@@ -179,7 +178,7 @@ def _value(
             if symbol in table.derived:
                 values[symbol] = Evaluation(values, len(q)).of(table.derived[symbol])
             else:
-                values[symbol] = np.full(len(q), letters[symbol])
+                values[symbol] = np.full(len(q), table.given[symbol])
         values[sp.Symbol('k')] = np.broadcast_to(integers, len(q))
         return Evaluation(values, len(q), claim.settings.degrees).of(value)
 
@@ -194,15 +193,12 @@ def _unit(names: FormulaNames, claim: Statement, joint: int) -> float:
 # Completeness: zeros of each factor are claimed
 
 
-def _belongs(
-    names: FormulaNames, letters: Mapping[Any, float], claim: Statement, q: Floats
-) -> Any:
+def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> Any:
     # Which of N poses belong to a claimed family, shape (N,).
     holds = np.ones(len(q), dtype=bool)
     for joint, value in claim.conditions:
         gaps = [
-            _gap(names, claim, joint, _value(names, letters, claim, value, k), q)
-            for k in INTEGERS.tolist()
+            _gap(names, claim, joint, _value(names, claim, value, k), q) for k in INTEGERS.tolist()
         ]
         holds &= np.min(gaps, axis=0) <= CLAIM_TOLERANCE
     return holds
@@ -228,15 +224,13 @@ def _gap(
     return np.where(np.isfinite(gap), gap, np.inf)
 
 
-def _whole(
-    arm: _Arm, factors: DeterminantFactors, names: FormulaNames, claims: Sequence[Statement]
-) -> Claim:
-    name, line, sampler = 'the singular set', claims[-1].line, arm.sampler
+def _whole(arm: _Arm, factors: DeterminantFactors, claims: Sequence[Statement]) -> Claim:
+    name, line, names, sampler = 'the singular set', claims[-1].line, arm.names, arm.sampler
     assert sampler is not None  # it is derived
     starts = sampler.random(DRAWS)
     for function, expression in zip(factors.functions(sampler), factors.expressions):
         zeros = sampler.whole(poses_on([function], starts, np.ones(starts.shape[1])))
-        claimed = [_belongs(names, arm.letters, claim, zeros) for claim in claims]
+        claimed = [_belongs(names, claim, zeros) for claim in claims]
         left_out = zeros[~np.any(claimed, axis=0)]
         left_out = left_out[arm.smallness(left_out) < SINGULAR_VALUE_RATIO]
         if len(left_out):
