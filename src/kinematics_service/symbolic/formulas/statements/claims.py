@@ -64,7 +64,7 @@ class _ZeroCondition:
 
 
 @dataclass(frozen=True)
-class _Arm:
+class _ArmOfLetters:
     # The arm with one value of each letter, in its names, too; an arm that is not derived has no
     # sampler.
     robot: Robot
@@ -95,7 +95,7 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
         exact = exact_of(robot)
         factors = determinant_factors(exact) if square else None
     except DerivationError as error:
-        judged = [_sound(_Arm(robot, names, None), claim) for claim in claims]
+        judged = [_sound(_ArmOfLetters(robot, names, None), claim) for claim in claims]
         undecided = f'it is not decided whether other poses are singular: {error}'
         remarks = (*judged[-1].remarks, undecided) if square else judged[-1].remarks
         return [*judged[:-1], replace(judged[-1], remarks=remarks)]
@@ -117,12 +117,12 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
     return [judge(claim) for claim in (*claims, None) if claim or factors]
 
 
-def _arm_of(sampler: PoseSampler, by_file: PoseSampler, names: FormulaNames) -> _Arm:
+def _arm_of(sampler: PoseSampler, by_file: PoseSampler, names: FormulaNames) -> _ArmOfLetters:
     # The letters of the table have other units than those of the sampler.
     usual = by_file.arithmetic.names.values
     factors = {s.name: v / usual[s] for s, v in sampler.arithmetic.names.values.items() if v}
     given = {s: v * factors.get(s.name, 1.0) for s, v in names.table.given.items()}
-    return _Arm(sampler.robot, FormulaNames(replace(names.table, given=given)), sampler)
+    return _ArmOfLetters(sampler.robot, FormulaNames(replace(names.table, given=given)), sampler)
 
 
 def _draws(robot: Robot, names: FormulaNames, claim: Statement) -> Floats:
@@ -137,7 +137,7 @@ def _in_words(names: FormulaNames, pose: Floats) -> str:
 # Soundness: poses of the family are singular
 
 
-def _sound(arm: _Arm, claim: Statement) -> Claim:
+def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
     names = arm.names
     q = _draws(arm.robot, names, claim)
     integers = np.random.default_rng(SEED).integers(-2, 3, len(q)).astype(float)
@@ -224,7 +224,7 @@ def _gap(
     return np.where(np.isfinite(gap), gap, np.inf)
 
 
-def _whole(arm: _Arm, factors: DeterminantFactors, claims: Sequence[Statement]) -> Claim:
+def _whole(arm: _ArmOfLetters, factors: DeterminantFactors, claims: Sequence[Statement]) -> Claim:
     name, line, names, sampler = 'the singular set', claims[-1].line, arm.names, arm.sampler
     assert sampler is not None  # it is derived
     starts = sampler.random(DRAWS)
