@@ -6,8 +6,9 @@ from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
-from ...kernel import Floats
+from ...kernel import Floats, Integers
 from .arithmetic import Arithmetic
 from .laurent import Laurent, from_terms
 
@@ -150,13 +151,13 @@ class Monomials(NamedTuple):
     places, factors : shape (k,)
         The monomials of each polynomial, one polynomial's behind the other's, and their factors.
     starts : shape (m,)
-        Where each polynomial begins.
+        First place of each polynomial.
     """
 
     whole: Laurent
-    places: Any
-    factors: Any
-    starts: Any
+    places: Integers
+    factors: npt.NDArray[np.complex128]
+    starts: Integers
 
     def values(self, terms: Any) -> Floats:
         """Return the polynomials (N, m) of the terms (N, monomials) of their sum."""
