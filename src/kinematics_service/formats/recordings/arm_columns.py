@@ -309,7 +309,7 @@ class _Search:
 
     def _required(self, beginning: str) -> None:
         if not self._positions(beginning):
-            if pose_columns(self.header, [self._given.get('pose', '')], PoseFormat()):
+            if self._poses_alone([])[0]:
                 raise RecordingError(
                     f'{self.file}: there are poses of the tool, and no joint positions of '
                     f'{self.wanted.robot.name}: add columns {self.joints[0]}, ..., as recorded or '

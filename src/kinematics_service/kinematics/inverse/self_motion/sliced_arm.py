@@ -19,6 +19,7 @@ from ....rigid_motion import inverse, turn_about
 from ....robot.robot import Robot
 from ....robot.task import ROW_NAMES, seeded_poses
 from ...forward import forward_kinematics
+from ..problem.chain_geometry import with_turn
 from ..problem.plan import one_to_one
 from ..problem.screws import Screws, screws_of
 from ..problem.six_joints import six_joints_of
@@ -143,7 +144,8 @@ def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm |
     if not one_to_one(screws, robot):
         return None
     if axis and rows == ROW_NAMES[:3]:
-        screws = _with_turn_about(screws, axis)
+        along = screws.home[:3, TOOL_AXES.index(axis)]
+        screws = with_turn(screws, along, screws.tool)
     whole = bool(axis) or rows == ROW_NAMES
     if len(screws.axes) != (7 if whole else 4) or (not whole and rows != ROW_NAMES[:3]):
         return None
@@ -184,17 +186,3 @@ def _motion_of(screws: Screws, k: int, position: float) -> Floats:
     T[:3, :3] = turn_about(screws.axes[k], position)
     T[:3, 3] = screws.points[k] - T[:3, :3] @ screws.points[k]
     return T
-
-
-def _with_turn_about(screws: Screws, axis: str) -> Screws:
-    along = screws.home[:3, TOOL_AXES.index(axis)]
-    n = len(screws.axes)
-    coupling = np.eye(n + 1)
-    coupling[:n, :n] = screws.coupling
-    return Screws(
-        axes=np.vstack([screws.axes, along]),
-        points=np.vstack([screws.points, screws.tool]),
-        slides=(*screws.slides, False),
-        coupling=coupling,
-        home=screws.home,
-    )
