@@ -43,7 +43,8 @@ NANOSEC_CAUSES = {
 }
 # A speed may exceed its limit by this factor: jitter of stamps adds a tenth over its baseline.
 SPEED_TOLERANCE = 1.1
-# Times (s) by which a mimic joint may follow its leader; between them it moves by a hundredth.
+# Times (s) by which a mimic joint may follow its leader. At 1 rad/s it moves by 0.01 rad, half of
+# its tolerance, to the nearest of them.
 MIMIC_LAGS = np.linspace(0.0, 0.5, 26)
 
 
@@ -146,7 +147,7 @@ def input_faults(
         if not faults and apart > 1e-9 * timeout:
             faults.append(
                 f'stamps of messages with {" and ".join(offsets)} are {apart:.3g} s apart: '
-                'synchronize the clocks of their publishers'
+                'synchronize the clocks of their publishers, or find what is late'
             )
         return [*faults, *_mimic_faults(groups, robot, names)]
 
@@ -183,8 +184,8 @@ def _stamp_fault(group: JointMessages, simulated: bool) -> str:
     # Returns what is wrong with the stamps, the first that applies; '' if nothing was found.
     late = group.arrivals > group.arrivals[-1] - SECOND
     late[-SAMPLE_MINIMUM:] = True
-    frozen = group.taken(slice(int(np.argmax(group.stamps == group.stamps[-1])), None))
     if np.ptp(group.stamps[late]) == 0:
+        frozen = group.taken(slice(int(np.argmax(group.stamps == group.stamps[-1])), None))
         stamp = f'{frozen.seconds[0]}.{frozen.nanoseconds[0]:09d}'
         total = f'{len(frozen.q)} messages in {frozen.duration}'
         return f'{total}, all with the stamp {stamp}: the driver must stamp each message anew'
