@@ -107,9 +107,10 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
             verdicts = [_sound(arm, claim) for arm in arms]
         else:
             verdicts = [_whole(arm, factors, claims) for arm in arms if factors]
-        worst = next((one for one in verdicts if not one.holds), verdicts[0])
+        worst = next((one for one in verdicts if not one.holds), verdicts[-1])
         if worst.holds or not verdicts[-1].holds:
-            return worst
+            # Its poses are those of the numbers of the file.
+            return verdicts[-1]
         numbers = numbers_in_words(exact.arithmetic.names)
         special = f'with {numbers} of this file it agrees, with other values not'
         return replace(worst, remarks=(*worst.remarks, special))
