@@ -110,7 +110,7 @@ ENDS = [
 
 def test_an_idle_node_ends_cleanly_at_a_signal(process):
     # The moments of its clean-up are those of a busy node, below.
-    nodes = [process('--robot', 'craig_3r', ready=False) for _ in ENDS[:3]]
+    nodes = [process('--robot', 'craig_3r', ready=False) for _ in ENDS[:2]]
     for node in nodes:
         node.wait_until_ready()
     for node, end in zip(nodes, ENDS):
@@ -121,10 +121,11 @@ def test_a_busy_node_ends_cleanly_at_a_signal(process, peer, load):
     poses = []
     peer.peer.create_subscription(PoseStamped, '/kinematics/pose', poses.append, QUEUE)
     following = process('--robot', 'craig_3r')
-    for k, end in enumerate(ENDS):
+    ends = ENDS[1:]
+    for k, end in enumerate(ends):
         node = following
         peer.spin_until(lambda: len(poses) > QUEUE + 50, 'answers to the load', 20.0)
-        if k + 1 < len(ENDS):
+        if k + 1 < len(ends):
             # Its start takes a processor for a second: what is measured is the way out beside the
             # load, not beside that.
             following = process('--robot', 'craig_3r')
@@ -201,9 +202,9 @@ def test_several_arms_run_in_one_process_each_in_its_namespace(process, peer):
 def test_an_idle_node_costs_next_to_nothing(process):
     node = process('--robot', 'craig_3r')
     settled = threading.Event()
-    settled.wait(5.0)  # a cost a second takes seconds: nothing is waited for
+    settled.wait(1.5)  # a cost a second takes seconds: nothing is waited for
     before, begin = processor_seconds(node.popen.pid), time.monotonic()
-    settled.wait(4.0)
+    settled.wait(3.0)
     used = processor_seconds(node.popen.pid) - before
     share = used / (time.monotonic() - begin)
     assert share < 0.02
