@@ -28,7 +28,7 @@ def turns():
 
 @pytest.mark.slow
 @pytest.mark.parametrize('rates', KINDS)
-@pytest.mark.parametrize('name', (*DISTINCT_BUNDLED, *LOOPED[:2]))
+@pytest.mark.parametrize('name', [*DISTINCT_BUNDLED, *LOOPED[:2]])
 def test_the_rows_are_the_differences_of_the_coordinates(name, rates):
     robot = robot_of(name)
     low, high = np.clip(robot.limits, -np.pi, np.pi).T
