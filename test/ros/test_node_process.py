@@ -110,7 +110,7 @@ ENDS = [
 
 def test_an_idle_node_ends_cleanly_at_a_signal(process):
     # The moments of its clean-up are those of a busy node, below.
-    nodes = [process('--robot', 'craig_3r', ready=False) for _ in ENDS[:2]]
+    nodes = [process('--robot', 'craig_3r', ready=False) for _ in ENDS[:3]]
     for node in nodes:
         node.wait_until_ready()
     for node, end in zip(nodes, ENDS):
@@ -121,11 +121,10 @@ def test_a_busy_node_ends_cleanly_at_a_signal(process, peer, load):
     poses = []
     peer.peer.create_subscription(PoseStamped, '/kinematics/pose', poses.append, QUEUE)
     following = process('--robot', 'craig_3r')
-    ends = ENDS[1:]
-    for k, end in enumerate(ends):
+    for k, end in enumerate(ENDS):
         node = following
         peer.spin_until(lambda: len(poses) > QUEUE + 50, 'answers to the load', 20.0)
-        if k + 1 < len(ends):
+        if k + 1 < len(ENDS):
             # Its start takes a processor for a second: what is measured is the way out beside the
             # load, not beside that.
             following = process('--robot', 'craig_3r')
