@@ -64,6 +64,16 @@ def other_robot(
     return min(good, key=lambda one: one.left.position_rms, default=None)
 
 
+def other_in_words(
+    robot: Robot, errors: Errors, q: Floats, poses: Floats, limit: PoseLimit
+) -> str:
+    """Return which bundled robot explains what this one leaves, empty if none does."""
+    other = other_robot(robot, errors, q, poses, limit)
+    if other is None:
+        return ''
+    return f'the bundled robot {other.name} leaves {other.left.in_words()}: which arm is it?'
+
+
 def first_look(robot: Robot, q: Floats, poses: Floats, limit: PoseLimit) -> FirstLook | None:
     """
     Return whether a few poses (N, 4, 4) with joints q (N, n) are those of the robot file.
@@ -78,10 +88,7 @@ def first_look(robot: Robot, q: Floats, poses: Floats, limit: PoseLimit) -> Firs
     what = f'{left.in_words()} remain of {len(q)} reference poses (rms), in which {moved}'
     if left.within(limit):
         return FirstLook(Level.OK, f'they fit the robot file of {robot.name}: {what}')
-    other = other_robot(robot, left, q, poses, limit)
-    hint = 'no bundled robot fits better'
-    if other is not None:
-        hint = f'the bundled robot {other.name} leaves {other.left.in_words()}: which arm is it?'
+    hint = other_in_words(robot, left, q, poses, limit) or 'no bundled robot fits better'
     return FirstLook(Level.WARN, f'they do not fit the robot file of {robot.name}: {what}; {hint}')
 
 

@@ -5,7 +5,9 @@ Once poses fit the robot file, each new one is tested for a jump of a joint's ze
 or lag (`diagnosis/calibration/zero_jump.py`). While they do not fit, the newest are diagnosed.
 """
 
+import math
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -24,6 +26,7 @@ from ..messages.messages import stamp_of
 from ..messages.target_messages import pose_of
 from ..messages.topics import REFERENCE_POSE, TARGET_POSE_QOS, overridable
 from ..parameters.settings import ReferenceLimits
+from .steady_time import Throttle
 
 if TYPE_CHECKING:
     from ...diagnosis.calibration.collecting import PoseCollector
@@ -34,6 +37,12 @@ if TYPE_CHECKING:
 MOST = 256
 # The joints' path is kept in steps of this (ns), and this number of them, to find a lag.
 WAY_STEP, WAY = 10_000_000, 6_000
+# The status is WARN if no pose arrived, or none was used, for this time, s.
+PATIENCE = 5.0
+# Stamps that differ by more (s) are of two clocks: no source of poses is as late.
+CLOCK_DIFFERENCE = 1.0
+# The log repeats that the level rises after this time, s.
+AGAIN = 5.0
 # Different poses that show whether this is the robot of the file.
 FIRST_LOOK = 10
 
@@ -71,6 +80,8 @@ class Reference:
         self._way: deque[tuple[int, Floats]] = deque(maxlen=WAY)
         self._is_looked_at = False
         self._refused = ''
+        self._noted_at = -math.inf
+        self._level, self._throttle = Level.OK, Throttle(AGAIN)
         self._thread: threading.Thread | None = None
         self._examined: Examined | None = None
         self._first_look: FirstLook | None = None
@@ -92,6 +103,7 @@ class Reference:
         self._examined = self._first_look = None
         self.is_there = False
         self._way.clear()
+        self._noted_at = -math.inf
         self._poses, self._is_looked_at = None, False
         self._thread = None  # what it finds is about the time before
 
@@ -102,18 +114,30 @@ class Reference:
         except (RefusedTargetError, WireError) as error:
             self._refused = str(error)
             return
-        self.is_there = True
+        now = self._arrived_at = time.monotonic()
         if self._poses is None:
             # Imported if there is a second source: most nodes have none.
             from ...diagnosis.calibration.collecting import PoseCollector
 
             self._poses = PoseCollector(self._robot(), MOST)
-        self._poses.note_pose(stamp, pose)
+            self._used_at, self._arrived, self._unmatched = now, 0, 0
+        self.is_there = True
+        poses = self._poses
+        poses.note_pose(stamp, pose)
+        self._arrived, self._stamp = self._arrived + 1, stamp
+        is_stale = now - self._noted_at > CLOCK_DIFFERENCE
+        self._ahead = 0.0 if is_stale else 1e-9 * (stamp - self._way[-1][0])
+        is_matched = poses.different > 0 and poses.unmatched == self._unmatched
+        if is_stale or is_matched and self._ahead < CLOCK_DIFFERENCE:
+            # Without joint states, no pose can be used: the status `input` says so.
+            self._used_at, self._arrived = now, 0
+        self._unmatched = poses.unmatched
 
     def note(self, answer: EstimatorOutput) -> None:
         """Take a new state of the arm; a pose is compared once states around it are known."""
         if self._poses is None:
             return
+        self._noted_at = time.monotonic()
         self._poses.note_state(answer.stamp, answer.state.q)
         if not self._way or answer.stamp - self._way[-1][0] >= WAY_STEP:
             self._way.append((answer.stamp, answer.state.q))
@@ -141,7 +165,42 @@ class Reference:
         self._thread.start()
 
     def status_text(self) -> StatusText | None:
-        """Return the status of the frames, None if there is no second source."""
+        """Return the status of the frames, None if there is none; log a level that rises."""
+        found = self._compared()
+        if found is None or self._poses is None:
+            return found
+        if why := self._why_unused():
+            last = f'{why}; the last result is: {found.sentence}'
+            found = StatusText(max(Level.WARN, found.level), last, found.values)
+        log = self._node.get_logger()
+        if found.level <= self._level:
+            self._level = found.level
+        elif self._throttle.passes('frames'):
+            self._level = found.level
+            log.warning(f'poses of {self.topic_name}: {found.sentence}')
+        return found
+
+    def _why_unused(self) -> str:
+        # Why no pose was used of late; empty if one was.
+        now = time.monotonic()
+        if now - self._used_at < PATIENCE:
+            return ''
+        if (silence := now - self._arrived_at) > PATIENCE:
+            why = f'no pose of the second source for {silence:.0f} s'
+            return f'{why}; one was refused: {self._refused}' if self._refused else why
+        arrived = f'{self._arrived} poses arrived, none was used'
+        if self._stamp == 0:
+            return f'{arrived}: their stamps are 0'
+        if abs(self._ahead) < CLOCK_DIFFERENCE:
+            return f'{arrived}: no joint states are within 0.1 s of their stamps'
+        side = 'after' if self._ahead > 0.0 else 'before'
+        return (
+            f'{arrived}: their stamps are {abs(self._ahead):.0f} s {side} those of the joint '
+            f'states: synchronize the clocks'
+        )
+
+    def _compared(self) -> StatusText | None:
+        # The last result.
         if self._poses is not None:
             # Imported if there is a second source: most nodes have none.
             from .frames import FIRST, examined, frames_status
@@ -155,7 +214,9 @@ class Reference:
                 # Judged each time: the limits may have changed.
                 return frames_status(self._examined, limits)
             if not self._refused:
-                return StatusText(Level.OK, f'{count} of {FIRST} different poses collected', ())
+                return StatusText(
+                    Level.OK, f'{min(count, FIRST)} of {FIRST} different poses collected', ()
+                )
         if not self._refused:
             return None
         return StatusText(Level.WARN, f'pose of {self.topic_name} refused: {self._refused}', ())
