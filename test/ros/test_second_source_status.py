@@ -75,7 +75,7 @@ class Watched:
     [
         ({'shift': -3600.0}, 'their stamps are 3600 s before those of the joint states'),
         ({'shift': 60.0}, 'their stamps are 60 s after those of the joint states'),
-        ({'stamp': 0}, 'poses arrived, none was used: their stamps are 0'),
+        ({'stamp': 0}, f'their stamps are {START + 8} s before those of the joint states'),
         ({'rate': 5, 'shift': -0.05}, 'no joint states are within 0.1 s'),
     ],
 )

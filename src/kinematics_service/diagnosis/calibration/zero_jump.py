@@ -266,13 +266,13 @@ class _LikelihoodRatios:
         left, after = self.left[jump.begin :], self.left_with(jump)[jump.begin :]
         shares = np.sum((self.A[jump.begin :, :, jump.own] @ jump.size) * left, axis=1)
         improved = np.sum(left**2 - after**2, axis=1) > 0.0
-        agreeing, used = np.sum(improved), np.sum(np.any(after != 0.0, axis=1))
-        if agreeing < SHORTEST or 2 * agreeing <= used:
-            return False
+        agree = np.sum(improved) >= max(SHORTEST, np.sum(np.any(after != 0.0, axis=1)) // 2 + 1)
         noise = float(np.sum(after**2)) / (int(np.count_nonzero(after)) or 1)
         least = THRESHOLDS[len(jump.size)] * max(jump.scale, noise)
         limit = least / (UNPROVEN + 0.5)
-        return bool(jump.excess > 0.0 and np.sum(np.clip(shares, -limit, limit)) >= least)
+        return bool(
+            agree and jump.excess > 0.0 and np.sum(np.clip(shares, -limit, limit)) >= least
+        )
 
     def outlier_gains(self) -> Floats:
         # The gain if a pose alone is off, (N,).

@@ -13,7 +13,7 @@ from ...diagnosis.calibration.zero_jump import NEWEST, JumpDetector, Watched
 from ...diagnosis.frame_check.diagnosis import FrameDiagnosis, diagnose_frames
 from ...diagnosis.frame_check.errors import PoseLimit
 from ...diagnosis.frame_check.judgement import FrameLimits
-from ...diagnosis.frame_check.other_robots import FirstLook, first_look, left_by, other_in_words
+from ...diagnosis.frame_check.other_robots import left_by, other_in_words
 from ...errors import KinematicsError
 from ...estimation.status_text import StatusText
 from ...kernel import Floats
@@ -98,14 +98,13 @@ def restarted(
     found = diagnosed(robot, recent, way)
     if isinstance(found, str) or robot.chain.loops:
         return Examined(0, recent, found)
-    other = ''
-    if judge.level(found) != Level.OK:
-        other = other_in_words(robot, found.errors, recent.q, recent.poses, judge.warn)
+    level, given = judge.level(found), (robot, found.errors, recent.q, recent.poses, judge.warn)
+    other = '' if level == Level.OK else other_in_words(*given)
     if found.cause is not None or other:
         return Examined(0, recent, found, other=other)
-    if before and before.detector and not isinstance(before.diagnosis, str):
-        if judge.level(before.diagnosis) == judge.level(found) != Level.ERROR:
-            return replace(before, unseen=0, diagnosis=found)
+    last = before.diagnosis if before and before.detector else ''
+    if before and not isinstance(last, str) and judge.level(last) == level != Level.ERROR:
+        return replace(before, unseen=0, diagnosis=found)
     detector = JumpDetector(robot, newest.at(slice(FIRST)))
     left = left_by(robot, detector.begun_with.q, detector.begun_with.poses)
     if left is None or not left.within(judge.explained):
@@ -133,11 +132,6 @@ def diagnosed(
         )
     except KinematicsError as error:
         return str(error)
-
-
-def looked_at(robot: Robot, limits: ReferenceLimits, poses: CollectedPoses) -> FirstLook | None:
-    """Return whether the first few poses are of this robot; None if a loop does not close."""
-    return first_look(robot, poses.q, poses.poses, judge_of(limits).warn)
 
 
 def judge_of(limits: ReferenceLimits) -> FrameLimits:

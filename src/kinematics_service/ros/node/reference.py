@@ -5,7 +5,6 @@ Once poses fit the robot file, each new one is tested for a jump of a joint's ze
 or lag (`diagnosis/calibration/zero_jump.py`). While they do not fit, the newest are diagnosed.
 """
 
-import math
 import threading
 import time
 from collections import deque
@@ -30,7 +29,6 @@ from .steady_time import Throttle
 
 if TYPE_CHECKING:
     from ...diagnosis.calibration.collecting import PoseCollector
-    from ...diagnosis.frame_check.other_robots import FirstLook
     from .frames import Examined
 
 # Poses kept in step with the joints, at most.
@@ -43,8 +41,6 @@ PATIENCE = 5.0
 CLOCK_DIFFERENCE = 1.0
 # The log repeats that the level rises after this time, s.
 AGAIN = 5.0
-# Different poses that show whether this is the robot of the file.
-FIRST_LOOK = 10
 
 
 class Reference:
@@ -53,7 +49,7 @@ class Reference:
 
     Both must have the same clock. The work has a thread of its own: it takes 20 ms for a diagnosis
     and 1 ms for a new pose.
-    The first few poses are compared as they are, and the log says whether they are of this robot.
+    The log has the first result, and each that is worse.
 
     Parameters
     ----------
@@ -78,13 +74,11 @@ class Reference:
         self._node, self._robot, self._limits = node, robot, limits
         self._poses: PoseCollector | None = None
         self._way: deque[tuple[int, Floats]] = deque(maxlen=WAY)
-        self._is_looked_at = False
         self._refused = ''
-        self._noted_at = -math.inf
-        self._level, self._throttle = Level.OK, Throttle(AGAIN)
+        self._noted_at = 0.0
+        self._level, self._throttle = -1, Throttle(AGAIN)
         self._thread: threading.Thread | None = None
         self._examined: Examined | None = None
-        self._first_look: FirstLook | None = None
         self._subscription = node.create_subscription(
             PoseStamped,
             REFERENCE_POSE,
@@ -100,11 +94,10 @@ class Reference:
 
     def forget(self) -> None:
         """Start again: the stamps or the arm have changed."""
-        self._examined = self._first_look = None
+        self._examined = None
         self.is_there = False
         self._way.clear()
-        self._noted_at = -math.inf
-        self._poses, self._is_looked_at = None, False
+        self._poses, self._level = None, -1
         self._thread = None  # what it finds is about the time before
 
     def _on_pose(self, data: bytes) -> None:
@@ -114,7 +107,7 @@ class Reference:
         except (RefusedTargetError, WireError) as error:
             self._refused = str(error)
             return
-        now = self._arrived_at = time.monotonic()
+        now = time.monotonic()
         if self._poses is None:
             # Imported if there is a second source: most nodes have none.
             from ...diagnosis.calibration.collecting import PoseCollector
@@ -124,8 +117,8 @@ class Reference:
         self.is_there = True
         poses = self._poses
         poses.note_pose(stamp, pose)
-        self._arrived, self._stamp = self._arrived + 1, stamp
-        is_stale = now - self._noted_at > CLOCK_DIFFERENCE
+        self._arrived += 1
+        is_stale = not self._way or now - self._noted_at > CLOCK_DIFFERENCE
         self._ahead = 0.0 if is_stale else 1e-9 * (stamp - self._way[-1][0])
         is_matched = poses.different > 0 and poses.unmatched == self._unmatched
         if is_stale or is_matched and self._ahead < CLOCK_DIFFERENCE:
@@ -141,62 +134,39 @@ class Reference:
         self._poses.note_state(answer.stamp, answer.state.q)
         if not self._way or answer.stamp - self._way[-1][0] >= WAY_STEP:
             self._way.append((answer.stamp, answer.state.q))
-        if self._poses.different >= FIRST_LOOK and not self._is_looked_at:
-            # Imported if there is a second source: most nodes have none.
-            from .frames import looked_at
-
-            self._is_looked_at = True
-            poses = self._poses.collected()
-            self._begin('_first_look', looked_at, self._robot(), self._limits(), poses)
-        if self._first_look is not None:
-            level, sentence = self._first_look
-            self._first_look = None
-            log = self._node.get_logger()
-            say = log.info if level == Level.OK else log.warning
-            say(f'poses of {self.topic_name}: {sentence}')
-
-    def _begin(self, result: str, work: Callable[..., object], *arguments: object) -> None:
-        def run() -> None:
-            found = work(*arguments)
-            if threading.current_thread() is self._thread:
-                setattr(self, result, found)
-
-        self._thread = threading.Thread(target=run, daemon=True)
-        self._thread.start()
 
     def status_text(self) -> StatusText | None:
-        """Return the status of the frames, None if there is none; log a level that rises."""
+        """Return the status, None without a source; log the first level and each that is worse."""
         found = self._compared()
         if found is None or self._poses is None:
             return found
         if why := self._why_unused():
             last = f'{why}; the last result is: {found.sentence}'
             found = StatusText(max(Level.WARN, found.level), last, found.values)
-        log = self._node.get_logger()
-        if found.level <= self._level:
-            self._level = found.level
-        elif self._throttle.passes('frames'):
-            self._level = found.level
-            log.warning(f'poses of {self.topic_name}: {found.sentence}')
+        is_collecting = self._examined is None and found.level == Level.OK
+        rises, text = found.level > self._level, f'poses of {self.topic_name}: {found.sentence}'
+        if is_collecting or rises and not self._throttle.passes('frames'):
+            return found
+        self._level = found.level
+        if rises and found.level == Level.OK:
+            self._node.get_logger().info(text)
+        elif rises:
+            self._node.get_logger().warning(text)
         return found
 
     def _why_unused(self) -> str:
         # Why no pose was used of late; empty if one was.
-        now = time.monotonic()
-        if now - self._used_at < PATIENCE:
+        if (silence := time.monotonic() - self._used_at) < PATIENCE:
             return ''
-        if (silence := now - self._arrived_at) > PATIENCE:
+        if not self._arrived:
             why = f'no pose of the second source for {silence:.0f} s'
             return f'{why}; one was refused: {self._refused}' if self._refused else why
         arrived = f'{self._arrived} poses arrived, none was used'
-        if self._stamp == 0:
-            return f'{arrived}: their stamps are 0'
         if abs(self._ahead) < CLOCK_DIFFERENCE:
             return f'{arrived}: no joint states are within 0.1 s of their stamps'
-        side = 'after' if self._ahead > 0.0 else 'before'
+        side = f'{abs(self._ahead):.0f} s {"after" if self._ahead > 0.0 else "before"}'
         return (
-            f'{arrived}: their stamps are {abs(self._ahead):.0f} s {side} those of the joint '
-            f'states: synchronize the clocks'
+            f'{arrived}: their stamps are {side} those of the joint states: synchronize the clocks'
         )
 
     def _compared(self) -> StatusText | None:
@@ -209,14 +179,20 @@ class Reference:
             busy = self._thread is not None and self._thread.is_alive()
             if count > FIRST and not busy and (new := self._poses.taken()).stamps:
                 known = self._robot(), limits, self._examined, new, list(self._way)
-                self._begin('_examined', examined, *known)
+
+                def examine() -> None:
+                    found = examined(*known)
+                    if threading.current_thread() is self._thread:
+                        self._examined = found
+
+                self._thread = threading.Thread(target=examine, daemon=True)
+                self._thread.start()
             if self._examined is not None:
                 # Judged each time: the limits may have changed.
                 return frames_status(self._examined, limits)
             if not self._refused:
-                return StatusText(
-                    Level.OK, f'{min(count, FIRST)} of {FIRST} different poses collected', ()
-                )
+                text = f'{min(count, FIRST)} of {FIRST} different poses collected'
+                return StatusText(Level.OK, text, ())
         if not self._refused:
             return None
         return StatusText(Level.WARN, f'pose of {self.topic_name} refused: {self._refused}', ())
