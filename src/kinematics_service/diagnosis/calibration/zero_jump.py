@@ -251,20 +251,20 @@ class _LikelihoodRatios:
         scale = max(1.0, left / self.freedom)
         return _JumpCandidate(own, first + at, sizes[at], gain, ratio - THRESHOLDS[dof], scale)
 
-    def left_with(self, jump: _JumpCandidate) -> Floats:
-        # The residuals (N, 6) with a jump.
+    def parts(self, jump: _JumpCandidate) -> tuple[Floats, Floats]:
+        # The residuals (N, 6) with a jump, and the part (N,) of each pose of its gain.
         jumped = self.A[:, :, jump.own] @ jump.size
         jumped[: jump.begin] = 0.0
         x = jump.size @ self.sums[jump.begin, jump.own, self.A.shape[2] : -1]
-        return np.asarray(self.left - jumped + self.B @ x)
+        return self.left - jumped + self.B @ x, np.sum(jumped * self.left, axis=1)
 
     def is_proven(self, jump: _JumpCandidate) -> bool:
         # The gain is a sum over poses. Each pose's part is clipped, so that UNPROVEN poses cannot
         # prove a jump. `noise` compares the residuals after the jump: if they are large, the noise
         # has grown. More than half of the poses must fit better with the jump: a jump that some
         # outliers suggest makes the healthy poses between them fit worse.
-        left, after = self.left[jump.begin :], self.left_with(jump)[jump.begin :]
-        shares = np.sum((self.A[jump.begin :, :, jump.own] @ jump.size) * left, axis=1)
+        left, (after, shares) = self.left, self.parts(jump)
+        left, after, shares = (part[jump.begin :] for part in (left, after, shares))
         improved = np.sum(left**2 - after**2, axis=1) > 0.0
         agree = np.sum(improved) >= max(SHORTEST, np.sum(np.any(after != 0.0, axis=1)) // 2 + 1)
         noise = float(np.sum(after**2)) / (int(np.count_nonzero(after)) or 1)
@@ -399,8 +399,11 @@ class JumpDetector:
             if is_proven := ratios.is_proven(best):
                 if self._jump:
                     break
-                # Poses that do not fit with the jump either may have made it: test without them.
-                gains, begin = np.sum(ratios.left_with(best) ** 2, axis=1), best.begin
+                # Poses may have made it alone that do not fit with it, either, or that have far
+                # larger parts of the gain than the others: test without them.
+                (after, shares), begin = ratios.parts(best), best.begin
+                usual = np.median(shares[begin:][self._used[begin:]])
+                gains = np.maximum(np.sum(after**2, axis=1), MEDIAN * shares / max(usual, 1e-9))
             scale = max(1.0, float(np.median(gains[begin:][self._used[begin:]])) / MEDIAN)
             worst = float(np.max(gains))
             if worst <= scale * THRESHOLDS[6]:
