@@ -19,7 +19,7 @@ from kinematics_service.diagnosis.frame_check.angle_orders import (
 from kinematics_service.diagnosis.frame_check.diagnosis import diagnose_frames
 from kinematics_service.diagnosis.frame_check.errors import NOMINAL, PoseLimit
 from kinematics_service.diagnosis.frame_check.offsets import fit_offsets, least_angles
-from kinematics_service.diagnosis.frame_check.other_robots import left_by, other_in_words
+from kinematics_service.diagnosis.frame_check.other_robots import left_by, other_robot
 from kinematics_service.errors import FramesError
 from kinematics_service.formats.recordings.pose_format import PoseFormat
 from kinematics_service.formats.recordings.tool_poses import PoseRows
@@ -561,11 +561,11 @@ def test_the_bundled_robot_is_named_whose_poses_they_are(own, true, named):
 
     def said(poses):
         left = left_by(robot_of(own), q, poses)
-        return other_in_words(robot_of(own), left, q, poses, NOMINAL)
+        return other_robot(robot_of(own), left, q, poses, NOMINAL)
 
-    assert f'the bundled robot {named} leaves 0.' in said(poses)
+    assert f'the bundled robot {named} leaves 0.' in said(poses).in_words()
     # Poses of no arm are nobody's.
-    assert said(poses[::-1]) == ''
+    assert said(poses[::-1]) is None
 
 
 def read_as_another(written, read, seed, first=0, off=0.0):

@@ -23,6 +23,10 @@ class OtherRobot(NamedTuple):
     name: str
     left: Errors
 
+    def in_words(self) -> str:
+        """Return that it fits, as a question."""
+        return f'the bundled robot {self.name} leaves {self.left.in_words()}: which arm is it?'
+
 
 def left_by(robot: Robot, q: Floats, poses: Floats) -> Errors | None:
     """
@@ -52,16 +56,6 @@ def other_robot(
     found = [(name, left_by(other, q, poses)) for name, other in _robots_like(robot)]
     good = [OtherRobot(name, left) for name, left in found if explains(left, errors, limit)]
     return min(good, key=lambda one: one.left.position_rms, default=None)
-
-
-def other_in_words(
-    robot: Robot, errors: Errors, q: Floats, poses: Floats, limit: PoseLimit
-) -> str:
-    """Return which bundled robot explains what this one leaves, empty if none does."""
-    other = other_robot(robot, errors, q, poses, limit)
-    if other is None:
-        return ''
-    return f'the bundled robot {other.name} leaves {other.left.in_words()}: which arm is it?'
 
 
 def _robots_like(robot: Robot) -> Iterator[tuple[str, Robot]]:

@@ -13,7 +13,7 @@ from ...diagnosis.calibration.zero_jump import NEWEST, JumpDetector, Watched
 from ...diagnosis.frame_check.diagnosis import FrameDiagnosis, diagnose_frames
 from ...diagnosis.frame_check.errors import PoseLimit
 from ...diagnosis.frame_check.judgement import FrameLimits
-from ...diagnosis.frame_check.other_robots import left_by, other_in_words
+from ...diagnosis.frame_check.other_robots import OtherRobot, left_by, other_robot
 from ...errors import KinematicsError
 from ...estimation.status_text import StatusText
 from ...kernel import Floats
@@ -57,7 +57,7 @@ class Examined:
     since_jump: FrameDiagnosis | str = ''
     detector: JumpDetector | None = None
     watched: Watched | None = None
-    other: str = ''
+    other: OtherRobot | None = None
 
 
 def examined(
@@ -99,7 +99,7 @@ def restarted(
     if isinstance(found, str) or robot.chain.loops:
         return Examined(0, recent, found)
     level, given = judge.level(found), (robot, found.errors, recent.q, recent.poses, judge.warn)
-    other = '' if level == Level.OK else other_in_words(*given)
+    other = None if level == Level.OK else other_robot(*given)
     if found.cause is not None or other:
         return Examined(0, recent, found, other=other)
     last = before.diagnosis if before and before.detector else ''
@@ -153,7 +153,7 @@ def frames_status(known: Examined, limits: ReferenceLimits) -> StatusText:
         return StatusText(Level.WARN, found, ())
     level, sentence = judge.level(found), judge.sentence(found)
     if known.other and found is known.diagnosis:
-        level, sentence = Level.ERROR, f'{sentence}; {known.other}'
+        level, sentence = Level.ERROR, f'{sentence}; {known.other.in_words()}'
     elif level != Level.OK and found.cause is None:
         sentence = f'{sentence}: {ADVICE}'
     values = [
