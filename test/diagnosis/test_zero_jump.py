@@ -143,6 +143,17 @@ def test_outliers_and_a_source_that_fails_for_five_poses_are_no_slip():
     assert 'look at the second source' in last.sentence()
 
 
+@pytest.mark.parametrize(
+    ('seed', 'share', 'size'), [(6, 0.1, 0.3), (8, 0.1, 0.3), (9, 0.2, 0.3), (10, 0.1, 0.3)]
+)
+def test_outliers_of_a_healthy_arm_are_no_jump(seed, share, size):
+    arm = an_arm(NOMINAL, TRACKER, seed=seed)
+    poses = arm.poses(arm.path(100))
+    bad = arm.random.random(100) < share
+    poses.poses[bad, :3, 3] += arm.random.normal(0.0, size, (bad.sum(), 3))
+    assert [one.jump for one in watched(arm, poses, 4) if one.jump] == []
+
+
 def test_a_joint_that_did_not_move_is_never_named():
     arm = an_arm(CALIBRATED, TRACKER)
     q = arm.everywhere(160)
