@@ -22,6 +22,7 @@ from redundant_arms import (
 )
 
 import kinematics_service as ks
+from kinematics_service import kernel
 from kinematics_service.kinematics.inverse.problem.target import ik_target_of
 from kinematics_service.kinematics.inverse.self_motion import sliced_arm
 from kinematics_service.robot.robot import build_robot
@@ -493,14 +494,16 @@ def test_complex_solutions_far_from_real_ones_are_certified_each_once():
     arm = sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, '')
     target = ik_target_of(robot, ks.forward_kinematics(robot, poses_within(robot, 1, 7)[0]))
     slices, position = sliced_arm._slices(arm, robot, 0), 1.7
-    solutions = arm.solutions(slices, target, position)
-    assert len(solutions) == 16
+    goal = sliced_arm._motion_of(arm.screws, 0, -position) @ arm._motion(target)
+    solutions = np.empty((kernel.MOST_CANDIDATES, 6, 2))
+    count = kernel.complex_solutions(slices.six.form, goal.copy(), solutions, np.empty(3))
+    solutions = solutions[:count]
+    assert count == 16
     assert np.sum(np.abs(solutions[:, :, 1]).max(axis=1) > 7.0) == 4
     screws = replace(arm.screws, axes=arm.screws.axes[1:], points=arm.screws.points[1:])
-    goal = sliced_arm._motion_of(arm.screws, 0, -position) @ arm._motion(target)
     with mpmath.workdps(40):
         found = []
-        for one in solutions[:, 1:]:
+        for one in solutions:
             t = exactly(screws, goal, [mpmath.mpc(*angle) for angle in one])
             there = np.array([complex(x) for x in t])
             assert np.max(np.abs(there - (one[:, 0] + 1j * one[:, 1]))) < 1e-6

@@ -4,6 +4,7 @@ The plan of an arm's inverse: recognised once from its screws, then the same for
 
 import functools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -259,16 +260,16 @@ def _geometry_of_six(form: Screws) -> tuple[int, Screws, Floats] | None:
     return found and (kernel.PARALLEL_AXES, *found)
 
 
-class AsSix(NamedTuple):
+class SixSolver(NamedTuple):
     """
-    Five joints and an added turn, solved as six.
+    Six screws, and how all their solutions are found.
 
     Attributes
     ----------
     form
         The closed form, or how the solutions are found by elimination.
     to_joints : shape (6, 6)
-        Joint positions from those of the screws; the added turn is the last.
+        Joint positions from those of the screws.
     home_inverse : shape (4, 4)
         Inverse of the tool's pose at rest.
     backwards
@@ -294,39 +295,53 @@ class AsSix(NamedTuple):
         return psi @ self.to_joints.T, float(off[0])
 
 
+def closed_solvers(screws: Screws) -> Iterator[SixSolver]:
+    """Yield the closed forms of six screws, from base to tool and from tool to base."""
+    for backwards in (False, True):
+        given = reversed_screws(screws) if backwards else screws
+        if geometry := _geometry_of_six(given):
+            yield _solver(_closed(*geometry, backwards), geometry[1], backwards)
+
+
+def eliminating_solver(screws: Screws, poses: Floats) -> SixSolver | None:
+    """Return the elimination of six screws, ranked at poses (m, 4, 4) that they can have."""
+    form = six_joints_of(screws, poses)
+    return None if form is None else _solver(form, screws, False)
+
+
+def _solver(
+    form: kernel.ClosedForm | kernel.SixJoints, screws: Screws, backwards: bool
+) -> SixSolver:
+    to_joints = np.asarray(np.linalg.inv(screws.coupling), np.float64)
+    return SixSolver(form, to_joints, inverse(screws.home), backwards)
+
+
 @functools.lru_cache(maxsize=128)
-def as_six(robot: Robot, eliminated: bool) -> tuple[AsSix, ...]:
+def as_six(robot: Robot, eliminated: bool) -> tuple[SixSolver, ...]:
     """
-    Return five joints as six, whose added turn the caller holds at 0.
+    Return five joints as six: an added turn is the last, and the caller holds it at 0.
 
     The turn makes a closed form (Pieper 1968): it completes a spherical wrist, or it is the last
     joint behind three parallel axes. `eliminated`: by elimination instead.
     """
     if robot.chain.loops or robot.dof != 5:
         return ()
-    screws, found = screws_of(robot.chain), []
+    screws = screws_of(robot.chain)
     if not one_to_one(screws, robot):
         return ()
     if eliminated:
-        six = with_turn(screws, *ADDED_AXES)
         q = np.ascontiguousarray(seeded_poses(robot.limits, robot.prismatic)[:POSES])
-        form = six_joints_of(six, forward_kinematics(robot, q))
-        return (_as_six(form, six),) if form else ()
+        solver = eliminating_solver(with_turn(screws, *ADDED_AXES), forward_kinematics(robot, q))
+        return () if solver is None else (solver,)
+    found = []
     for backwards in (False, True):
         given = reversed_screws(screws) if backwards else screws
         wrist = meeting_point(given, (3, 4))
         for axis in ADDED_AXES:
             six = with_turn(given, axis, given.points[4] if wrist is None else wrist)
             if geometry := _geometry_of_six(six):
-                found.append(_as_six(_closed(*geometry, backwards), geometry[1], backwards))
+                found.append(_solver(_closed(*geometry, backwards), geometry[1], backwards))
     return tuple(found)
-
-
-def _as_six(
-    form: kernel.ClosedForm | kernel.SixJoints, screws: Screws, backwards: bool = False
-) -> AsSix:
-    to_joints = np.asarray(np.linalg.inv(screws.coupling), np.float64)
-    return AsSix(form, to_joints, inverse(screws.home), backwards)
 
 
 @functools.lru_cache(maxsize=128)
