@@ -9,6 +9,7 @@ import numpy as np
 from arms import robot_of
 
 import kinematics_service as ks
+from kinematics_service import kernel
 from kinematics_service.kinematics.inverse.problem.target import ik_target_of
 from kinematics_service.kinematics.inverse.self_motion import sliced_arm
 from kinematics_service.kinematics.inverse.self_motion.sliced_arm import sliced_arm_of
@@ -20,6 +21,8 @@ CALIBRATED = ('panda-calibrated', 'kuka_iiwa14-calibrated')
 RANDOM = ('RRRRRRR-0', 'RRRRRRR-1', 'RRRRRRR-2')
 SLIDING = ('RRPRRRR-0', 'RRRRPRR-0', 'PRRRRRR-0')
 LIMITS = (-2.5, 2.0)
+# A candidate is a solution if the tool is so near to the target, m and rad.
+REACHED = 1e-9
 # Solutions are on an arc, and may be on one that has a sample as near to them (rad or m).
 ON_ARC, NEAR = 1e-6, 0.2
 
@@ -72,8 +75,8 @@ def in_a_slice(robot, target, position, held, rows=WHOLE, axis=''):
     arm = sliced_arm_of(robot, rows, axis)
     checked = ik_target_of(robot, target, None if axis else rows, axis or None)
     found = arm.solutions(_slices_of(robot, held, rows, axis), checked, position)
-    real = found[np.max(np.abs(found[:, :, 1]), axis=1) < 1e-9, :, 0]
-    return arm.to_joints(real, robot.dof)
+    q = arm.to_joints(found, robot.dof)
+    return q[[max(kernel.parts_of_error(checked.residual, one)) < REACHED for one in q]]
 
 
 def farthest_from_curves(robot, result, q):
