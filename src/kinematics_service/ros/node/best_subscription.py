@@ -87,7 +87,7 @@ class BestSubscription:
         self._node, self._kind, self.given_topic, self._take = node, kind, topic, take
         self._size = size
         self._adapts = False
-        # Messages that closed subscriptions lost, and whether the number is a lower bound.
+        # Messages that were lost before `_counting` counted them, and whether they are more.
         self._lost: int | None = 0
         self._lost_more = False
         # The messages taken recently, while some of them may come once more.
@@ -100,6 +100,7 @@ class BestSubscription:
             self._qos,
             QoSOverridingOptions.with_default_policies(callback=self._settle_reliability),
         )
+        self._counting = self._current  # while there are two, one counts what is lost
         self._wanted = self._qos
         self._full_depth = self._qos.depth
         self._known: set[tuple[int, ...]] = set()  # publishers
@@ -140,13 +141,13 @@ class BestSubscription:
     @property
     def lost(self) -> int | None:
         """Return the number of messages lost, None if the middleware does not number them."""
-        now = self._current.losses.count
+        now = self._counting.losses.count
         return None if now is None or self._lost is None else now + self._lost
 
     @property
     def lost_is_lower_bound(self) -> bool:
         """Return whether more messages than `lost` may be lost."""
-        return self._lost_more or self._current.losses.is_lower_bound
+        return self._lost_more or self._counting.losses.is_lower_bound
 
     def settle(self, publishers: Sequence[TopicEndpointInfo]) -> None:
         """Adapt to the publishers of the topic; the node calls it periodically."""
@@ -204,9 +205,11 @@ class BestSubscription:
         if former is not self._former or former.subscription not in self._node.subscriptions:
             return  # it has ended, or is being passed over by the executor
         self._former = None
-        count = former.losses.count
-        self._lost_more |= former.losses.is_lower_bound
-        self._lost = None if count is None or self._lost is None else self._lost + count
+        if self._counting is former:
+            lost, now = self.lost, self._current.losses.count
+            self._lost_more = self.lost_is_lower_bound
+            self._lost = None if lost is None or now is None else lost - now
+            self._counting = self._current
         self._is_ending = True
         former.end(self._has_ended)
 
@@ -261,7 +264,8 @@ class BestSubscription:
         # process if its subscription is destroyed meanwhile.
         known, self._known = self._known, {tuple(info.endpoint_gid) for info in publishers}
         if known != self._known:
-            self._current.losses.publishers_changed()
+            for one in {self._counting, self._current}:
+                one.losses.publishers_changed()
         offered = {info.qos_profile.reliability for info in publishers}
         reliability = RELIABLE if offered == {RELIABLE} else BEST_EFFORT
         if self._adapts and (reliability is BEST_EFFORT or known == self._known):

@@ -46,11 +46,17 @@ class _Passed:
             self._newest.append((one if with_info else one[0],))
         self.received += count
 
-    def answer(self, most: int) -> int:
+    def restore(self) -> list[tuple[Any, ...]]:
         self.subscription._callback = self._callback
-        for arguments in list(self._newest)[-most:]:
+        newest = list(self._newest)
+        self._newest.clear()  # now: messages can be large, and this is in a reference cycle
+        return newest
+
+    def answer(self, most: int) -> int:
+        newest = self.restore()[-most:]
+        for arguments in newest:
             self._callback(*arguments)
-        return self.received - min(most, len(self._newest))
+        return self.received - len(newest)
 
 
 class PassedOver:
@@ -87,10 +93,12 @@ class PassedOver:
         if self._is_let_go:
             return
         self._is_let_go = True
-        # Without those that the node has destroyed.
-        self._passed = [one for one in self._passed if one.subscription in one.node.subscriptions]
-        for one in self._passed:
-            one.node._subscriptions.remove(one.subscription)
+        for one in list(self._passed):
+            if one.subscription in one.node.subscriptions:
+                one.node._subscriptions.remove(one.subscription)
+            else:  # the node is destroying it
+                one.restore()
+                self._passed.remove(one)
         self._executor.wake()
         self._executor.create_task(self._take_up)
 
