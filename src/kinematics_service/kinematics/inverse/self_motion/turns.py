@@ -61,6 +61,8 @@ def runs_of(boxes: Sequence[Box], closed: bool, lap: Sequence[int]) -> Iterator[
         return [[low - laps * way, high - laps * way] for (low, high), way in zip(boxes[i], lap)]
 
     for i, whole in enumerate(boxes):
+        if any(low > high for low, high in whole):
+            continue
         before, common, count = box(i - 1), whole, 1
         both = _common(common, before)
         while (size := _size(common)) > _size(both):
