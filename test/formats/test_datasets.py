@@ -1,6 +1,7 @@
 """Datasets: which episodes, arms and numbers are read from which files."""
 
 import json
+import re
 import sys
 from zipfile import ZipFile
 
@@ -275,28 +276,31 @@ def test_a_damaged_file_is_one_episode_that_cannot_be_read(tmp_path):
     (tmp_path / 'c.hdf5').write_bytes(b'')
     faults = [episode.fault for episode in episodes_of(tmp_path)]
     assert [bool(one) for one in faults] == [True, False, True]
-    assert 'a.parquet: cannot be read' in faults[0]
+    assert 'a.parquet: cannot be read: copy it anew' in faults[0]
     (missing,) = episodes_of(tmp_path / 'none.parquet')
     assert missing.fault == f'{tmp_path}/none.parquet: there is no such file'
 
 
+FEATURES = '{"features": {"q": {"names": null}}, "fps": '
+
+
 @pytest.mark.parametrize(
-    'content',
+    ('content', 'words'),
     [
-        '',
-        '{}',
-        '[]',
-        '{"features": [1]}',
-        '{"features": {"a": 1}}',
-        '{"features": {}, "fps": "x"}',
-        f'{{"features": {{}}, "fps": 1{"0" * 400}}}',
-        '[' * 100_000,
+        ('', 'is empty'),
+        *((text, 'write "features"') for text in ('{}', '[]', 'null', '{"features": [1]}')),
+        ('{"features": {"a": 1}}', 'write "features"'),
+        *((f'{FEATURES}{rate}}}', 'is no rate') for rate in ('"x"', '[30]', 'true', '-1', 'NaN')),
+        *((f'{FEATURES}{rate}}}', 'is no rate') for rate in ('1e300', '1e999', f'1{"0" * 400}')),
+        (f'{FEATURES}30, "fps": 50}}', "the key 'fps' occurs twice"),
+        ('[' * 100_000, 'nested too deeply'),
+        ('[' + '0,' * 2**19, 'is larger than 1 MiB'),
     ],
 )
-def test_a_description_that_is_none_is_refused(tmp_path, content):
+def test_a_description_that_is_none_is_refused(tmp_path, content, words):
     (tmp_path / 'meta').mkdir()
     (tmp_path / 'meta' / 'info.json').write_text(content)
-    with pytest.raises(RecordingError, match='is no description of a dataset'):
+    with pytest.raises(RecordingError, match=f'info.json: .*{words}'):
         list(episodes_of(tmp_path))
 
 
@@ -360,6 +364,9 @@ def test_arrays_are_refused_by_their_headers(tmp_path):
         )
     (episode,) = episodes_of(file)
     assert 'EOF: reading array header' in episode.fault
+    header_alone(file, q=((-5, 6), '<f8'))
+    (episode,) = episodes_of(file)
+    assert episode.fault == f'{file}: q.npy has the shape (-5, 6): write it anew'
 
 
 def test_pictures_in_an_npz_file_are_not_read(tmp_path):
@@ -372,11 +379,40 @@ def test_pictures_in_an_npz_file_are_not_read(tmp_path):
     assert found[0].tolist() == Q.tolist()
 
 
-def test_episodes_that_end_behind_the_last_row_are_refused(tmp_path):
+@pytest.mark.parametrize(
+    ('column', 'numbers', 'words'),
+    [
+        ('episode_ends', [30, 500_000_000], 'ends at row 500,000,000, and no array has more than'),
+        ('episode_ends', range(1, 72), 'has 71 numbers, and the other arrays 70 rows'),
+        ('episode_ends', [30.0, 70.0], 'whole numbers, not float64'),
+        ('episode_ends', [[30, 70]], 'of shape (1, 2)'),
+        ('episode_ends', 70, 'of shape ()'),
+        ('episode_ends', [True, False], 'whole numbers, not bool'),
+        *(
+            ('episode_ends', ends, 'must rise')
+            for ends in ([40, 30], [-1, 70], [30, 30], [2**64 - 1])
+        ),
+        ('episode_index', [0] * 9, 'has 9 numbers, and the other arrays 70 rows'),
+        ('episode_index', ['a'] * 70, 'whole numbers, not <U1'),
+        ('episode_index', [0.0] * 69 + [np.nan], 'row 69 has no number of its episode'),
+        ('q.0', [0.0] * 70, "2 columns are named 'q.0'"),
+    ],
+)
+def test_arrays_that_do_not_fit_each_other_are_refused(tmp_path, column, numbers, words):
     file = tmp_path / 'set.npz'
-    np.savez(file, q=Q, episode_ends=[30, 500_000_000])
-    (episode,) = episodes_of(file)
-    assert 'ends at row 500,000,000, and no array has more than 70 rows' in episode.fault
+    np.savez(file, q=Q, **{column: np.array(numbers)})
+    with pytest.raises(RecordingError, match=f'{file}: .*{re.escape(words)}'):
+        read(file)
+
+
+def test_two_columns_of_one_name_are_refused(tmp_path):
+    columns = pa.array([{'b': 1.0}]), pa.array([1.0])
+    parquet.write_table(pa.table(columns, ['a', 'a.b']), tmp_path / 'set.parquet')
+    with h5py.File(tmp_path / 'set.h5', 'w') as stream:
+        stream['a/b'] = stream['a.b'] = Q
+    for name in ('set.parquet', 'set.h5'):
+        with pytest.raises(RecordingError, match=f"{name}: 2 columns are named 'a.b'"):
+            read(tmp_path / name)
 
 
 def test_numbers_in_other_files_are_not_read(tmp_path):
