@@ -157,6 +157,16 @@ class KinematicsNode(Node):
         heard = set_clock if topic == CLOCK_TOPIC else callback
         return super().create_subscription(msg_type, topic, heard, *args, **options)
 
+    def set_parameters_atomically(self, parameter_list: Any) -> Any:
+        """As of rclpy; the reason of a success is what is doubtful in it, which clients print."""
+        result = super().set_parameters_atomically(parameter_list)
+        if result.successful and self.is_started:
+            own = tuple(f'parameter {parameter.name}:' for parameter in parameter_list)
+            result.reason = '; '.join(
+                doubt for doubt in self.settings.doubts if doubt.startswith(own)
+            )
+        return result
+
     def trust_the_order_of_events(self) -> None:
         """Note that the executor handles events in the order of their arrival."""
         self._outputs.events_in_order = True
