@@ -39,7 +39,7 @@ def run(argv: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors='replace')  # a '?' is better than no answer
     if argv is not None:
         return _code_of(argv)
-    output = sys.stdout or open(os.devnull, 'w')  # closed
+    output = sys.stdout or open(os.devnull, 'w')  # noqa: SIM115, of this process
     with suppress(OSError):
         sys.stdout = checked_output(output)
     code = _code_of(None)
