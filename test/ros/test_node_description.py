@@ -260,7 +260,7 @@ def waiting_sentence(peer, capfd, monkeypatch, topic=TOPIC):
         return 'transient_local' in heard
 
     with pytest.raises(description_topic.StoppedWaiting):
-        waiting.first_robot(told)
+        waiting.first_robot(told, lambda reason: None)
     peer.executor.add_node(node)
     return heard
 

@@ -91,6 +91,29 @@ def without_numbers(sentence: str) -> str:
     return re.sub(r'[\d.]+', '', sentence.partition(':')[0])
 
 
+class StatusPublisher:
+    """Publishes statuses of a node, by their subjects, on /diagnostics."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
+
+    @property
+    def is_heard(self) -> bool:
+        """Return whether anybody listens."""
+        return bool(self._publisher.get_subscription_count())
+
+    def publish(self, statuses: Mapping[str, StatusText]) -> None:
+        """Publish statuses in one message."""
+        message = DiagnosticArray()
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        name = full_name(self._node)
+        message.status = [
+            status_message(f'{name}: {subject}', text) for subject, text in statuses.items()
+        ]
+        self._publisher.publish(message)
+
+
 class Health:
     """
     Counts work and publishes the state of the input once a second.
@@ -106,6 +129,7 @@ class Health:
     def __init__(
         self,
         node: Node,
+        publisher: StatusPublisher,
         estimator: Estimator,
         joint_states: Input,
         others: Callable[[], Mapping[str, StatusText]],
@@ -124,7 +148,7 @@ class Health:
         self.warnings: list[str] = []
         # Times of diagnostics, s, and the numbers of messages lost and of resets by then.
         self._losses: deque[tuple[float, int, int]] = deque([(self._said, 0, 0)])
-        self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
+        self._publisher = publisher
         steady_timer(node, PERIOD, self.say_when_due)
 
     def _of_late(self, now: float, lost: int, resets: int) -> tuple[int, int]:
@@ -196,14 +220,8 @@ class Health:
         self.warnings = [*input_warnings(estimator, heard), *logged]
         self._log(unstamped_in_words(estimator, heard), logged)
         self._explain_silence(now, heard)
-        if not self._publisher.get_subscription_count():
+        if not self._publisher.is_heard:
             return
         warnings = [namesakes, *self.warnings] if namesakes else self.warnings
         text = input_status(estimator, subscription, heard, warnings)
-        message = DiagnosticArray()
-        message.header.stamp = clock.now().to_msg()
-        name = full_name(node)
-        message.status = [status_message(f'{name}: input', text)]
-        for subject, status_text in self._others().items():
-            message.status.append(status_message(f'{name}: {subject}', status_text))
-        self._publisher.publish(message)
+        self._publisher.publish({'input': text, **self._others()})

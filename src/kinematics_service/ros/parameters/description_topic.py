@@ -23,8 +23,8 @@ QOS = QoSProfile(
 )
 # Longest time until a request for the end is seen while no description has come (s).
 TURN = 0.1
-# Time of silence after which the reason is looked for (s).
-SILENCE = 5.0
+# Time of silence after which the reason is logged, and the period of reports (s).
+SILENCE, PERIOD = 5.0, 1.0
 
 
 class StoppedWaiting(Exception):
@@ -91,9 +91,16 @@ class DescriptionTopic:
         text = urdf_as_robot_file(content, self._source, self._base, self._tip)
         return build_robot(described(text, self._source, content))
 
-    def first_robot(self, stopped: Callable[[], bool]) -> Robot:
+    def first_robot(self, stopped: Callable[[], bool], report: Callable[[str], None]) -> Robot:
         """
         Return the arm of the first description that describes one; wait for it.
+
+        Parameters
+        ----------
+        stopped
+            Whether to wait no longer.
+        report
+            Called once a second with the reason for the wait.
 
         Raises
         ------
@@ -104,6 +111,7 @@ class DescriptionTopic:
         executor = SingleThreadedExecutor(context=self._node.context)
         executor.add_node(self._node)
         refused: str | None = None
+        why, reporting = '', 0.0
         asking = time.monotonic() + SILENCE
         try:
             while not stopped() and self._node.context.ok():
@@ -112,11 +120,15 @@ class DescriptionTopic:
                     try:
                         return self.robot()
                     except KinematicsError as error:
-                        refused = self._text
+                        refused, why = self._text, f'the last one is not taken: {error}'
                         self._node.get_logger().warning(f'the robot is not taken: {error}')
-                if self._text is None and time.monotonic() > asking:
+                if (now := time.monotonic()) > reporting:
+                    reporting = now + PERIOD
+                    why = why if refused else self._why_none()
+                    report(f'waits for a robot description on {self._topic}: {why}')
+                if self._text is None and now > asking:
                     asking = float('inf')
-                    self._node.get_logger().warning(self._why_none())
+                    self._node.get_logger().warning(why)
             raise StoppedWaiting
         finally:
             executor.remove_node(self._node)
