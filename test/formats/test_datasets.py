@@ -294,7 +294,7 @@ FEATURES = '{"features": {"q": {"names": null}}, "fps": '
         *((f'{FEATURES}{rate}}}', 'is no rate') for rate in ('1e300', '1e999', f'1{"0" * 400}')),
         (f'{FEATURES}30, "fps": 50}}', "the key 'fps' occurs twice"),
         ('[' * 100_000, 'nested too deeply'),
-        ('[' + '0,' * 2**19, 'is larger than 1 MiB'),
+        ('[' + '0,' * 2**19, 'is larger than 1,024 KiB'),
     ],
 )
 def test_a_description_that_is_none_is_refused(tmp_path, content, words):
@@ -382,18 +382,22 @@ def test_pictures_in_an_npz_file_are_not_read(tmp_path):
 @pytest.mark.parametrize(
     ('column', 'numbers', 'words'),
     [
-        ('episode_ends', [30, 500_000_000], 'ends at row 500,000,000, and no array has more than'),
-        ('episode_ends', range(1, 72), 'has 71 numbers, and the other arrays 70 rows'),
-        ('episode_ends', [30.0, 70.0], 'whole numbers, not float64'),
+        (
+            'episode_ends',
+            [30, 500_000_000],
+            'at most 70, the rows of other arrays, not 30 and 500,000,000',
+        ),
+        ('episode_ends', range(1, 72), 'not int64 of shape (71,)'),
+        ('episode_ends', [30.0, 70.0], 'not float64 of'),
         ('episode_ends', [[30, 70]], 'of shape (1, 2)'),
         ('episode_ends', 70, 'of shape ()'),
-        ('episode_ends', [True, False], 'whole numbers, not bool'),
+        ('episode_ends', [True, False], 'not bool of'),
         *(
-            ('episode_ends', ends, 'must rise')
+            ('episode_ends', ends, 'must be whole numbers that rise')
             for ends in ([40, 30], [-1, 70], [30, 30], [2**64 - 1])
         ),
-        ('episode_index', [0] * 9, 'has 9 numbers, and the other arrays 70 rows'),
-        ('episode_index', ['a'] * 70, 'whole numbers, not <U1'),
+        ('episode_index', [0] * 9, 'a number for each of 70 rows, not int64 of shape (9,)'),
+        ('episode_index', ['a'] * 70, 'not <U1 of'),
         ('episode_index', [0.0] * 69 + [np.nan], 'row 69 has no number of its episode'),
         ('q.0', [0.0] * 70, "2 columns are named 'q.0'"),
     ],

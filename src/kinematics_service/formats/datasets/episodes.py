@@ -120,11 +120,9 @@ def _files(folder: Path) -> Iterator[Path]:
 
 def _described(info: Path) -> tuple[float, dict[str, tuple[str, ...]]]:
     # The rate and the names of elements, as LeRobot's info.json has them.
-    content = json_of(info, text_of(info, MAX_INFO_BYTES, 'leave only fps and features'))
-    features = content.get('features') if isinstance(content, Mapping) else None
-    if not isinstance(features, Mapping) or not all(
-        isinstance(one, Mapping) for one in features.values()
-    ):
+    content: Any = json_of(info, text_of(info, MAX_INFO_BYTES, 'leave only fps and features'))
+    features = content.get('features') if isinstance(content, dict) else None
+    if not isinstance(features, dict) or {*map(type, features.values())} - {dict}:
         raise RecordingError(
             f'{info}: is no description of a dataset: write "features": {{"NAME": {{"names": '
             '[...]}}, as LeRobot does'
@@ -276,28 +274,21 @@ def _of_arrays(file: Path) -> tuple[Labels, Edges]:
         return _runs(np.zeros(0))
     own = headers.pop(column)
     refuse_to_hold(file, max(own.size, own.nbytes // 8))
-    if own.dtype.kind not in ('iu' if column == ENDS else 'iuf') or own.shape[:1] != (own.size,):
-        raise RecordingError(
-            f'{column} must be a list of whole numbers, not {own.dtype} of shape {own.shape}'
-        )
     counts = {len(array) for array in headers.values() if array.ndim}
     rows = max(counts, default=0)
-    if own.size > rows or column != ENDS and own.size not in counts:
-        raise RecordingError(
-            f'{column} has {own.size:,} numbers, and the other arrays {rows:,} rows'
-        )
+    kinds, fits, wanted = 'iuf', own.size in counts, f'a number for each of {rows:,} rows'
+    if column == ENDS:
+        kinds, fits = 'iu', own.size <= rows
+        wanted = f'whole numbers that rise from 1 to at most {rows:,}, the rows of other arrays'
+    if own.dtype.kind not in kinds or own.shape[:1] != (own.size,) or not fits:
+        raise RecordingError(f'{column} must be {wanted}, not {own.dtype} of shape {own.shape}')
     with np.load(file, allow_pickle=False) as arrays:
         numbers = arrays[column].reshape(-1)
     if column != ENDS:
         return _runs(np.asarray(numbers, dtype=np.float64))
     edges = np.append(0, numbers.astype(np.int64))
-    if np.any(edges[1:] <= edges[:-1]):
-        raise RecordingError(f'{ENDS} must rise from 1: the row behind the last of each episode')
-    if edges[-1] > rows:
-        raise RecordingError(
-            f'{ENDS} has an episode that ends at row {edges[-1]:,}, and no array has more than '
-            f'{rows:,} rows'
-        )
+    for k in np.flatnonzero((edges[1:] <= edges[:-1]) | (edges[1:] > rows))[:1]:
+        raise RecordingError(f'{ENDS} must be {wanted}, not {edges[k]:,} and {edges[k + 1]:,}')
     return np.arange(len(numbers), dtype=np.float64), edges
 
 

@@ -158,17 +158,8 @@ class _Bag:
         else:
             blocks = self._blocks(connections)
         guarded = self._guarded(blocks, connections)
-        return RecordingSource(
-            what,
-            topic,
-            planned,
-            total,
-            guarded,
-            lambda: poses,
-            self.remarks,
-            self.plans,
-            self._pose_topics(),
-        )
+        rest = lambda: poses, self.remarks, self.plans, self._pose_topics()
+        return RecordingSource(what, topic, planned, total, guarded, *rest)
 
     def _guarded(
         self, blocks: Iterator[Block | UnreadableMessage], connections: list[Any]

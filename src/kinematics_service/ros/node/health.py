@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from ...estimation.estimator import RESETS, Estimator
@@ -15,7 +16,7 @@ from ...estimation.input_checks import messages_of
 from ...estimation.status_text import StatusText
 from ..messages.graph import kinematics_nodes
 from ..messages.messages import full_name, status_message
-from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS, POSE
+from ..messages.topics import POSE
 from .diagnostics import (
     RECENT,
     InputState,
@@ -91,27 +92,12 @@ def without_numbers(sentence: str) -> str:
     return re.sub(r'[\d.]+', '', sentence.partition(':')[0])
 
 
-class StatusPublisher:
-    """Publishes statuses of a node, by their subjects, on /diagnostics."""
-
-    def __init__(self, node: Node) -> None:
-        self._node = node
-        self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
-
-    @property
-    def is_heard(self) -> bool:
-        """Return whether anybody listens."""
-        return bool(self._publisher.get_subscription_count())
-
-    def publish(self, statuses: Mapping[str, StatusText]) -> None:
-        """Publish statuses in one message."""
-        message = DiagnosticArray()
-        message.header.stamp = self._node.get_clock().now().to_msg()
-        name = full_name(self._node)
-        message.status = [
-            status_message(f'{name}: {subject}', text) for subject, text in statuses.items()
-        ]
-        self._publisher.publish(message)
+def publish_statuses(node: Node, publisher: Publisher, statuses: Mapping[str, StatusText]) -> None:
+    """Publish statuses of a node, by their subjects, in one message."""
+    message, name = DiagnosticArray(), full_name(node)
+    message.header.stamp = node.get_clock().now().to_msg()
+    message.status = [status_message(f'{name}: {of}', text) for of, text in statuses.items()]
+    publisher.publish(message)
 
 
 class Health:
@@ -129,7 +115,7 @@ class Health:
     def __init__(
         self,
         node: Node,
-        publisher: StatusPublisher,
+        publisher: Publisher,
         estimator: Estimator,
         joint_states: Input,
         others: Callable[[], Mapping[str, StatusText]],
@@ -137,8 +123,7 @@ class Health:
         silent: Callable[[], str],
     ) -> None:
         self.work = Work()
-        self._node = node
-        self._estimator = estimator
+        self._node, self._publisher, self._estimator = node, publisher, estimator
         self._subscription, self._recent = joint_states.subscription, joint_states.recent
         self._others = others
         self._velocity_source, self._silent = velocity_source, silent
@@ -148,7 +133,6 @@ class Health:
         self.warnings: list[str] = []
         # Times of diagnostics, s, and the numbers of messages lost and of resets by then.
         self._losses: deque[tuple[float, int, int]] = deque([(self._said, 0, 0)])
-        self._publisher = publisher
         steady_timer(node, PERIOD, self.say_when_due)
 
     def _of_late(self, now: float, lost: int, resets: int) -> tuple[int, int]:
@@ -220,8 +204,8 @@ class Health:
         self.warnings = [*input_warnings(estimator, heard), *logged]
         self._log(unstamped_in_words(estimator, heard), logged)
         self._explain_silence(now, heard)
-        if not self._publisher.is_heard:
+        if not self._publisher.get_subscription_count():
             return
         warnings = [namesakes, *self.warnings] if namesakes else self.warnings
         text = input_status(estimator, subscription, heard, warnings)
-        self._publisher.publish({'input': text, **self._others()})
+        publish_statuses(node, self._publisher, {'input': text, **self._others()})

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -20,12 +20,20 @@ from ...estimation.status_text import StatusText, singularity_status, stale_stat
 from ...kinematics.singularity import Singularity, singularity_of
 from ...robot.measures import Level
 from ..messages.messages import StateReport, full_name, status_message
-from ..messages.topics import DESCRIBE, JOINT_STATES, SERVICE_QOS, WARNING, WARNING_QOS
+from ..messages.topics import (
+    DESCRIBE,
+    DIAGNOSTICS,
+    DIAGNOSTICS_QOS,
+    JOINT_STATES,
+    SERVICE_QOS,
+    WARNING,
+    WARNING_QOS,
+)
 from ..parameters.node_parameters import NodeParameters
 from ..parameters.settings import NodeSettings
 from .describe import description_of
 from .diagnostics import INTERNAL_ERROR, LEFT_OUT
-from .health import Health, StatusPublisher
+from .health import Health, publish_statuses
 from .input import Input
 from .introduction import introduce, tool_in_words
 from .outputs import ActiveTopics, Outputs
@@ -100,10 +108,10 @@ class KinematicsNode(Node):
 
     def _start(self, robot: str | None, stopped: Callable[[], bool], topic: str) -> None:
         self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
-        statuses = StatusPublisher(self)
+        statuses = self.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
 
         def report(sentence: str) -> None:
-            statuses.publish({'input': StatusText(Level.WARN, sentence, ())})
+            publish_statuses(self, statuses, {'input': StatusText(Level.WARN, sentence, ())})
 
         self._own = NodeParameters(self, robot, stopped, report)
         settings = self._settings = self._own.settings
@@ -168,9 +176,7 @@ class KinematicsNode(Node):
         result = super().set_parameters_atomically(parameter_list)
         if result.successful and self.is_started:
             own = tuple(f'parameter {parameter.name}:' for parameter in parameter_list)
-            result.reason = '; '.join(
-                doubt for doubt in self.settings.doubts if doubt.startswith(own)
-            )
+            result.reason = '; '.join(one for one in self.settings.doubts if one.startswith(own))
         return result
 
     def trust_the_order_of_events(self) -> None:

@@ -57,8 +57,9 @@ def run_set(node: str, name: str, text: str, ros_args: Sequence[str]) -> int:
             raise SettingsError(f'there is no parameter {name!r}; the nearest: {near}')
         change = Parameter(name=name, value=value_from(text))
         done = ask('set_parameters', SetParameters, SetParameters.Request(parameters=[change]))
-        reason = re.sub(r"'Type\.(\w+)'", _in_words, done.results[0].reason)
-        if not done.results[0].successful:
+        result = done.results[0]
+        reason = re.sub(r"'Type\.(\w+)'", lambda of: TYPES.get(of[1], 'a list'), result.reason)
+        if not result.successful:
             raise SettingsError(f'{name} is refused: {reason}')
         return f'{name} is now {text}' + (f'; {reason}' if reason else '')
 
@@ -96,10 +97,6 @@ def value_from(text: str) -> ParameterValue:
         return get_parameter_value(text)
     except Exception:  # of PyYAML, and of fields of messages
         raise wrong from None
-
-
-def _in_words(found: re.Match[str]) -> str:
-    return TYPES.get(found[1], 'a list')
 
 
 def _run(node: str, ros_args: Sequence[str], request: Callable[[Ask], str]) -> int:
