@@ -81,7 +81,7 @@ class CommandGroup(typer.core.TyperGroup):
         alone = typer.Typer(add_completion=False, rich_markup_mode=None)
         command = getattr(module, name)
         words = f'{cleandoc(command.__doc__ or "")}\n{getattr(module, "HELP_ENDS", "")}'
-        # A value such as -1 is no option.
+        # `set` takes values such as -1.
         settings = {'ignore_unknown_options': cmd_name == 'set'}
         alone.command(cmd_name, help=words, context_settings=settings)(command)
         return typer.main.get_command(alone)

@@ -24,8 +24,10 @@ QOS = QoSProfile(
 )
 # Longest time until a request for the end is seen while no description has come (s).
 TURN = 0.1
-# Time of silence after which the reason is logged, and the period of reports (s).
-SILENCE, PERIOD = 5.0, 1.0
+# Time of silence after which the reason is logged (s), and at least between two lines.
+SILENCE = 5.0
+# Period of the reports on the wait (s).
+PERIOD = 1.0
 
 
 def last_of(count: int) -> str:

@@ -24,7 +24,7 @@ from ..process.spin import Spinner
 
 # Longest wait for the discovery of a service, s.
 DEADLINE = 5.0
-# Parameters that are named if there is none of a name.
+# Number of similar names that answer an unknown parameter.
 NEAREST = 5
 # Types of rclpy as a user calls them; all others are lists.
 TYPES = {'BOOL': 'true or false', 'INTEGER': 'a number', 'DOUBLE': 'a number', 'STRING': 'a text'}
