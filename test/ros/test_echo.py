@@ -338,8 +338,11 @@ def test_a_node_that_waits_for_its_robot_is_explained(process, told):
     assert code == 0, running.stderr
     waits = 'waits for a robot description on /robot_description: nobody publishes'
     assert output.startswith(f'WARN  kinematics: input: {waits}')
-    code, _, errors = told('pose', '--once', '--timeout', '3')
-    assert code == 1
+    for seconds in (2, 6, 20):  # by how busy the machine is
+        code, _, errors = told('pose', '--once', '--timeout', f'{seconds}')
+        assert code == 1
+        if waits in errors:
+            break
     assert f'nobody publishes it; its node reports: {waits}' in errors
 
 

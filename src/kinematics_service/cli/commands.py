@@ -169,8 +169,7 @@ def _node(
         MANAGED, 'With a life cycle: it answers when it is configured and activated.'
     ),
     version: Annotated[
-        bool,
-        named('--version', 'Print the version.', callback=_print_version, is_eager=True),
+        bool, named('--version', 'Print the version.', callback=_print_version, is_eager=True)
     ] = False,
 ) -> None:
     """

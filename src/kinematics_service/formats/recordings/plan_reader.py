@@ -29,11 +29,7 @@ MOST_SAMPLES = 500_000
 MOST_COARSE = 10 * FINEST
 # What a JointTrajectoryPoint has.
 OF_POINT = ('positions', 'velocities', 'accelerations', 'effort', 'time_from_start')
-SINGULAR = {
-    'positions': 'position',
-    'velocities': 'velocity',
-    'accelerations': 'acceleration',
-}
+SINGULAR = {'positions': 'position', 'velocities': 'velocity', 'accelerations': 'acceleration'}
 
 
 def open_planned(file: Path, wanted: Selection) -> RecordingSource:

@@ -16,7 +16,7 @@ from ...estimation.input_checks import messages_of
 from ...estimation.status_text import StatusText
 from ..messages.graph import kinematics_nodes
 from ..messages.messages import full_name, status_message
-from ..messages.topics import POSE
+from ..messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS, POSE
 from .diagnostics import (
     RECENT,
     InputState,
@@ -90,6 +90,11 @@ def _name_of(info: TopicEndpointInfo) -> str:
 def without_numbers(sentence: str) -> str:
     """Return the cause: sentences that differ in numbers or behind their colon have the same."""
     return re.sub(r'[\d.]+', '', sentence.partition(':')[0])
+
+
+def diagnostics_publisher(node: Node) -> Publisher:
+    """Return a publisher of /diagnostics."""
+    return node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
 
 
 def publish_statuses(node: Node, publisher: Publisher, statuses: Mapping[str, StatusText]) -> None:

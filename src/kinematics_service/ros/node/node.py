@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.clock import JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -20,20 +20,12 @@ from ...estimation.status_text import StatusText, singularity_status, stale_stat
 from ...kinematics.singularity import Singularity, singularity_of
 from ...robot.measures import Level
 from ..messages.messages import StateReport, full_name, status_message
-from ..messages.topics import (
-    DESCRIBE,
-    DIAGNOSTICS,
-    DIAGNOSTICS_QOS,
-    JOINT_STATES,
-    SERVICE_QOS,
-    WARNING,
-    WARNING_QOS,
-)
+from ..messages.topics import DESCRIBE, JOINT_STATES, SERVICE_QOS, WARNING, WARNING_QOS
 from ..parameters.node_parameters import NodeParameters
 from ..parameters.settings import NodeSettings
 from .describe import description_of
 from .diagnostics import INTERNAL_ERROR, LEFT_OUT
-from .health import Health, publish_statuses
+from .health import Health, diagnostics_publisher, publish_statuses
 from .input import Input
 from .introduction import introduce, tool_in_words
 from .outputs import ActiveTopics, Outputs
@@ -108,7 +100,7 @@ class KinematicsNode(Node):
 
     def _start(self, robot: str | None, stopped: Callable[[], bool], topic: str) -> None:
         self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
-        statuses = self.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
+        statuses = diagnostics_publisher(self)
 
         def report(sentence: str) -> None:
             publish_statuses(self, statuses, {'input': StatusText(Level.WARN, sentence, ())})

@@ -42,10 +42,7 @@ class Reload:
     """
 
     def __init__(
-        self,
-        node: Node,
-        parameters: NodeParameters,
-        apply: Callable[[NodeSettings], None],
+        self, node: Node, parameters: NodeParameters, apply: Callable[[NodeSettings], None]
     ) -> None:
         self._node, self._parameters, self._apply = node, parameters, apply
         self._asked: list[Any] = []  # headers of requests for the next reading

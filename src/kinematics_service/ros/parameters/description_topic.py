@@ -18,9 +18,7 @@ from ...robot.robot import Robot, build_robot
 KIND = 'std_msgs/msg/String'
 # Late subscribers get the last description.
 QOS = QoSProfile(
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
 # Longest time until a request for the end is seen while no description has come (s).
 TURN = 0.1

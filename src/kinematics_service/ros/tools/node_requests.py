@@ -112,12 +112,10 @@ def _run(node: str, ros_args: Sequence[str], request: Callable[[Ask], str]) -> i
             end, name = time.monotonic() + DEADLINE, f'{node}/{service}'
             answer = call_service(client, spinner, kind, name, content, end, longest)
             if answer is None:
-                here = ', '.join(kinematics_nodes(client)) or 'none'
-                is_there = client.count_services(name)
-                what = (
-                    f'{service} does not answer' if is_there else 'there is no node of this name'
-                )
-                raise SettingsError(f'{what}; kinematics nodes here: {here}')
+                here, what = ', '.join(kinematics_nodes(client)), 'there is no node of this name'
+                if client.count_services(name):
+                    what = f'{service} does not answer'
+                raise SettingsError(f'{what}; kinematics nodes here: {here or "none"}')
             return answer
 
         try:
