@@ -15,7 +15,7 @@ from datasets import RPY, fixed, pose_numbers, poses_of, swinging, write_lerobot
 
 from kinematics_service.errors import RecordingError
 from kinematics_service.formats.datasets.arms import arms_of
-from kinematics_service.formats.datasets.episodes import episodes_of, is_dataset
+from kinematics_service.formats.datasets.episodes import MAX_EPISODES, episodes_of, is_dataset
 from kinematics_service.formats.datasets.open_episode import open_episode
 from kinematics_service.formats.datasets.vectors import columns_of_episode, vectors_of_table
 from kinematics_service.formats.recordings.joint_format import JointFormat
@@ -409,13 +409,22 @@ def test_arrays_that_do_not_fit_each_other_are_refused(tmp_path, column, numbers
         read(file)
 
 
+def test_more_episodes_than_a_file_may_have_are_refused(tmp_path):
+    steps = pa.nulls(MAX_EPISODES + 1, pa.list_(pa.float64()))
+    parquet.write_table(pa.table({'steps': steps}), tmp_path / 'set.parquet')
+    (episode,) = episodes_of(tmp_path)
+    assert 'has more than 1,048,576 episodes: cut it' in episode.fault
+
+
 def test_two_columns_of_one_name_are_refused(tmp_path):
     columns = pa.array([{'b': 1.0}]), pa.array([1.0])
     parquet.write_table(pa.table(columns, ['a', 'a.b']), tmp_path / 'set.parquet')
+    numbered = pa.table([[0], [0], [1.0]], ['episode_index', 'episode_index', 'q'])
+    parquet.write_table(numbered, tmp_path / 'numbered.parquet')
     with h5py.File(tmp_path / 'set.h5', 'w') as stream:
         stream['a/b'] = stream['a.b'] = Q
-    for name in ('set.parquet', 'set.h5'):
-        with pytest.raises(RecordingError, match=f"{name}: 2 columns are named 'a.b'"):
+    for name in ('set.parquet', 'numbered.parquet', 'set.h5'):
+        with pytest.raises(RecordingError, match=f'{name}: 2 columns are named'):
             read(tmp_path / name)
 
 

@@ -231,6 +231,7 @@ def _of_parquet(file: Path) -> tuple[int, Labels, Edges]:
 
     with parquet.ParquetFile(file) as opened:
         names = opened.schema_arrow.names
+        refuse_twice(names)
         if STEPS in names:
             return int(opened.metadata.num_rows), *_runs(np.zeros(0))
         column = next((name for name in NUMBERS if name in names), '')
