@@ -227,6 +227,8 @@ def test_every_indented_command_line_of_the_readme_can_be_given():
     assert sum(shlex.split(command)[: len(RUN)] == RUN for command in commands) > 10
     for command in commands:
         parse(command, f'README.md: {command}')
+    made = re.findall(r' new (\w+)', '\n'.join(commands))
+    assert len(set(made)) == len(made) > 1  # `new` refuses to write a file again
 
 
 def test_every_page_has_been_found():

@@ -117,6 +117,12 @@ def test_the_readme_begins_with_how_to_run_and_to_test_it():
     assert "    pip install '.[ros,test]' && python -m pytest" in first
 
 
+@pytest.mark.parametrize('extra', ['bag', 'dataset', 'view'])
+def test_the_readme_names_what_its_commands_need(extra):
+    recordings = README.read_text(encoding='utf-8').partition('**Recordings and plans**')[2]
+    assert f".[{extra}]'" in recordings.partition('**Calibration**')[0]
+
+
 def test_the_pictures_of_the_readme_are_shown_and_small():
     text = README.read_text(encoding='utf-8')
     files = sorted((ROOT / 'docs' / 'front').iterdir())

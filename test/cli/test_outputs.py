@@ -15,6 +15,7 @@ import pytest
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.cli.command_line import READER_GONE
 from kinematics_service.cli.standard_output import checked_output
 from kinematics_service.errors import KinematicsError
 from kinematics_service.output_file import new_file, write_file
@@ -349,7 +350,7 @@ def program(*argv, room=None, **options):
 
     return subprocess.run(
         [sys.executable, '-m', 'kinematics_service', *argv],
-        stderr=subprocess.PIPE, text=True, preexec_fn=limit if room else None, **options,
+        stderr=subprocess.PIPE, text=True, **{'preexec_fn': limit if room else None, **options},
     )  # fmt: skip
 
 
@@ -402,12 +403,15 @@ def test_a_device_that_is_full_as_standard_output_is_a_failure(folder):
 @pytest.mark.parametrize('unbuffered', ['1', ''])
 def test_a_reader_that_has_gone_is_met_without_a_word(folder, unbuffered):
     environment = {**os.environ, 'PYTHONUNBUFFERED': unbuffered}
-    for command in (LARGE_OUTPUTS[0],) if unbuffered else ('--version', 'robots'):
+    for command in (LARGE_OUTPUTS[0],) if unbuffered else ('--version', '--help', 'robots'):
         reading, writing = os.pipe()
         os.close(reading)
         ended = program(*command.split(), stdout=writing, env=environment)
         os.close(writing)
-        assert ended.stderr == ''
+        assert (ended.returncode, ended.stderr) == (READER_GONE, '')
+    if unbuffered:
+        ended = program('--version', preexec_fn=lambda: os.close(1))
+        assert (ended.returncode, ended.stderr) == (0, '')
 
 
 @pytest.mark.parametrize('option', ['--out', '--json', '--html'])

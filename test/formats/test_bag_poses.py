@@ -95,7 +95,7 @@ def test_points_of_a_bag_calibrate_an_arm(tmp_path, store, capsys):
     # Positions leave theta1 to the base, and theta6 to the tool.
     assert (document['known'], document['possible']) == (13, 13)
     assert main(command) == 1
-    assert 'name their topic with --pose-topic' in capsys.readouterr().err
+    assert 'name their topic with --pose-topic: poses are on /pose' in capsys.readouterr().err
 
 
 def test_tf_of_a_ros1_bag(tmp_path):

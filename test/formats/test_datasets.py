@@ -1,6 +1,7 @@
 """Datasets: which episodes, arms and numbers are read from which files."""
 
 import json
+import re
 import sys
 from zipfile import ZipFile
 
@@ -14,7 +15,7 @@ from datasets import RPY, fixed, pose_numbers, poses_of, swinging, write_lerobot
 
 from kinematics_service.errors import RecordingError
 from kinematics_service.formats.datasets.arms import arms_of
-from kinematics_service.formats.datasets.episodes import episodes_of, is_dataset
+from kinematics_service.formats.datasets.episodes import MAX_EPISODES, episodes_of, is_dataset
 from kinematics_service.formats.datasets.open_episode import open_episode
 from kinematics_service.formats.datasets.vectors import columns_of_episode, vectors_of_table
 from kinematics_service.formats.recordings.joint_format import JointFormat
@@ -275,28 +276,31 @@ def test_a_damaged_file_is_one_episode_that_cannot_be_read(tmp_path):
     (tmp_path / 'c.hdf5').write_bytes(b'')
     faults = [episode.fault for episode in episodes_of(tmp_path)]
     assert [bool(one) for one in faults] == [True, False, True]
-    assert 'a.parquet: cannot be read' in faults[0]
+    assert 'a.parquet: cannot be read: copy it anew' in faults[0]
     (missing,) = episodes_of(tmp_path / 'none.parquet')
     assert missing.fault == f'{tmp_path}/none.parquet: there is no such file'
 
 
+FEATURES = '{"features": {"q": {"names": null}}, "fps": '
+
+
 @pytest.mark.parametrize(
-    'content',
+    ('content', 'words'),
     [
-        '',
-        '{}',
-        '[]',
-        '{"features": [1]}',
-        '{"features": {"a": 1}}',
-        '{"features": {}, "fps": "x"}',
-        f'{{"features": {{}}, "fps": 1{"0" * 400}}}',
-        '[' * 100_000,
+        ('', 'is empty'),
+        *((text, 'write "features"') for text in ('{}', '[]', 'null', '{"features": [1]}')),
+        ('{"features": {"a": 1}}', 'write "features"'),
+        *((f'{FEATURES}{rate}}}', 'is no rate') for rate in ('"x"', '[30]', 'true', '-1', 'NaN')),
+        *((f'{FEATURES}{rate}}}', 'is no rate') for rate in ('1e300', '1e999', f'1{"0" * 400}')),
+        (f'{FEATURES}30, "fps": 50}}', "the key 'fps' occurs twice"),
+        ('[' * 100_000, 'nested too deeply'),
+        ('[' + '0,' * 2**19, 'is larger than 1,024 KiB'),
     ],
 )
-def test_a_description_that_is_none_is_refused(tmp_path, content):
+def test_a_description_that_is_none_is_refused(tmp_path, content, words):
     (tmp_path / 'meta').mkdir()
     (tmp_path / 'meta' / 'info.json').write_text(content)
-    with pytest.raises(RecordingError, match='is no description of a dataset'):
+    with pytest.raises(RecordingError, match=f'info.json: .*{words}'):
         list(episodes_of(tmp_path))
 
 
@@ -360,6 +364,9 @@ def test_arrays_are_refused_by_their_headers(tmp_path):
         )
     (episode,) = episodes_of(file)
     assert 'EOF: reading array header' in episode.fault
+    header_alone(file, q=((-5, 6), '<f8'))
+    (episode,) = episodes_of(file)
+    assert episode.fault == f'{file}: q.npy has the shape (-5, 6): write it anew'
 
 
 def test_pictures_in_an_npz_file_are_not_read(tmp_path):
@@ -372,11 +379,53 @@ def test_pictures_in_an_npz_file_are_not_read(tmp_path):
     assert found[0].tolist() == Q.tolist()
 
 
-def test_episodes_that_end_behind_the_last_row_are_refused(tmp_path):
+@pytest.mark.parametrize(
+    ('column', 'numbers', 'words'),
+    [
+        (
+            'episode_ends',
+            [30, 500_000_000],
+            'at most 70, the rows of other arrays, not 30 and 500,000,000',
+        ),
+        ('episode_ends', range(1, 72), 'not int64 of shape (71,)'),
+        ('episode_ends', [30.0, 70.0], 'not float64 of'),
+        ('episode_ends', [[30, 70]], 'of shape (1, 2)'),
+        ('episode_ends', 70, 'of shape ()'),
+        ('episode_ends', [True, False], 'not bool of'),
+        *(
+            ('episode_ends', ends, 'must be whole numbers that rise')
+            for ends in ([40, 30], [-1, 70], [30, 30], [2**64 - 1])
+        ),
+        ('episode_index', [0] * 9, 'a number for each of 70 rows, not int64 of shape (9,)'),
+        ('episode_index', ['a'] * 70, 'not <U1 of'),
+        ('episode_index', [0.0] * 69 + [np.nan], 'row 69 has no number of its episode'),
+        ('q.0', [0.0] * 70, "2 columns are named 'q.0'"),
+    ],
+)
+def test_arrays_that_do_not_fit_each_other_are_refused(tmp_path, column, numbers, words):
     file = tmp_path / 'set.npz'
-    np.savez(file, q=Q, episode_ends=[30, 500_000_000])
-    (episode,) = episodes_of(file)
-    assert 'ends at row 500,000,000, and no array has more than 70 rows' in episode.fault
+    np.savez(file, q=Q, **{column: np.array(numbers)})
+    with pytest.raises(RecordingError, match=f'{file}: .*{re.escape(words)}'):
+        read(file)
+
+
+def test_more_episodes_than_a_file_may_have_are_refused(tmp_path):
+    steps = pa.nulls(MAX_EPISODES + 1, pa.list_(pa.float64()))
+    parquet.write_table(pa.table({'steps': steps}), tmp_path / 'set.parquet')
+    (episode,) = episodes_of(tmp_path)
+    assert 'has more than 1,048,576 episodes: cut it' in episode.fault
+
+
+def test_two_columns_of_one_name_are_refused(tmp_path):
+    columns = pa.array([{'b': 1.0}]), pa.array([1.0])
+    parquet.write_table(pa.table(columns, ['a', 'a.b']), tmp_path / 'set.parquet')
+    numbered = pa.table([[0], [0], [1.0]], ['episode_index', 'episode_index', 'q'])
+    parquet.write_table(numbered, tmp_path / 'numbered.parquet')
+    with h5py.File(tmp_path / 'set.h5', 'w') as stream:
+        stream['a/b'] = stream['a.b'] = Q
+    for name in ('set.parquet', 'numbered.parquet', 'set.h5'):
+        with pytest.raises(RecordingError, match=f'{name}: 2 columns are named'):
+            read(tmp_path / name)
 
 
 def test_numbers_in_other_files_are_not_read(tmp_path):

@@ -332,6 +332,20 @@ def test_nobody_there_is_explained_and_given_up(arm, told, monkeypatch):
     assert time.monotonic() - begin > 3.0
 
 
+def test_a_node_that_waits_for_its_robot_is_explained(process, told):
+    running = process('--robot-description', ready=False)
+    code, output, _ = told('diagnostics', '--once', '--timeout', f'{DEADLINE}')
+    assert code == 0, running.stderr
+    waits = 'waits for a robot description on /robot_description: nobody publishes'
+    assert output.startswith(f'WARN  kinematics: input: {waits}')
+    for seconds in (2, 6, 20):  # by how busy the machine is
+        code, _, errors = told('pose', '--once', '--timeout', f'{seconds}')
+        assert code == 1
+        if waits in errors:
+            break
+    assert f'nobody publishes it; its node reports: {waits}' in errors
+
+
 def test_a_timeout_ends_the_wait_for_a_silent_node(arm, told):
     with turned(arm('craig_3r', namespace='/right'), moving=False):
         code, output, errors = told('twist', '--node', '/right/kinematics', '--timeout', '3')

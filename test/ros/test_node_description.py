@@ -225,6 +225,24 @@ def test_what_comes_while_one_is_read_is_read_then(described):
     assert result.message.startswith(f'topic:{TOPIC} is in force')
 
 
+def test_descriptions_that_change_all_the_time_are_said_once(described, capfd):
+    one, publisher = described(urdf())
+    for k in range(1, 6):
+        publisher.publish(String(data=urdf(L1=0.1 * k)))
+        settings = one.node.settings
+        one.spin_until(lambda before=settings: one.node.settings is not before, 'new robot')
+    pause, heard = one.node._reload._pause, []
+    pause.timer_period_ns = 100_000_000  # 0.1 s from now on
+    pause.reset()
+
+    def said(words):
+        heard.append(capfd.readouterr().err)
+        return words in ''.join(heard)
+
+    one.spin_until(lambda: said('(the last of 4 in 5 s)'), 'line of the others')
+    assert ''.join(heard).count('is in force') == 2
+
+
 def test_of_two_publishers_the_last_counts_and_both_are_told(described, capfd):
     one, _ = described(urdf())
     other = one.peer.create_publisher(String, TOPIC, LATCHED)
@@ -260,7 +278,7 @@ def waiting_sentence(peer, capfd, monkeypatch, topic=TOPIC):
         return 'transient_local' in heard
 
     with pytest.raises(description_topic.StoppedWaiting):
-        waiting.first_robot(told)
+        waiting.first_robot(told, lambda reason: None)
     peer.executor.add_node(node)
     return heard
 

@@ -15,6 +15,8 @@ from .node import plain_options, start_node
 from .ros_variables import RosVariableError
 from .standard_output import checked_output
 
+# Exit code if the reader of the output has gone: 128 and the number of SIGPIPE, as of a shell.
+READER_GONE = 141
 # A shell completes the installed program, however completion is asked for: by these options, or
 # by a shell, which sets this variable and gives no arguments.
 PROGRAM = 'kinematics_service'
@@ -24,7 +26,8 @@ COMPLETES = f'_{PROGRAM.upper()}_COMPLETE'
 
 def run(argv: Sequence[str] | None = None) -> int:
     """
-    Run a command line and return its exit code: 0, 1 for a failure, 2 for wrong usage.
+    Run a command line and return its exit code: 0, 1 for a failure, 2 for wrong usage, 141 if the
+    reader of its output has gone.
 
     Parameters
     ----------
@@ -36,15 +39,16 @@ def run(argv: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors='replace')  # a '?' is better than no answer
     if argv is not None:
         return _code_of(argv)
-    with suppress(OSError, AttributeError):  # closed
-        sys.stdout = checked_output(sys.stdout)
+    output = sys.stdout or open(os.devnull, 'w')  # noqa: SIM115, of this process
+    with suppress(OSError):
+        sys.stdout = checked_output(output)
     code = _code_of(None)
     try:
         sys.stdout.flush()
     except KinematicsError as error:
         return _failed(str(error))
     except BrokenPipeError:
-        return 1
+        return READER_GONE
     return code
 
 
@@ -66,6 +70,8 @@ def _code_of(argv: Sequence[str] | None) -> int:
             app(join_numbers(ours), obj=ros, prog_name=PROGRAM if completion else None)
         return 0
     except SystemExit as end:
+        if isinstance(end.__context__, BrokenPipeError):  # of click, which ends with 1
+            return READER_GONE
         return end.code if isinstance(end.code, int) else 0
     except (RobotConflictError, ArmsError) as error:
         return _failed(str(error), 2)

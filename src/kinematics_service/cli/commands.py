@@ -81,7 +81,9 @@ class CommandGroup(typer.core.TyperGroup):
         alone = typer.Typer(add_completion=False, rich_markup_mode=None)
         command = getattr(module, name)
         words = f'{cleandoc(command.__doc__ or "")}\n{getattr(module, "HELP_ENDS", "")}'
-        alone.command(cmd_name, help=words)(command)
+        # `set` takes values such as -1.
+        settings = {'ignore_unknown_options': cmd_name == 'set'}
+        alone.command(cmd_name, help=words, context_settings=settings)(command)
         return typer.main.get_command(alone)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -167,8 +169,7 @@ def _node(
         MANAGED, 'With a life cycle: it answers when it is configured and activated.'
     ),
     version: Annotated[
-        bool,
-        named('--version', 'Print the version.', callback=_print_version, is_eager=True),
+        bool, named('--version', 'Print the version.', callback=_print_version, is_eager=True)
     ] = False,
 ) -> None:
     """

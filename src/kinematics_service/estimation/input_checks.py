@@ -268,18 +268,23 @@ def _motion_faults(
         return
     t, steps = 1e-9 * (times - times[0]), dict[str, Floats]()
     fast, contrary = list[str](), list[str]()
-    for name, k in places.items():
-        j, q, qdot = ours[name], group.q[:, k], group.qdot[:, k]
-        if robot.continuous[j]:
-            q = np.unwrap(q)
-        unit, limit = robot.units[j], float(robot.velocity_limits[j])
-        text = motion_checks.contradiction(
-            t, q, qdot, POSITION_TOLERANCE[bool(robot.prismatic[j])], unit
-        )
+    joints, columns = [ours[name] for name in places], list(places.values())
+    every_q, every_qdot = group.q[:, columns], group.qdot[:, columns]
+    turns = np.array(robot.continuous)[joints]
+    every_q[:, turns] = np.unwrap(every_q[:, turns], axis=0)
+    tolerances = np.array(POSITION_TOLERANCE)[robot.prismatic[joints].astype(int)]
+    paths = np.where(
+        np.isnan(every_qdot).any(axis=0), every_q, motion_checks.integral(t, every_qdot)
+    )
+    speeds = np.zeros(len(joints)) if unstamped else motion_checks.largest_speed(t, paths)
+    limits = robot.velocity_limits[joints]
+    looked_at = motion_checks.suspects(t, every_q, every_qdot, tolerances)
+    for k in np.flatnonzero(looked_at | (speeds > SPEED_TOLERANCE * limits)):
+        name, j, q, qdot = list(places)[k], joints[k], every_q[:, k], every_qdot[:, k]
+        unit, limit, speed = robot.units[j], float(limits[k]), float(speeds[k])
+        text = motion_checks.contradiction(t, q, qdot, float(tolerances[k]), unit)
         # Speeds that contradict the positions explain no step.
         found = motion_checks.jumps(robot, j, t, q, np.nan * qdot if text else qdot)
-        path = q if np.isnan(qdot).any() else motion_checks.integral(t, qdot)
-        speed = 0.0 if unstamped else motion_checks.largest_speed(t, path)
         if len(found):
             steps[name] = np.diff(q)[found]
         elif text:

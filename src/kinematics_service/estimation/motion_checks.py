@@ -12,6 +12,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from ..kernel import Floats, Integers
 from ..robot.robot import Robot
+from .joint_state_columns import Flags
 
 # Smaller differences of positions have no fault (rad, m): encoders, rounding, play.
 POSITION_TOLERANCE = (0.02, 0.005)
@@ -72,16 +73,18 @@ def jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Integers:
 
 
 def integral(t: Floats, qdot: Floats) -> Floats:
-    """Return the integral of velocities from the first time on, by trapezoids."""
-    return np.append(0.0, np.cumsum(0.5 * (qdot[1:] + qdot[:-1]) * np.diff(t)))
+    """Return the integral of velocities (N,) or (N, k) from the first time on, by trapezoids."""
+    steps = (0.5 * (qdot[1:] + qdot[:-1]).T * np.diff(t)).T
+    return np.concatenate([np.zeros_like(qdot[:1]), np.cumsum(steps, axis=0)])
 
 
-def largest_speed(t: Floats, q: Floats) -> float:
-    """Return the largest mean speed over `SPEED_BASELINE`."""
+def largest_speed(t: Floats, q: Floats) -> Floats:
+    """Return the largest mean speed over `SPEED_BASELINE` of positions (N,) or (N, k)."""
     ends = np.searchsorted(t, t + SPEED_BASELINE)
     begins = np.flatnonzero(ends < len(t))
     ends = ends[begins]
-    return float(np.max(np.abs(q[ends] - q[begins]) / (t[ends] - t[begins]), initial=0.0))
+    speeds = np.abs(q[ends] - q[begins]).T / (t[ends] - t[begins])
+    return np.asarray(np.max(speeds, axis=-1, initial=0.0))
 
 
 def path_errors(t: Floats, q: Floats, qdot: Floats, lags: Floats) -> Floats:
@@ -99,6 +102,18 @@ def scale_in_words(scale: float) -> str:
     degrees, flipped = abs(scale - math.degrees(1.0)) < 2.0, abs(scale + 1.0) < 0.1
     cause = ': degrees?' if degrees else ': wrong sign' if flipped else ''
     return f'{scale:.3g} times the change of its position{cause}'
+
+
+def suspects(t: Floats, q: Floats, qdot: Floats, tolerances: Floats) -> Flags:
+    """
+    Return for each of k joints whether `jumps` or `contradiction` may find anything, shape (k,).
+
+    It takes some operations for all joints, where those take thirty for each.
+    """
+    late = t >= t[-1] - VELOCITY_WINDOW
+    agree = np.ptp(integral(t[late], qdot[late]) - q[late], axis=0) <= tolerances
+    agree |= np.isnan(qdot[late]).all(axis=0)
+    return np.asarray(~agree | (np.abs(np.diff(q, axis=0)).max(axis=0) > tolerances))
 
 
 def contradiction(t: Floats, q: Floats, qdot: Floats, tolerance: float, unit: str) -> str:

@@ -105,10 +105,10 @@ def read_measured(
         track = source.poses()
         remarks = [remark.text for remark in source.remarks]
     if track is None:
-        raise CalibrationError(
-            f'{file}: there are no measured poses; name their topic with --pose-topic (bags) or '
-            'their columns with --columns pose=... (tables)'
-        )
+        how = '--pose-topic (bags) or their columns with --columns pose=... (tables)'
+        if source.pose_topics:
+            how = f'--pose-topic: poses are on {source.pose_topics}'
+        raise CalibrationError(f'{file}: there are no measured poses; name their topic with {how}')
     if track.refused:
         raise CalibrationError(f'{file}: {track.name}: {track.refused}')
     found = joined(wanted.robot, track, states)

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import CalibrationError
+from ...errors import CalibrationError, RecordingError
+from ...formats.recordings.plan_reader import text_of
 from ...formats.recordings.plan_yaml import read_documents
 from ...kernel import Floats
 from ...rigid_motion import pose_of
@@ -57,16 +58,9 @@ def read_ur_calibration(path: Path) -> UrCalibration:
         It cannot be read, or is neither of the two formats.
     """
     try:
-        with path.open('rb') as stream:
-            data = stream.read(LARGEST + 1)
-    except OSError as error:
-        raise CalibrationError(f'{path}: cannot be read: {error.strerror}') from None
-    try:
-        text = data.decode('utf-8-sig')
-    except UnicodeDecodeError:
-        raise CalibrationError(f'{path}: is not UTF-8 text') from None
-    if len(data) > LARGEST:
-        raise CalibrationError(f'{path}: is larger than {LARGEST >> 10} KiB')
+        text = text_of(path, LARGEST, 'give one of the two')
+    except RecordingError as error:
+        raise CalibrationError(str(error)) from None
     if 'delta_' in text:
         return UrCalibration(_deltas(path, text))
     if 'kinematics' in text:

@@ -19,6 +19,7 @@ from .episodes import (
     fault_of,
     headers_of,
     refuse_to_hold,
+    refuse_twice,
 )
 
 # Vectors with more elements are images and the like.
@@ -64,12 +65,11 @@ def columns_of_episode(episode: Episode) -> Columns:
     suffix = episode.file.suffix.lower()
     read = _of_parquet if suffix in PARQUET else _of_hdf5 if suffix in HDF5 else _of_arrays
     try:
-        vectors = read(episode)
+        found = taken_apart(read(episode), episode.elements)
     except ImportError as error:
         raise RecordingError(INSTALL.format(reason=error)) from None
     except Exception as error:
         raise RecordingError(fault_of(episode.file, error)) from None
-    found = taken_apart(vectors, episode.elements)
     if not found.header or not len(found):
         raise RecordingError(f'{episode.file}: {episode.name}: has no rows of numbers')
     return found
@@ -96,6 +96,7 @@ def taken_apart(vectors: Mapping[str, Floats], elements: Mapping[str, Sequence[s
             names = list(map(str, range(numbers.shape[1])))
         header += [f'{name}.{one}' for one in names]
         columns += list(numbers.T)
+    refuse_twice(header)
     return Columns(header, columns)
 
 
@@ -112,6 +113,7 @@ def vectors_of_table(table: Any) -> dict[str, Floats]:
     if isinstance(table, pa.RecordBatch):
         table = pa.Table.from_batches([table])
     table = _without_structs(table)
+    refuse_twice(table.column_names)
     found = {name: _numbers(table[name]) for name in table.column_names}
     return {name: numbers for name, numbers in found.items() if numbers is not None}
 
@@ -246,7 +248,7 @@ def _of_hdf5(episode: Episode) -> dict[str, Floats]:
     import h5py
 
     with h5py.File(episode.file, 'r') as opened:
-        found: dict[str, Any] = {}
+        found: list[tuple[str, Any]] = []
 
         def take(name: str, part: Any) -> None:
             if name.count('/') > MOST_GROUPS_DEEP:
@@ -259,10 +261,11 @@ def _of_hdf5(episode: Episode) -> dict[str, Floats]:
                         f'{episode.file}: the numbers of {part.name} are in other files, '
                         'which are not read: copy them into this file'
                     )
-                found[name.replace('/', '.')] = part
+                found.append((name.replace('/', '.'), part))
 
         opened[episode.place or '/'].visititems(take)
-        return _alike(episode.file, found, found.__getitem__)
+        refuse_twice(name for name, _ in found)
+        return _alike(episode.file, dict(found), dict(found).__getitem__)
 
 
 def _of_arrays(episode: Episode) -> dict[str, Floats]:

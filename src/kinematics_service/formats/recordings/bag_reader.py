@@ -158,9 +158,8 @@ class _Bag:
         else:
             blocks = self._blocks(connections)
         guarded = self._guarded(blocks, connections)
-        return RecordingSource(
-            what, topic, planned, total, guarded, lambda: poses, self.remarks, self.plans
-        )
+        rest = lambda: poses, self.remarks, self.plans, self._pose_topics()
+        return RecordingSource(what, topic, planned, total, guarded, *rest)
 
     def _guarded(
         self, blocks: Iterator[Block | UnreadableMessage], connections: list[Any]
@@ -295,13 +294,12 @@ class _Bag:
         if topic is None:
             return None
         topic, _, child = topic.partition(':')
-        kind, usable = self.types.get(topic), (*POSES, TRANSFORMS)
-        if kind not in usable or (child and kind != TRANSFORMS):
+        kind = self.types.get(topic)
+        if kind not in (*POSES, TRANSFORMS) or (child and kind != TRANSFORMS):
             known = f'is {kind}' if kind else 'does not exist'
-            found = sorted(name for name, own in self.types.items() if own in usable)
             raise RecordingError(
                 f'{self.path}: pose topic {self.wanted.pose_topic} {known}; poses are on '
-                f'{", ".join(found) or "no topic"}'
+                f'{self._pose_topics() or "no topic"}'
             )
         self._refuse_other_fields(topic, kind)
         connections = self._connections(topic)
@@ -319,6 +317,10 @@ class _Bag:
         if track is None:
             raise RecordingError(f'{self.path}: there is no message on {topic}')
         return track
+
+    def _pose_topics(self) -> str:
+        usable = (*POSES, TRANSFORMS)
+        return ', '.join(sorted(name for name, own in self.types.items() if own in usable))
 
     def _child(self, topic: str, asked: str, connections: list[Any]) -> str:
         # The frame whose transforms are the poses: one that is asked for, or the only one.

@@ -15,7 +15,7 @@ from ...robot.file.text.yaml_reader import YamlError
 from ...robot.measures import Level
 from .between_points import FINEST, PlannedTrajectory, sampled
 from .block import LARGEST_BLOCK, SECOND, Block, Times
-from .plan_yaml import read_documents
+from .plan_yaml import MOST_VALUES, read_documents
 from .source import RecordingSource, Remark, Selection
 
 # Trajectories of one topic follow each other with a pause longer than any timeout (ns).
@@ -29,11 +29,7 @@ MOST_SAMPLES = 500_000
 MOST_COARSE = 10 * FINEST
 # What a JointTrajectoryPoint has.
 OF_POINT = ('positions', 'velocities', 'accelerations', 'effort', 'time_from_start')
-SINGULAR = {
-    'positions': 'position',
-    'velocities': 'velocity',
-    'accelerations': 'acceleration',
-}
+SINGULAR = {'positions': 'position', 'velocities': 'velocity', 'accelerations': 'acceleration'}
 
 
 def open_planned(file: Path, wanted: Selection) -> RecordingSource:
@@ -45,19 +41,7 @@ def open_planned(file: Path, wanted: Selection) -> RecordingSource:
     RecordingError
         It is no trajectory; the message is one sentence.
     """
-    try:
-        with file.open('rb') as stream:
-            data = stream.read(LARGEST + 1)
-    except OSError as error:
-        raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
-    if len(data) > LARGEST:
-        raise RecordingError(f'{file}: is larger than {LARGEST >> 20} MiB; write it as a bag')
-    try:
-        text = data.decode('utf-8-sig')
-    except UnicodeDecodeError:
-        raise RecordingError(f'{file}: is not UTF-8 text') from None
-    if not text.strip():
-        raise RecordingError(f'{file}: is empty')
+    text = text_of(file, LARGEST, 'write it as a bag')
     documents = _documents(file, text)
     found = [found for document in documents for found in _trajectories(document)]
     if not found:
@@ -79,13 +63,53 @@ def open_planned(file: Path, wanted: Selection) -> RecordingSource:
     )
 
 
+def text_of(file: Path, largest: int, instead: str) -> str:
+    """
+    Return the text of a file of at most `largest` bytes; `instead`: what to do with a larger one.
+
+    Raises
+    ------
+    RecordingError
+        It cannot be read, or is larger, empty, or not UTF-8.
+    """
+    try:
+        with file.open('rb') as stream:
+            data = stream.read(largest + 1)
+    except OSError as error:
+        raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
+    if len(data) > largest:
+        raise RecordingError(f'{file}: is larger than {largest >> 10:,} KiB; {instead}')
+    try:
+        text = data.decode('utf-8-sig')
+    except UnicodeDecodeError:
+        raise RecordingError(f'{file}: is not UTF-8 text') from None
+    if not text.strip():
+        raise RecordingError(f'{file}: is empty')
+    return text
+
+
+def json_of(file: Path, text: str) -> object:
+    """
+    Return the content of a text in JSON.
+
+    Raises
+    ------
+    RecordingError
+        It is none, has a key twice, or more than `MOST_VALUES` values.
+    """
+    if text.count(',') > MOST_VALUES:
+        raise RecordingError(f'{file}: has more than {MOST_VALUES:,} values; write it as a bag')
+    try:
+        return json.loads(text, object_pairs_hook=_mapping)
+    except RecursionError:
+        raise RecordingError(f'{file}: is not valid JSON: nested too deeply') from None
+    except ValueError as error:
+        raise RecordingError(f'{file}: is not valid JSON: {error}') from None
+
+
 def _documents(file: Path, text: str) -> list[Any]:
     if file.suffix.lower() == '.json' or text.lstrip().startswith('{'):
-        try:
-            return [json.loads(text, object_pairs_hook=_mapping)]
-        except (ValueError, RecursionError) as error:
-            reason = str(error) or 'nested too deeply'
-            raise RecordingError(f'{file}: is not valid JSON: {reason}') from None
+        return [json_of(file, text)]
     try:
         return read_documents(text)
     except YamlError as error:

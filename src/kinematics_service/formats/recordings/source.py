@@ -118,6 +118,8 @@ class RecordingSource:
         Remarks on the file itself, complete when the blocks are read.
     plans
         The planned trajectories, complete when the blocks are read.
+    pose_topics
+        The topics of a bag that may hold poses; empty without any.
     """
 
     what: str
@@ -128,3 +130,4 @@ class RecordingSource:
     poses: Callable[[], PoseTrack | None] = lambda: None
     remarks: list[Remark] = field(default_factory=list)
     plans: list[PlannedTrajectory] = field(default_factory=list)
+    pose_topics: str = ''

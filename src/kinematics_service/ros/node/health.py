@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from ...estimation.estimator import RESETS, Estimator
@@ -91,6 +92,19 @@ def without_numbers(sentence: str) -> str:
     return re.sub(r'[\d.]+', '', sentence.partition(':')[0])
 
 
+def diagnostics_publisher(node: Node) -> Publisher:
+    """Return a publisher of /diagnostics."""
+    return node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
+
+
+def publish_statuses(node: Node, publisher: Publisher, statuses: Mapping[str, StatusText]) -> None:
+    """Publish statuses of a node, by their subjects, in one message."""
+    message, name = DiagnosticArray(), full_name(node)
+    message.header.stamp = node.get_clock().now().to_msg()
+    message.status = [status_message(f'{name}: {of}', text) for of, text in statuses.items()]
+    publisher.publish(message)
+
+
 class Health:
     """
     Counts work and publishes the state of the input once a second.
@@ -106,6 +120,7 @@ class Health:
     def __init__(
         self,
         node: Node,
+        publisher: Publisher,
         estimator: Estimator,
         joint_states: Input,
         others: Callable[[], Mapping[str, StatusText]],
@@ -113,8 +128,7 @@ class Health:
         silent: Callable[[], str],
     ) -> None:
         self.work = Work()
-        self._node = node
-        self._estimator = estimator
+        self._node, self._publisher, self._estimator = node, publisher, estimator
         self._subscription, self._recent = joint_states.subscription, joint_states.recent
         self._others = others
         self._velocity_source, self._silent = velocity_source, silent
@@ -124,7 +138,6 @@ class Health:
         self.warnings: list[str] = []
         # Times of diagnostics, s, and the numbers of messages lost and of resets by then.
         self._losses: deque[tuple[float, int, int]] = deque([(self._said, 0, 0)])
-        self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
         steady_timer(node, PERIOD, self.say_when_due)
 
     def _of_late(self, now: float, lost: int, resets: int) -> tuple[int, int]:
@@ -200,10 +213,4 @@ class Health:
             return
         warnings = [namesakes, *self.warnings] if namesakes else self.warnings
         text = input_status(estimator, subscription, heard, warnings)
-        message = DiagnosticArray()
-        message.header.stamp = clock.now().to_msg()
-        name = full_name(node)
-        message.status = [status_message(f'{name}: input', text)]
-        for subject, status_text in self._others().items():
-            message.status.append(status_message(f'{name}: {subject}', status_text))
-        self._publisher.publish(message)
+        publish_statuses(node, self._publisher, {'input': text, **self._others()})

@@ -25,7 +25,7 @@ from ..parameters.node_parameters import NodeParameters
 from ..parameters.settings import NodeSettings
 from .describe import description_of
 from .diagnostics import INTERNAL_ERROR, LEFT_OUT
-from .health import Health
+from .health import Health, diagnostics_publisher, publish_statuses
 from .input import Input
 from .introduction import introduce, tool_in_words
 from .outputs import ActiveTopics, Outputs
@@ -99,7 +99,13 @@ class KinematicsNode(Node):
         start()
 
     def _start(self, robot: str | None, stopped: Callable[[], bool], topic: str) -> None:
-        self._own = NodeParameters(self, robot, stopped)
+        self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
+        statuses = diagnostics_publisher(self)
+
+        def report(sentence: str) -> None:
+            publish_statuses(self, statuses, {'input': StatusText(Level.WARN, sentence, ())})
+
+        self._own = NodeParameters(self, robot, stopped, report)
         settings = self._settings = self._own.settings
         self._estimator = Estimator(settings.robot, settings.estimator)
         self._latest: EstimatorOutput | None = None
@@ -112,6 +118,7 @@ class KinematicsNode(Node):
         )
         self._health = Health(
             self,
+            statuses,
             self._estimator,
             self._input,
             self._statuses,
@@ -135,7 +142,6 @@ class KinematicsNode(Node):
         transport = self._own.transport
         self._outputs = Outputs(self, self.settings, transport)
         self._description = DescriptionPublisher(self, self.settings)
-        self._warning = self.create_publisher(DiagnosticStatus, WARNING, WARNING_QOS)
         self._targets = Targets(self, self.settings, self._present)
         self._scaling = Scaling(self, self.settings, self._present)
         self._input = Input(self, topic, transport, self._on_sample, self._on_bytes, self._refuse)
@@ -156,6 +162,14 @@ class KinematicsNode(Node):
 
         heard = set_clock if topic == CLOCK_TOPIC else callback
         return super().create_subscription(msg_type, topic, heard, *args, **options)
+
+    def set_parameters_atomically(self, parameter_list: Any) -> Any:
+        """As of rclpy; the reason of a success is what is doubtful in it, which clients print."""
+        result = super().set_parameters_atomically(parameter_list)
+        if result.successful and self.is_started:
+            own = tuple(f'parameter {parameter.name}:' for parameter in parameter_list)
+            result.reason = '; '.join(one for one in self.settings.doubts if one.startswith(own))
+        return result
 
     def trust_the_order_of_events(self) -> None:
         """Note that the executor handles events in the order of their arrival."""

@@ -15,6 +15,7 @@ from std_srvs.srv import Trigger
 from ...errors import KinematicsError
 from ...typography import counted
 from ..messages.topics import RELOAD, SERVICE_QOS
+from ..parameters.description_topic import SILENCE, last_of
 from ..parameters.node_parameters import CheckedArm, NodeParameters
 from ..parameters.settings import NodeSettings
 from .steady_time import steady_timer
@@ -41,10 +42,7 @@ class Reload:
     """
 
     def __init__(
-        self,
-        node: Node,
-        parameters: NodeParameters,
-        apply: Callable[[NodeSettings], None],
+        self, node: Node, parameters: NodeParameters, apply: Callable[[NodeSettings], None]
     ) -> None:
         self._node, self._parameters, self._apply = node, parameters, apply
         self._asked: list[Any] = []  # headers of requests for the next reading
@@ -52,6 +50,9 @@ class Reload:
         self._reading = self._again = False  # whether one goes on, and another is to follow
         self._outcome: CheckedArm | Exception | None = None
         self._timer = steady_timer(node, LOOK, self._look, autostart=False)
+        # After a line in the log the next one waits, for the last of all robots read meanwhile.
+        self._unsaid, self._outcome_in_words = 0, (True, '')
+        self._pause = steady_timer(node, SILENCE, self._say, autostart=False)
         self._service = node.create_service(
             Trigger, RELOAD, lambda request, response: response, qos_profile=SERVICE_QOS
         )
@@ -87,19 +88,30 @@ class Reload:
         if outcome is None:
             return
         self._timer.cancel()
-        success, sentence = self._taken(outcome)
-        logger = self._node.get_logger()
+        self._unsaid += 1
+        success, sentence = self._outcome_in_words = self._taken(outcome)
+        if self._answered or self._pause.is_canceled():
+            self._say()
+        for header in self._answered:
+            self._send(Trigger.Response(success=success, message=sentence), header)
+        self._reading = False
+        if self._again:
+            self.read()
+
+    def _say(self) -> None:
+        if not self._unsaid:
+            self._pause.cancel()
+            return
+        logger, (success, sentence) = self._node.get_logger(), self._outcome_in_words
+        sentence += last_of(self._unsaid)
+        self._unsaid = 0
+        self._pause.reset()
         if success:
             logger.info(sentence)
             for doubt in self._parameters.settings.robot.description.warnings:
                 logger.warning(str(doubt))
         else:
             logger.warning(f'the new robot is not taken: {sentence}')
-        for header in self._answered:
-            self._send(Trigger.Response(success=success, message=sentence), header)
-        self._reading = False
-        if self._again:
-            self.read()
 
     def _taken(self, outcome: CheckedArm | Exception) -> tuple[bool, str]:
         try:

@@ -1,5 +1,6 @@
 """The arm from a topic that its URDF is published on, as robot_state_publisher does."""
 
+import math
 import time
 from collections.abc import Callable
 
@@ -17,14 +18,19 @@ from ...robot.robot import Robot, build_robot
 KIND = 'std_msgs/msg/String'
 # Late subscribers get the last description.
 QOS = QoSProfile(
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
 # Longest time until a request for the end is seen while no description has come (s).
 TURN = 0.1
-# Time of silence after which the reason is looked for (s).
+# Time of silence after which the reason is logged (s), and at least between two lines.
 SILENCE = 5.0
+# Period of the reports on the wait (s).
+PERIOD = 1.0
+
+
+def last_of(count: int) -> str:
+    """Return that a line stands for more than one; empty for one."""
+    return f' (the last of {count} in {SILENCE:g} s)' if count > 1 else ''
 
 
 class StoppedWaiting(Exception):
@@ -57,6 +63,7 @@ class DescriptionTopic:
         self._node = node
         self._source, self._base, self._tip = split_ends(source)
         self._text: str | None = None
+        self._publishers = 1
         self.then: Callable[[], None] = lambda: None
         topic = self._source.removeprefix(TOPIC)
         try:
@@ -70,10 +77,11 @@ class DescriptionTopic:
             return
         self._text = message.data
         publishers = self._node.count_publishers(self._topic)
-        if publishers > 1:
+        if publishers > max(self._publishers, 1):
             self._node.get_logger().warning(
                 f'{publishers} publishers on {self._topic}: the description that came last counts'
             )
+        self._publishers = publishers
         self.then()
 
     def robot(self) -> Robot:
@@ -91,9 +99,16 @@ class DescriptionTopic:
         text = urdf_as_robot_file(content, self._source, self._base, self._tip)
         return build_robot(described(text, self._source, content))
 
-    def first_robot(self, stopped: Callable[[], bool]) -> Robot:
+    def first_robot(self, stopped: Callable[[], bool], report: Callable[[str], None]) -> Robot:
         """
         Return the arm of the first description that describes one; wait for it.
+
+        Parameters
+        ----------
+        stopped
+            Whether to wait no longer.
+        report
+            Called once a second with the reason for the wait.
 
         Raises
         ------
@@ -104,7 +119,8 @@ class DescriptionTopic:
         executor = SingleThreadedExecutor(context=self._node.context)
         executor.add_node(self._node)
         refused: str | None = None
-        asking = time.monotonic() + SILENCE
+        why, unsaid, reporting = '', 0, 0.0
+        saying = time.monotonic() + SILENCE
         try:
             while not stopped() and self._node.context.ok():
                 executor.spin_once(timeout_sec=TURN)
@@ -112,11 +128,16 @@ class DescriptionTopic:
                     try:
                         return self.robot()
                     except KinematicsError as error:
-                        refused = self._text
-                        self._node.get_logger().warning(f'the robot is not taken: {error}')
-                if self._text is None and time.monotonic() > asking:
-                    asking = float('inf')
-                    self._node.get_logger().warning(self._why_none())
+                        saying = saying if refused is not None else 0.0
+                        refused, unsaid = self._text, unsaid + 1
+                        why = f'the robot is not taken: {error}'
+                if (now := time.monotonic()) > reporting:
+                    reporting = now + PERIOD
+                    why = why if refused is not None else self._why_none()
+                    report(f'waits for a robot description on {self._topic}: {why}')
+                if now > saying and (unsaid or refused is None):
+                    self._node.get_logger().warning(f'{why}{last_of(unsaid)}')
+                    saying, unsaid = now + (SILENCE if unsaid else math.inf), 0
             raise StoppedWaiting
         finally:
             executor.remove_node(self._node)

@@ -56,8 +56,8 @@ class NodeParameters:
     robot
         File, bundled name or topic, as given on the command line; None to take the parameter
         `robot`.
-    stopped
-        Whether to wait no longer for a description on a topic.
+    stopped, report
+        Whether to wait no longer for a description on a topic; called with the reason meanwhile.
 
     Raises
     ------
@@ -74,7 +74,13 @@ class NodeParameters:
         The topic that the robot comes from; None where it is a file.
     """
 
-    def __init__(self, node: Node, robot: str | None, stopped: Callable[[], bool]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        robot: str | None,
+        stopped: Callable[[], bool],
+        report: Callable[[str], None],
+    ) -> None:
         self._node = node
         self._checked: CheckedArm | None = None
         self._follows = False  # whether a parameter is set to what is in force already
@@ -90,7 +96,7 @@ class NodeParameters:
         if name.startswith(TOPIC):
             self.description = DescriptionTopic(node, name)
             self._load = self.description.robot
-            robot_of_file = self.description.first_robot(stopped)
+            robot_of_file = self.description.first_robot(stopped, report)
         else:
             robot_of_file = self._load()
         # An empty list on a command line arrives as nothing.

@@ -12,6 +12,8 @@ from ...robot.robot import file_state
 SETTLED = 0.1
 # The longest wait for that, s: longer than an upload of a robot file, shorter than a user waits.
 PATIENCE = 5.0
+# A file with faults that changed within this time may be half of one, ns.
+RECENT = 1_000_000_000
 Content = TypeVar('Content')
 
 
@@ -24,7 +26,7 @@ def read_settled(read: Callable[[], Content], files: Sequence[str | os.PathLike[
     SettingsError
         They change for longer than `PATIENCE` s.
     KinematicsError
-        As `read` raises it, if they do not change.
+        As `read` raises it, if they do not change; a SettingsError if they just did.
     """
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
@@ -35,9 +37,15 @@ def read_settled(read: Callable[[], Content], files: Sequence[str | os.PathLike[
                 continue
         try:
             content = read()
-        except KinematicsError:
-            if _states(files) == before:
-                raise
+        except KinematicsError as error:
+            if _states(files) != before:
+                continue
+            age = time.time_ns() - max((changed for changed, _, _ in before), default=0)
+            if age < RECENT:
+                raise SettingsError(
+                    f'{error}; it changed {age / 1e9:.1f} s ago: is it being written?'
+                ) from None
+            raise
         else:
             if _states(files) == before:
                 return content

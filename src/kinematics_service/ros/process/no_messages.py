@@ -35,6 +35,8 @@ def why_no_messages(
         return (
             f'waiting for {topic}: it has {who} sent nothing; the node answers {answered}; {look}'
         )
+    if report:
+        return f'waiting for {topic}: nobody publishes it; its node reports: {report}'
     found = kinematics_nodes(node)
     nodes = (
         f'kinematics nodes here: {", ".join(found)}' if found else 'no kinematics node runs here'

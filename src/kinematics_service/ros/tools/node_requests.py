@@ -2,6 +2,7 @@
 
 import difflib
 import os
+import re
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -23,6 +24,10 @@ from ..process.spin import Spinner
 
 # Longest wait for the discovery of a service, s.
 DEADLINE = 5.0
+# Number of similar names that answer an unknown parameter.
+NEAREST = 5
+# Types of rclpy as a user calls them; all others are lists.
+TYPES = {'BOOL': 'true or false', 'INTEGER': 'a number', 'DOUBLE': 'a number', 'STRING': 'a text'}
 
 Ask = Callable[..., Any]
 
@@ -48,13 +53,15 @@ def run_set(node: str, name: str, text: str, ros_args: Sequence[str]) -> int:
     def request(ask: Ask) -> str:
         names = ask('list_parameters', ListParameters, ListParameters.Request()).result.names
         if name not in names:
-            near = ', '.join(difflib.get_close_matches(name, names) or sorted(names))
+            near = ', '.join(difflib.get_close_matches(name, names, NEAREST, cutoff=0.0))
             raise SettingsError(f'there is no parameter {name!r}; the nearest: {near}')
         change = Parameter(name=name, value=value_from(text))
         done = ask('set_parameters', SetParameters, SetParameters.Request(parameters=[change]))
-        if not done.results[0].successful:
-            raise SettingsError(f'{name} is refused: {done.results[0].reason}')
-        return f'{name} is now {text}'
+        result = done.results[0]
+        reason = re.sub(r"'Type\.(\w+)'", lambda of: TYPES.get(of[1], 'a list'), result.reason)
+        if not result.successful:
+            raise SettingsError(f'{name} is refused: {reason}')
+        return f'{name} is now {text}' + (f'; {reason}' if reason else '')
 
     return _run(node, ros_args, request)
 
@@ -73,9 +80,14 @@ def run_reload(node: str, ros_args: Sequence[str]) -> int:
 
 def value_from(text: str) -> ParameterValue:
     """Return the value that a text in YAML means; no parameter is an integer, so 1 is 1.0."""
+    wrong = SettingsError(
+        f"{text!r} is no value: type a number, true, a text, or a list such as '[0, 0, 0.15]'"
+    )
+    if text.startswith('{') or text.startswith('[') != text.endswith(']'):
+        raise wrong
     try:
         if text.startswith('['):
-            numbers = [float(number) for number in text.strip('[] ').split(',')]
+            numbers = [float(number) for number in text[1:-1].split(',')]
             kind = ParameterType.PARAMETER_DOUBLE_ARRAY
             return ParameterValue(type=kind, double_array_value=numbers)
         return ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=float(text))
@@ -84,7 +96,7 @@ def value_from(text: str) -> ParameterValue:
     try:
         return get_parameter_value(text)
     except Exception:  # of PyYAML, and of fields of messages
-        raise SettingsError(f'{text!r} is no value in YAML') from None
+        raise wrong from None
 
 
 def _run(node: str, ros_args: Sequence[str], request: Callable[[Ask], str]) -> int:
@@ -100,12 +112,10 @@ def _run(node: str, ros_args: Sequence[str], request: Callable[[Ask], str]) -> i
             end, name = time.monotonic() + DEADLINE, f'{node}/{service}'
             answer = call_service(client, spinner, kind, name, content, end, longest)
             if answer is None:
-                here = ', '.join(kinematics_nodes(client)) or 'none'
-                is_there = client.count_services(name)
-                what = (
-                    f'{service} does not answer' if is_there else 'there is no node of this name'
-                )
-                raise SettingsError(f'{what}; kinematics nodes here: {here}')
+                here, what = ', '.join(kinematics_nodes(client)), 'there is no node of this name'
+                if client.count_services(name):
+                    what = f'{service} does not answer'
+                raise SettingsError(f'{what}; kinematics nodes here: {here or "none"}')
             return answer
 
         try:
