@@ -294,7 +294,7 @@ FEATURES = '{"features": {"q": {"names": null}}, "fps": '
         *((f'{FEATURES}{rate}}}', 'is no rate') for rate in ('1e300', '1e999', f'1{"0" * 400}')),
         (f'{FEATURES}30, "fps": 50}}', "the key 'fps' occurs twice"),
         ('[' * 100_000, 'nested too deeply'),
-        ('[' + '0,' * 2**19, 'is larger than 1,024 KiB'),
+        ('[' + '0,' * 2**19, 'is larger than 1 MiB'),
     ],
 )
 def test_a_description_that_is_none_is_refused(tmp_path, content, words):
@@ -391,6 +391,7 @@ def test_pictures_in_an_npz_file_are_not_read(tmp_path):
         ('episode_ends', [30.0, 70.0], 'not float64 of'),
         ('episode_ends', [[30, 70]], 'of shape (1, 2)'),
         ('episode_ends', 70, 'of shape ()'),
+        ('episode_ends', [30, 60], 'ends with 60 of 70 rows: add the end'),
         ('episode_ends', [True, False], 'not bool of'),
         *(
             ('episode_ends', ends, 'must be whole numbers that rise')
