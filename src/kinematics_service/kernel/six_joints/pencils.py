@@ -12,7 +12,7 @@ import math
 from ..forward import chain_pass
 from ..layout import arrays, places
 from ..layout.arrays import Numbers
-from . import pairs, trigonometric_samples
+from . import pairs, polynomials
 from .elimination import Elimination
 from .pairs import Complex
 
@@ -132,7 +132,7 @@ class Pencil:
     def sample(self) -> None:
         """Fill in the coefficients of the determinant, its largest sample 1, and their noise."""
         count = SAMPLES if self.degree == DEGREE else MOST_SAMPLES
-        trigonometric_samples.write_circle(count, self.circle)
+        polynomials.write_circle(count, self.circle)
         largest, minor = 0.0, 0.0
         for n in range(count):
             c, s = self.circle[2 * n], self.circle[2 * n + 1]
@@ -145,7 +145,7 @@ class Pencil:
         self.noise = 1.0
         if not TINY < largest < 1.0 / TINY:
             return
-        noise = trigonometric_samples.write_coefficients(
+        noise = polynomials.write_coefficients(
             self.samples, count, self.circle, largest, self.degree, self.coefficients
         )
         # Errors of the matrix need not show beyond the degree: they count as minors do.

@@ -5,7 +5,7 @@ import math
 from ..forward import vectors
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Integers, Numbers
-from . import complex_numbers, elimination, pairs, pencils, trigonometric_roots
+from . import complex_numbers, elimination, pairs, pencils, polynomials
 from .complex_motion import Motion
 from .elimination import Elimination
 from .loop_positions import Positions
@@ -165,9 +165,9 @@ class Roots:
         # Where the last coefficients are noise, their roots are far from the circle and nothing.
         while degree > 0 and _size(c, degree) <= self.noise:
             degree -= 1
-        roots = trigonometric_roots.roots_on_plane(c, degree, self.z)
+        roots = polynomials.roots_on_plane(c, degree, self.z)
         errors = CAUTION * max(self.noise, 1e-16)
-        trigonometric_roots.write_bounds(c, degree, errors, self.z, self.bounds)
+        polynomials.write_bounds(c, degree, errors, self.z, self.bounds)
         self._take_roots(arm, roots, swapped)
 
     def _take_roots(self, arm: SixJoints, roots: int, swapped: bool) -> None:
@@ -182,7 +182,7 @@ class Roots:
             # the pair is of none.
             if self.bounds[i] < 0.5 * (math.exp(min(abs(away), FAR)) - 1.0):
                 continue
-            accounted = accounted and trigonometric_roots.is_alone(self.z, self.bounds, roots, i)
+            accounted = accounted and polynomials.is_alone(self.z, self.bounds, roots, i)
             accounted = accounted and (taken or self._is_of_none(z, self.bounds[i]))
         self.proved = self.count >= arm.bound or accounted
         for i in range(roots):

@@ -22,7 +22,7 @@ import math
 from ..forward import vectors
 from ..layout import arrays, places
 from ..layout.arrays import Numbers, Vector
-from . import complex_motion, complex_numbers, lines, pairs, trigonometric_samples
+from . import complex_motion, complex_numbers, lines, pairs, polynomials
 from .complex_motion import Motion
 from .pairs import Complex
 from .six_screws import SixScrews
@@ -193,7 +193,7 @@ class SphericalLinkage:
 
     def _sample(self, degree: int) -> None:
         E, F, largest, steepest = self.E, self.F, 0.0, 0.0
-        trigonometric_samples.write_circle(SAMPLES, self.circle)
+        polynomials.write_circle(SAMPLES, self.circle)
         for n in range(SAMPLES):
             c, s = self.circle[2 * n], self.circle[2 * n + 1]
             if degree == 1:
@@ -206,7 +206,7 @@ class SphericalLinkage:
         if not TINY < largest < 1.0 / TINY:
             return
         self.degree = degree
-        self.noise = trigonometric_samples.write_coefficients(
+        self.noise = polynomials.write_coefficients(
             self.values, SAMPLES, self.circle, largest, degree, self.coefficients
         )
         # Errors of the equations do not show beyond the degree.
