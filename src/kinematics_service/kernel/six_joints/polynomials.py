@@ -1,20 +1,34 @@
-"""Real trigonometric polynomials: coefficients from samples, and complex roots z = e^(i t)."""
+"""
+Real trigonometric polynomials: coefficients from samples, and complex roots z = e^(i t).
+
+A discrete Fourier transform of samples at equal angles interpolates a polynomial of degree n,
+sum of c[k] z^k for k from -n to n, whose c[-k] and c[k] are conjugate. The iteration of Aberth and
+Ehrlich (O. Aberth, Math. Comp. 27 (1973) 339; L. W. Ehrlich, Comm. ACM 10 (1967) 107) finds the 2n
+roots at once. Gershgorin discs (B. T. Smith, J. ACM 17 (1970) 661) bound their errors.
+"""
 
 import math
 
 from ..forward import chain_pass
 from ..layout import places
 from ..layout.arrays import Flat, Numbers
-from . import pairs
+from . import complex_numbers, pairs
 from .pairs import Complex
 
-SWEEPS = 60
-# A value below this share of its terms is round-off; so is a step below this share of the root.
-ROUND_OFF, STANDS = 4e-16, 1e-15
+# Sweeps over all roots. Simple roots take 10 to 20; clusters of roots converge linearly.
+MAX_ITERATIONS = 60
+# Starting points are on two circles about 0, since the roots come in pairs z and 1 / conj(z): the
+# radius of the inner one, half that of the outer one.
+START_RADIUS = 0.7
+# Angle of the first starting point, rad: no start lies on the real axis, where it could not leave
+# the axis if the coefficients are real.
+START_ANGLE = 0.4
+# Roots farther from 0 are ignored in `is_alone`: each mirrors one inside the circle.
+MAX_RADIUS = 1.5
 
 
 def write_circle(samples: int, circle: Flat) -> None:
-    """Write cosine and sine of so many equal turns."""
+    """Write cosine and sine of `samples` equally spaced angles."""
     for k in range(samples):
         s, c = chain_pass.sincos(places.TAU * k / samples)
         circle[2 * k], circle[2 * k + 1] = c, s
@@ -24,13 +38,11 @@ def write_coefficients(
     values: Flat, count: int, circle: Flat, largest: float, degree: int, c: Flat
 ) -> float:
     """
-    Write the complex coefficients of e^(i k t) up to a degree; those of -k are conjugate.
+    Write the coefficients c[0] to c[degree] of the values divided by the largest.
 
-    They are divided by the largest value. Returns the largest coefficient beyond the degree: the
-    round-off of the values, or what is left where their polynomial vanishes.
+    Returns the largest |c[k]| beyond the degree, which is the round-off of the values.
     """
     noise = 0.0
-    # Real values have as many different coefficients as half of them.
     for k in range((count + 1) // 2):
         re, im = 0.0, 0.0
         for n in range(count):
@@ -46,30 +58,26 @@ def write_coefficients(
 
 
 def roots_on_plane(c: Numbers, degree: int, z: Numbers) -> int:
-    """
-    Write the points z of all roots of the sum of c[k] z^k, k from -degree to degree.
-
-    By the iteration of Aberth (1973) and Ehrlich (1967). Coefficients of -k are conjugate to those
-    of k. Returns how many there are: twice the degree.
-    """
+    """Write all roots z of the sum of c[k] z^k; return their number, twice the degree."""
     count = 2 * degree
-    arrived = [0] * 24
+    converged = [0] * 24
     for k in range(count):
-        turn, radius = places.TAU * k / count + 0.4, 0.7 if k % 2 == 0 else 1.4
+        turn = places.TAU * k / count + START_ANGLE
+        radius = START_RADIUS if k % 2 == 0 else 2.0 * START_RADIUS
         pairs.put(z, k, (radius * math.cos(turn), radius * math.sin(turn)))
     left = count
-    for _ in range(SWEEPS):
+    for _ in range(MAX_ITERATIONS):
         if left == 0:
             break
         for k in range(count):
-            if arrived[k] == 0 and _improve(c, degree, z, k):
-                arrived[k] = 1
+            if converged[k] == 0 and _improve(c, degree, z, k):
+                converged[k] = 1
                 left -= 1
     return count
 
 
 def _coefficient(c: Numbers, degree: int, k: int) -> Complex:
-    # Of z^k in z^degree times the sum.
+    # The coefficient of z^k in z^degree times the sum.
     k -= degree
     if k < 0:
         return (c[-2 * k], -c[-2 * k + 1])
@@ -77,12 +85,12 @@ def _coefficient(c: Numbers, degree: int, k: int) -> Complex:
 
 
 def _improve(c: Numbers, degree: int, z: Numbers, k: int) -> bool:
-    # One step of root k; whether it has arrived.
+    # One step of root k; whether it has converged.
     count = 2 * degree
     here = pairs.pair(z, k)
     size = math.sqrt(pairs.square_of(here))
     outside = size > 1.0
-    # Outside the unit circle the polynomial is taken backwards, in 1 / z.
+    # Outside the unit circle Horner's scheme runs backwards, in 1 / z.
     x = pairs.over((1.0, 0.0), here) if outside else here
     shrink = 1.0 / size if outside else size
     a = _coefficient(c, degree, 0 if outside else count)
@@ -106,12 +114,14 @@ def _improve(c: Numbers, degree: int, z: Numbers, k: int) -> bool:
         p = (value, value_i)
     step = _step(p, derivative, z, k, count)
     pairs.put(z, k, pairs.plus(here, -1.0, step))
-    small = math.sqrt(value * value + value_i * value_i) < ROUND_OFF * terms
-    return small or pairs.square_of(step) < (STANDS * size) * (STANDS * size)
+    # Four roundings a term bound the value; a step of ten units in the last place is the last.
+    small = math.sqrt(value * value + value_i * value_i) < 4 * complex_numbers.ROUND_OFF * terms
+    smallest = 10.0 * complex_numbers.ROUND_OFF * size
+    return small or pairs.square_of(step) < smallest * smallest
 
 
 def _step(p: Complex, derivative: Complex, z: Numbers, k: int, count: int) -> Complex:
-    # p / (p' - p sum of 1 / (z[k] - z[i])): the step of Newton with the other roots divided out.
+    # p / (p' - p sum of 1 / (z[k] - z[i])): Newton's step with the other roots divided out.
     here = pairs.pair(z, k)
     re, im = 0.0, 0.0
     for i in range(count):
@@ -128,12 +138,11 @@ def _step(p: Complex, derivative: Complex, z: Numbers, k: int, count: int) -> Co
 
 def write_bounds(c: Numbers, degree: int, noise: float, z: Numbers, bounds: Numbers) -> None:
     """
-    Write how far each root may be from one of the exact polynomial, as a share of its size.
+    Write bounds of the distances of the exact roots from the z[k], relative to |z[k]|.
 
-    Discs about the z[k] with the radius count |P(z[k])| / |c[degree] product of (z[k] - z[i])|
-    hold all roots, and wherever discs are connected as many of them as there are discs (Smith
-    1970). What the exact P is at z[k] is what errors of its coefficients, each up to `noise`, make
-    of it.
+    The discs about the z[k] with the radius count |P(z[k])| / |c[degree] product of (z[k] - z[i])|
+    contain all roots, and each connected set of m discs contains m (Smith 1970). Errors of the
+    coefficients, each up to `noise`, enlarge |P(z[k])|.
     """
     count = 2 * degree
     leading = math.sqrt(pairs.square_of(pairs.pair(c, degree)))
@@ -148,25 +157,24 @@ def write_bounds(c: Numbers, degree: int, noise: float, z: Numbers, bounds: Numb
             a = _coefficient(c, degree, i if outside else count - i)
             value = pairs.plus(pairs.times(value, x), 1.0, a)
             terms = terms * shrink + 1.0
-        # Outside the circle all is divided by z^count.
-        away = leading * (1.0 if outside else size)
+        # Outside the circle both terms are divided by z^count.
+        product = leading * (1.0 if outside else size)
         for i in range(count):
             if i != k:
-                way = math.sqrt(pairs.square_of(pairs.plus(here, -1.0, pairs.pair(z, i))))
-                away *= way / size if outside else way
-        missed = math.sqrt(pairs.square_of(value)) + noise * terms
-        bounds[k] = count * missed / away if away > 0.0 else places.INFINITY
+                distance = math.sqrt(pairs.square_of(pairs.plus(here, -1.0, pairs.pair(z, i))))
+                product *= distance / size if outside else distance
+        residual = math.sqrt(pairs.square_of(value)) + noise * terms
+        bounds[k] = count * residual / product if product > 0.0 else places.INFINITY
 
 
 def is_alone(z: Numbers, bounds: Numbers, count: int, k: int) -> bool:
-    """Return whether the disc of root k meets none of those inside the unit circle or near it."""
+    """Return whether the disc of root k meets no other disc within `MAX_RADIUS`."""
     here = pairs.pair(z, k)
     size = math.sqrt(pairs.square_of(here))
     for i in range(count):
         other = pairs.pair(z, i)
         there = math.sqrt(pairs.square_of(other))
-        # Those outside are mirrored inside.
-        if i != k and there < 1.5:
+        if i != k and there < MAX_RADIUS:
             radii = bounds[k] * size + bounds[i] * there
             if pairs.square_of(pairs.plus(here, -1.0, other)) <= radii * radii:
                 return False
