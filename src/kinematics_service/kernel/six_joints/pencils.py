@@ -26,10 +26,9 @@ SQUARE = 144
 # Degree of the determinant of six equations: a general arm has 16 solutions (Raghavan and Roth).
 # The determinant of combinations of more equations has any degree up to SIZE.
 DEGREE = 8
-# Samples of a determinant of degree 8. Its 17 coefficients need 17; the other eight harmonics
-# measure the round-off.
+# Samples of a determinant of degree 8, whose 17 coefficients leave eight to measure the round-off.
 SAMPLES = 25
-# Samples of a determinant of degree 12, which has 25 coefficients.
+# Samples of a determinant of degree 12, whose 25 coefficients leave six to measure the round-off.
 MAX_SAMPLES = 32
 
 

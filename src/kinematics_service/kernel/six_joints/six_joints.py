@@ -75,10 +75,10 @@ class SixJoints:
         self.count = arrays.extent(options, 0)
         self.options = arrays.whole(options, 3 * self.count)
         if not 0 < bound <= places.MOST_CANDIDATES // 2:
-            raise TypeError('bound: not 1 to 16 solutions')
+            raise TypeError('bound is not 1 to 16 solutions')
         for k in range(3 * self.count):
             if not 0 <= self.options[k] < (6 if k % 3 == 0 else 2):
-                raise TypeError('options: not 0 to 5, 0 or 1, 0 or 1')
+                raise TypeError('an option is not (0 to 5, 0 or 1, 0 or 1)')
         self.bound, self.slides = bound, 0
         for k in range(6):
             self.slides += 1 if vectors.slides(self.screws, k) else 0
@@ -373,7 +373,7 @@ def followed_solutions(arm: SixJoints, T: Floats, count: int, psi: Floats) -> in
         Positions of the screws: real and imaginary parts, rad or m.
     """
     if not 0 <= count <= places.MOST_CANDIDATES:
-        raise TypeError('count: not 0 to 32 solutions')
+        raise TypeError('count is not 0 to 32 solutions')
     roots, found = Roots(), arrays.results(psi, 12 * places.MOST_CANDIDATES)
     roots.follow(arm, arrays.numbers(T, 16), found, count)
     arrays.copy(found, 12 * roots.count, roots.psi)

@@ -29,8 +29,7 @@ from .complex_motion import Motion
 from .pairs import Complex
 from .six_screws import SixScrews
 
-# Samples of the resultant of degree 4. Its nine coefficients need nine; the harmonics beyond them
-# measure the round-off.
+# Samples of the resultant of degree 4, whose nine coefficients leave six to measure the round-off.
 RESULTANT_SAMPLES = 16
 # sin(120 degrees) times 2/3: the weight of the sine in three samples.
 ROOT_THIRD = math.sqrt(1.0 / 3)
