@@ -1,4 +1,12 @@
-"""Newton's method for six complex joint positions of a loop, and what certifies a solution."""
+"""
+Newton's method for six complex joint positions, and the proof that a solution is there.
+
+The equations are the position and the skew part of the rotation between the product and the goal;
+the derivatives are twists (Pluecker coordinates of the screws). The Newton-Kantorovich theorem
+(L. V. Kantorovich 1948; P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 2.1):
+with beta >= |J^-1|, a Lipschitz constant K of J and the Newton step s, h = beta K |s| <= 1/2
+proves a solution within 2 |s|, and no other within 1 / (beta K).
+"""
 
 import math
 
@@ -10,29 +18,36 @@ from .complex_product import Product
 from .pairs import Complex
 from .six_screws import SixScrews
 
-MOST_STEPS = 12
-# Angles change by no more than this in a step. A step doubles the digits: after one below the
-# second what is left is round-off.
-LONGEST, STANDS = 0.5, 1e-7
-# A solution misses the goal by less, in units of the loop, times what round-off grows by: nothing
-# else has the same first order. What differs by half a turn misses it by more than a tenth.
-MISSES, FAR_OFF = 1e-9, 0.1
-# Round-off of one number of the product, and the most that Newton and Kantorovich's h may be.
-# Below 1/2 there is a solution within two steps and no other within 1 / (beta K).
-ROUND_OFF, CERTAIN = 1e-15, 0.0625
-# Round-off grows by more where a position is far from the real ones.
-FAR = 1e3
-WIDTH = 13  # six columns of J, what is left, and six of the identity
+# Newton steps from one candidate. Most candidates need one or two.
+MAX_ITERATIONS = 12
+# Largest change of a joint in one step, rad or units of the loop; longer steps are damped.
+MAX_STEP = 0.5
+# Newton step from which J is taken as singular, rad or units of the loop: damped, it would lead
+# nowhere in MAX_ITERATIONS (5 % of the time of a UR5e with errors of 1e-5 of its table).
+SINGULAR_STEP = 1e6
+# Last step, rad or units of the loop: convergence is quadratic, so the next would be 1e-14.
+STEP_TOLERANCE = 1e-7
+# Largest element of a residual (1, or the unit of the loop) of a solution. The equations of Newton
+# also hold for goals turned by half a turn, where an element is at least 2/3.
+MAX_RESIDUAL = 0.5
+# Largest h of the Newton-Kantorovich theorem. If h < 1/8, two iterates of one solution are within
+# half a radius of each other; 1/16 leaves a factor of two.
+MAX_KANTOROVICH_H = 0.0625
+# Growth of round-off from which certify also tries the lengths of the twists as units: it is
+# about 10 at real positions and larger only far from them.
+MIN_GROWTH = 1e3
+# Columns of the linear system: six of J, the residual, and six of the identity.
+WIDTH = 13
 
 
 def angle_left(
     loop: SixScrews, t: Numbers, k: int, v: Vector, vector: Numbers, turn: Numbers
 ) -> Complex:
     """
-    Return the angle of joint k that turns a direction to where the goal has it.
+    Return the angle of joint k that turns direction v to its place in the goal.
 
-    Joints before it are at positions t (6 pairs), those behind it do not turn the direction.
-    `vector` (3 pairs) and `turn` (2 pairs) are room.
+    Joints before k are at positions t (6 pairs); joints after it do not change v. `vector` (3
+    pairs) and `turn` (2 pairs) are room.
     """
     axis = vectors.axis_of(loop.screws, k)
     side = vectors.plus(v, -vectors.dot(axis, v), axis)
@@ -55,35 +70,36 @@ def angle_left(
 def _turn_back(v: Numbers, axis: Vector, turn: Numbers) -> None:
     re, im = (v[0], v[2], v[4]), (v[1], v[3], v[5])
     arrays.fill(v, 6, 0.0)
-    # A row times the turn is the column turned back.
+    # v^T E is (E^-1 v)^T.
     complex_product.add_turned(v, re, 0, axis, turn)
     complex_product.add_turned(v, im, 1, axis, turn)
 
 
 class Motion:
     """
-    Room for the product of a loop's screws at complex positions, and its derivatives.
+    The product of a loop's screws, its derivatives, and room for Newton's method.
 
     Attributes
     ----------
     first
-        The largest change of a joint in the first step of `improve`.
-    weights, radius : shape (6,)
-        Of `certify`: what each joint's way counts; there is no other solution as near, and this
-        one is nearer by far.
+        Largest change of a joint in the first step of `improve`, rad or units of the loop.
+    weights : shape (6,)
+        Factors of the joints in the norm of `radius`.
+    radius
+        Distance within which the solution that `certify` has proved is the only one; its error is
+        at most an eighth of it.
     """
 
     def __init__(self) -> None:
-        self.product = Product(6)
+        self.product = Product()
         self.R, self.p = self.product.R, self.product.p
         self.axes, self.points = self.product.axes, self.product.points
         self.J, self.weights, self.sizes = arrays.rooms(12 * WIDTH, 6, 6)
         self.first, self.radius = 0.0, 0.0
 
     def improve(self, loop: SixScrews, t: Numbers) -> bool:
-        """Move positions t (6 pairs) to a solution; return whether the steps ended at one."""
-        step = 0.0
-        for k in range(MOST_STEPS):
+        """Move positions t (6 pairs) to a solution by Newton's method; return if it converged."""
+        for k in range(MAX_ITERATIONS):
             self.product.multiply(loop.screws, t)
             self._fill(loop)
             if not self._solve(7):
@@ -91,35 +107,35 @@ class Motion:
             step = self._largest_step()
             if k == 0:
                 self.first = step
-            if not step < 1e6:
+            if not step < SINGULAR_STEP:
                 return False
-            share = min(1.0, LONGEST / step) if step > 0.0 else 1.0
+            damping = min(1.0, MAX_STEP / step) if step > 0.0 else 1.0
             for j in range(6):
                 for e in range(2):
-                    t[2 * j + e] += share * self.J[2 * (WIDTH * j + 6) + e]
-                # Ways have no cosines.
+                    t[2 * j + e] += damping * self.J[2 * (WIDTH * j + 6) + e]
                 if vectors.slides(loop.screws, j):
                     continue
-                if abs(t[2 * j + 1]) > complex_numbers.FARTHEST:
+                if not complex_numbers.is_near(pairs.pair(t, j)):
                     return False
-            if step < STANDS:
+            if step < STEP_TOLERANCE:
                 return True
         return False
 
     def certify(self, loop: SixScrews, t: Numbers) -> bool:
         """
-        Return whether there is one solution at t (6 pairs), and fill in how far there is no other.
+        Return whether the Newton-Kantorovich theorem proves a solution at t (6 pairs).
 
-        By the theorem of Newton and Kantorovich: beta is the norm of the inverse of J, and K
-        bounds the change of J. Where a way is long, it is the unit of length. Far from real
-        positions twists are large: there, where that is not enough, each is a unit of its own.
+        Fills in weights and radius. The longest slide is the unit of length if it exceeds the
+        loop's. Far from real positions twists are long: if the first bound is not enough there,
+        each joint is weighted by the length of its twist.
         """
-        missed, growth = self.miss(loop, t), self._growth(loop)
-        if not missed < min(MISSES * max(growth / 6.0, 1.0), FAR_OFF):
+        if not self.residual(loop, t) < MAX_RESIDUAL:
             return False
+        growth = self._growth(loop)
         self._fill(loop)
-        unit = self._measure_by_ways(loop, t)
-        turning, reaching, sizes, apart = 0.0, 0.0, 0.0, 0.0
+        unit = self._scale_by_slides(loop, t)
+        # Squared Frobenius norms of the axes and of the twists, K = |axes| |twists|.
+        turning, reaching, sizes, inverses = 0.0, 0.0, 0.0, 0.0
         for j in range(6):
             axis, reach = 0.0, 0.0
             for i in range(3):
@@ -132,17 +148,19 @@ class Motion:
             reaching += axis * size * size
             self.sizes[j] = math.sqrt(axis) * size
             sizes += self.sizes[j]
-            apart += 1.0 / (size * size)
+            inverses += 1.0 / (size * size)
         if not self._solve(WIDTH):
             return False
-        off = ROUND_OFF * max(sizes, growth)
-        if self._is_certain(math.sqrt(turning) * math.sqrt(reaching), off, False):
+        error = 10.0 * complex_numbers.ROUND_OFF * max(sizes, growth)
+        if self._is_certain(math.sqrt(turning) * math.sqrt(reaching), error, False):
             return True
-        # Each twist is one in units of itself.
-        return growth > FAR and self._is_certain(math.sqrt(6.0 * apart), off, True)
+        if growth <= MIN_GROWTH:
+            return False
+        return self._is_certain(math.sqrt(6 * inverses), error, True)
 
-    def _is_certain(self, bound: float, off: float, weighted: bool) -> bool:
-        # Whether h is small enough, with the twists as units or not; fills weights and radius.
+    def _is_certain(self, K: float, error: float, weighted: bool) -> bool:
+        # Whether h is small enough, with joints weighted by their twists or not; fills weights and
+        # radius.
         step, inverse = 0.0, 0.0
         for j in range(6):
             row = arrays.after(self.J, 2 * WIDTH * j)
@@ -152,25 +170,24 @@ class Motion:
             for k in range(14, 2 * WIDTH):
                 inverse += square * row[k] * row[k]
         beta = math.sqrt(inverse)
-        way = math.sqrt(step) + beta * off
-        self.radius = 1.0 / (beta * bound)
-        return way * beta * bound < CERTAIN
+        self.radius = 1.0 / (beta * K)
+        return (math.sqrt(step) + beta * error) * beta * K < MAX_KANTOROVICH_H
 
     def _growth(self, loop: SixScrews) -> float:
-        # By how much the product may enlarge the round-off of its factors, all added up: by the
-        # norms of what is before and behind each, which are one where a position is real.
+        # The factor between round-off of the six screws and that of their product: the sum of the
+        # norms of the rotations before each, which are 1 at real positions.
         growth = 0.0
         for k in range(6):
             square = 0.0
             for i in range(9):
                 square += pairs.square_of(pairs.pair(self.product.frames, 9 * k + i))
             o = vectors.point_of(loop.screws, k)
-            growth += square / 3.0 * (1.0 + math.sqrt(vectors.dot(o, o)))
+            growth += square / 3 * (1.0 + math.sqrt(vectors.dot(o, o)))
         return growth
 
-    def _measure_by_ways(self, loop: SixScrews, t: Numbers) -> float:
-        # Makes the longest way the unit of length in J, and in what is left, unless it is shorter
-        # than the present one: far away lengths are large and their inverses small.
+    def _scale_by_slides(self, loop: SixScrews, t: Numbers) -> float:
+        # Makes the longest slide the unit of length in J and the residual, unless the present unit
+        # is longer.
         unit = 1.0
         for k in range(6):
             if vectors.slides(loop.screws, k):
@@ -183,19 +200,20 @@ class Motion:
                     self.J[at + 1] /= unit
         return unit
 
-    def miss(self, loop: SixScrews, t: Numbers) -> float:
-        """Return by how much positions t (6 pairs) miss the goal: the largest difference."""
+    def residual(self, loop: SixScrews, t: Numbers) -> float:
+        """Return the largest difference of an element of the product at t (6 pairs) and goal."""
         self.product.multiply(loop.screws, t)
-        missed: float = 0.0
+        largest: float = 0.0
         for i in range(3):
-            missed = max(missed, abs(self.p[2 * i] - loop.goal[4 * i + 3]), abs(self.p[2 * i + 1]))
+            re = self.p[2 * i] - loop.goal[4 * i + 3]
+            largest = max(largest, abs(re), abs(self.p[2 * i + 1]))
             for j in range(3):
                 re = self.R[6 * i + 2 * j] - loop.goal[4 * i + j]
-                missed = max(missed, abs(re), abs(self.R[6 * i + 2 * j + 1]))
-        return missed
+                largest = max(largest, abs(re), abs(self.R[6 * i + 2 * j + 1]))
+        return largest
 
     def _fill(self, loop: SixScrews) -> None:
-        # J, what is left, and the identity beside them.
+        # J, the residual, and the identity.
         for k in range(6):
             slides = vectors.slides(loop.screws, k)
             for i in range(3):
@@ -212,10 +230,10 @@ class Motion:
                 pairs.put(self.J, WIDTH * i + 7 + k, (1.0 if i == k else 0.0, 0.0))
         for i in range(3):
             goal = loop.goal
-            left = (goal[4 * i + 3] - self.p[2 * i], -self.p[2 * i + 1])
-            pairs.put(self.J, WIDTH * i + 6, left)
+            residual = (goal[4 * i + 3] - self.p[2 * i], -self.p[2 * i + 1])
+            pairs.put(self.J, WIDTH * i + 6, residual)
             a, b = (i + 2) % 3, (i + 1) % 3
-            # Half of what is skew in goal R^T: the axis times the sine of what is left.
+            # The skew part of goal R^T: the axis times the sine of the angle between them.
             re, im = 0.0, 0.0
             for m in range(3):
                 re += goal[4 * a + m] * self.R[6 * b + 2 * m]
@@ -225,12 +243,13 @@ class Motion:
             pairs.put(self.J, WIDTH * (3 + i) + 6, (0.5 * re, 0.5 * im))
 
     def _moment(self, k: int, a: int, b: int) -> Complex:
-        # One product of axis k with the way from its point to the end.
-        way = pairs.plus(pairs.pair(self.p, b), -1.0, pairs.pair(self.points, 3 * k + b))
-        return pairs.times(pairs.pair(self.axes, 3 * k + a), way)
+        # Element a of axis k times element b of the vector from its point to the end.
+        arm = pairs.plus(pairs.pair(self.p, b), -1.0, pairs.pair(self.points, 3 * k + b))
+        return pairs.times(pairs.pair(self.axes, 3 * k + a), arm)
 
     def _solve(self, width: int) -> bool:
-        # Solves J x = each further column in its place, up to a width; False: J is singular.
+        # Gauss-Jordan elimination with partial pivoting: columns 6 to width - 1 become J^-1 times
+        # themselves. False: J is singular.
         J = self.J
         for k in range(6):
             p, best = k, -1.0
@@ -238,7 +257,7 @@ class Motion:
                 square = pairs.square_of(pairs.pair(J, WIDTH * i + k))
                 if square > best:
                     best, p = square, i
-            if not 0.0 < best < 1e300:
+            if not 0.0 < best < 1.0 / complex_numbers.TINY:
                 return False
             row = arrays.after(J, 2 * WIDTH * k)
             if p != k:
@@ -247,16 +266,16 @@ class Motion:
                     row[j], other[j] = other[j], row[j]
             inverse = pairs.over((1.0, 0.0), pairs.pair(J, WIDTH * k + k))
             for i in range(k + 1, 6):
-                share = pairs.times(pairs.pair(J, WIDTH * i + k), inverse)
-                pairs.subtract(arrays.after(J, 2 * WIDTH * i), row, k + 1, width, share)
+                factor = pairs.times(pairs.pair(J, WIDTH * i + k), inverse)
+                pairs.subtract(arrays.after(J, 2 * WIDTH * i), row, k + 1, width, factor)
             for j in range(k + 1, width):
                 at = WIDTH * k + j
                 pairs.put(J, at, pairs.times(pairs.pair(J, at), inverse))
         for k in range(5, 0, -1):
             row = arrays.after(J, 2 * WIDTH * k)
             for i in range(k):
-                share = pairs.pair(J, WIDTH * i + k)
-                pairs.subtract(arrays.after(J, 2 * WIDTH * i), row, 6, width, share)
+                factor = pairs.pair(J, WIDTH * i + k)
+                pairs.subtract(arrays.after(J, 2 * WIDTH * i), row, 6, width, factor)
         return True
 
     def _largest_step(self) -> float:

@@ -1,4 +1,9 @@
-"""Complex angles, and roots of complex numbers."""
+"""
+Square roots and angles of complex numbers, from the exponential function.
+
+An angle t and its unit number z = e^(i t) are complex: t = -i log z, cos t = (z + 1/z) / 2. The
+limits of double precision are defined here, too.
+"""
 
 import math
 
@@ -7,14 +12,19 @@ from ..layout.arrays import Numbers
 from . import pairs
 from .pairs import Complex
 
-# Angles farther from the real ones have a cosine beyond 1e10: nothing is left of a real one's
-# digits beside it.
-FARTHEST = 25.0
+# Unit round-off of double precision (IEEE 754: 2^-53 = 1.1e-16): the relative error of one
+# operation.
+ROUND_OFF = 1e-16
+# Smaller numbers lose digits or are 0 (IEEE 754: 2e-308); the inverses of larger ones are finite.
+TINY = 1e-300
+# Largest |imaginary part| of an angle, rad. Beyond it a cosine exceeds e^25 / 2 = 4e10: fewer than
+# six of sixteen digits are left in the difference of two such cosines.
+MAX_IMAGINARY = 25.0
 
 
 def is_near(t: Complex) -> bool:
-    """Return whether a position is a number not too far from the real ones."""
-    return abs(t[0]) < 1e8 and abs(t[1]) <= FARTHEST
+    """Return whether a joint position is at most `MAX_IMAGINARY` off the real axis."""
+    return abs(t[1]) <= MAX_IMAGINARY
 
 
 def root(a: Complex) -> Complex:
@@ -30,10 +40,10 @@ def root(a: Complex) -> Complex:
 
 
 def angle_of(unit: Complex) -> Complex:
-    """Return the t with e^(i t) = unit, beyond `FARTHEST` where it is 0 or no number."""
+    """Return the t with e^(i t) = unit, beyond `MAX_IMAGINARY` if unit is 0 or not finite."""
     square = pairs.square_of(unit)
-    if not 0.0 < square < 1e300:
-        return (0.0, 2.0 * FARTHEST)
+    if not 0.0 < square < 1.0 / TINY:
+        return (0.0, 2.0 * MAX_IMAGINARY)
     return (math.atan2(unit[1], unit[0]), -0.5 * math.log(square))
 
 
@@ -46,7 +56,7 @@ def angle(cosine: Complex, sine: Complex) -> Complex:
 
 
 def write_turn(t: Complex, turn: Numbers) -> None:
-    """Write cosine and sine of an angle not beyond `FARTHEST`: two pairs."""
+    """Write cosine and sine of an angle within `MAX_IMAGINARY`: two pairs."""
     s, c = chain_pass.sincos(t[0])
     up = math.exp(t[1])
     down = 1.0 / up

@@ -1,4 +1,9 @@
-"""The product of screws at complex positions, and where it leaves each screw's axis."""
+"""
+The product of exponentials of six screws at complex positions (Brockett 1984).
+
+R. W. Brockett, "Robotic manipulators and the product of exponentials formula", 1984. Each screw is
+an axis and a point on it; Rodrigues' formula, with complex cosine and sine, turns about the axis.
+"""
 
 from ..forward import vectors
 from ..layout import arrays
@@ -8,7 +13,7 @@ from .pairs import Complex
 
 
 def _add(row: Numbers, j: int, part: int, re: float, im: float) -> None:
-    # Adds a complex number, or i times it, to one of a row.
+    # Adds re + i im (part 0), or i times it (part 1), to element j of a row.
     if part == 0:
         row[2 * j] += re
         row[2 * j + 1] += im
@@ -18,7 +23,7 @@ def _add(row: Numbers, j: int, part: int, re: float, im: float) -> None:
 
 
 def add_turned(row: Numbers, v: Vector, part: int, axis: Vector, turn: Numbers) -> None:
-    """Add v' E to a complex row: v its real or imaginary part, E the turn about the axis."""
+    """Add v^T E to a complex row: v its real (0) or imaginary part (1), E the rotation."""
     along = vectors.dot(axis, v)
     u, w = vectors.plus(v, -along, axis), vectors.cross(v, axis)
     c, c_im, s, s_im = turn[0], turn[1], turn[2], turn[3]
@@ -29,37 +34,30 @@ def add_turned(row: Numbers, v: Vector, part: int, axis: Vector, turn: Numbers) 
 
 class Product:
     """
-    Room for the product of screws at complex positions.
-
-    Parameters
-    ----------
-    count
-        How many screws there are.
+    The product, and the place of each screw in it.
 
     Attributes
     ----------
     R, p : shape (3, 3), (3,), pairs
         Rotation and translation.
-    axes, points : shape (count, 3), pairs
-        Each screw's axis and a point on it, as those before it move it.
-    frames : shape (count, 3, 3), pairs
-        The rotation by those before each screw.
+    axes, points : shape (6, 3), pairs
+        Each screw's axis and a point on it, moved by the screws before it.
+    frames : shape (6, 3, 3), pairs
+        The rotation by the screws before each screw.
     """
 
-    def __init__(self, count: int) -> None:
-        self.count = count
+    def __init__(self) -> None:
         self.R, self.p, self.turn = arrays.rooms(18, 6, 4)
-        self.axes, self.points = arrays.rooms(6 * count, 6 * count)
-        (self.frames,) = arrays.rooms(18 * count)
+        self.axes, self.points, self.frames = arrays.rooms(36, 36, 108)
 
     def multiply(self, screws: Flat, t: Numbers) -> None:
-        """Fill in the product of screws (count, 7) at positions t (count pairs)."""
+        """Fill in the product of screws (6, 7) at positions t (6 pairs)."""
         o: Complex
         R, p = self.R, self.p
         for i in range(18):
             R[i] = 1.0 if i % 8 == 0 else 0.0
         arrays.fill(p, 6, 0.0)
-        for k in range(self.count):
+        for k in range(6):
             arrays.copy(arrays.after(self.frames, 18 * k), 18, R)
             axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
             for i in range(3):
@@ -80,7 +78,7 @@ class Product:
                 arrays.fill(row, 6, 0.0)
                 add_turned(row, re, 0, axis, self.turn)
                 add_turned(row, im, 1, axis, self.turn)
-                # The point on the axis stays where it is.
+                # The point on the axis does not move: p + R point is the same before and after.
                 o = pairs.pair(self.points, 3 * k + i)
                 pairs.put(p, i, pairs.plus(o, -1.0, self.row_times(i, point)))
 

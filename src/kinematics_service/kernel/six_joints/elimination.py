@@ -1,9 +1,12 @@
 """
-Two joints of six eliminated: equations in the other three (Raghavan and Roth 1993).
+Dialytic elimination of joints 1 and 2 from the loop equation (Raghavan and Roth 1993).
 
-e3 e4 e5 (line of axis 6) = e2^-1 e1^-1 goal (line of axis 6), as lines.py has lines: fourteen
-equations, left linear in the 27 products of the parts of joints 3, 4, 5, right in the nine of
-joints 1, 2. The eight that are not constant are eliminated.
+M. Raghavan and B. Roth, "Inverse kinematics of the general 6R manipulator and related linkages",
+J. Mech. Des. 115 (1993) 502. e3 e4 e5 (line of axis 6) = e2^-1 e1^-1 goal (line of axis 6), with
+lines as in lines.py, are 14 equations. Their left sides are linear in the 27 products of the parts
+of joints 3, 4 and 5, their right sides in the 9 of joints 1 and 2, one of which is 1. Gaussian
+elimination of the other eight columns leaves six equations in joints 3, 4 and 5, more if axes are
+special; modified Gram-Schmidt makes them orthonormal.
 """
 
 import math
@@ -11,34 +14,42 @@ import math
 from ..forward import vectors
 from ..layout import arrays
 from ..layout.arrays import Flat
-from . import lines
+from . import complex_numbers, lines
 from .six_screws import SixScrews
 
-EQUATIONS, LEFT, RIGHT = 14, 27, 9
-# A pivot below this share of the first one is zero, and so is what is left of an equation.
-PIVOT, DEPENDENT = 1e-9, 1e-11
-ROUND_OFF = 1e-16
+# Numbers of a line but for its leading 1: p, p.p, l, p.l, m and h.
+EQUATIONS = 14
+# Products of three parts each of joints 3, 4 and 5.
+LEFT = 27
+# Products of three parts each of joints 1 and 2, but for 1 times 1.
+RIGHT = 8
+# Largest ratio of a zero pivot to the first one. Pivots of special arms are round-off, 1e-15, or
+# errors of a calibration. A smaller one would divide round-off by itself: 1e-9 keeps seven digits.
+PIVOT_RATIO = 1e-9
+# Largest ratio of a dependent row to the longest one. It is below PIVOT_RATIO: a row that is left
+# out is a lost equation, one that is kept only raises `error`.
+DEPENDENT_ROW_RATIO = 1e-11
 
 
 class Elimination:
     """
-    Room for the equations of a loop.
+    The equations of a loop and room for computing them.
 
     Attributes
     ----------
     left : shape (27, 15)
-        The line of axis 6 moved by joints 5, 4 and 3: its parts, those of joint 3 first.
+        The line of axis 6 moved by joints 5, 4 and 3: its parts, number 9 h + 3 a + b for part h
+        of joint 3, a of joint 4 and b of joint 5.
     goal : shape (15,)
         The line of axis 6 moved by the goal.
     equations : shape (count, 27)
-        What is left, orthonormal: equations . products of parts = 0.
+        Orthonormal rows: equations . products of parts = 0.
     count
-        How many there are.
+        Number of equations.
     rank
-        How many columns of the right side are independent; 8 but for special axes.
+        Rank of the eight columns of the right side; less than 8 for special axes.
     error
-        How far round-off may move the equations: what was taken for zero, or the share of the
-        last pivot that round-off is, as a share of what is left of the shortest one.
+        Relative error of the equations from round-off and from pivots taken as zero.
     """
 
     def __init__(self) -> None:
@@ -50,34 +61,29 @@ class Elimination:
     def eliminate(self, loop: SixScrews) -> None:
         """Fill in the equations of a loop."""
         self._write_sides(loop)
-        width = RIGHT - 1 + LEFT
+        width = RIGHT + LEFT
         for i in range(EQUATIONS):
             row = arrays.after(self.table, width * i)
-            for k in range(RIGHT - 1):
+            for k in range(RIGHT):
                 row[k] = self.right[15 * (k + 1) + 1 + i]
             for k in range(LEFT):
-                row[RIGHT - 1 + k] = self.left[15 * k + 1 + i]
-            row[RIGHT - 1] -= self.right[1 + i]
+                row[RIGHT + k] = self.left[15 * k + 1 + i]
+            row[RIGHT] -= self.right[1 + i]
         self.rank = self._pivot(width)
-        self._orthonormalise(self.rank, width)
+        self._orthonormalize(self.rank, width)
 
     def _write_sides(self, loop: SixScrews) -> None:
         screws = loop.screws
         lines.write_line(vectors.axis_of(screws, 5), vectors.point_of(screws, 5), self.line)
         lines.write_parts(screws, 4, self.line, self.fifth)
         for b in range(3):
-            lines.write_parts(
-                screws, 3, arrays.after(self.fifth, 15 * b), arrays.after(self.fourth, 45 * b)
-            )
-        # Products of the parts stand as 9 h + 3 a + b, of joints 3, 4, 5; `fourth` as 3 b + a.
+            line = arrays.after(self.fifth, 15 * b)
+            lines.write_parts(screws, 3, line, arrays.after(self.fourth, 45 * b))
+        # `fourth` has part a of joint 4 and b of joint 5 at 3 b + a.
         for a in range(3):
             for b in range(3):
-                lines.write_parts(
-                    screws,
-                    2,
-                    arrays.after(self.fourth, 15 * (3 * b + a)),
-                    self.first,
-                )
+                line = arrays.after(self.fourth, 15 * (3 * b + a))
+                lines.write_parts(screws, 2, line, self.first)
                 for h in range(3):
                     to = arrays.after(self.left, 15 * (9 * h + 3 * a + b))
                     arrays.copy(to, 15, arrays.after(self.first, 15 * h))
@@ -91,48 +97,45 @@ class Elimination:
             self._invert(screws, 1, to)
 
     def _invert(self, screws: Flat, k: int, parts: Flat) -> None:
-        # The sine of the opposite angle, or the opposite way.
+        # The parts of the inverse motion: the sine changes its sign, or the distance.
         odd = 1 if vectors.slides(screws, k) else 2
         for i in range(15):
             parts[15 * odd + i] = -parts[15 * odd + i]
 
     def _pivot(self, width: int) -> int:
-        # Gauss with complete pivoting on the columns of the right side; their rank.
+        # Gaussian elimination with complete pivoting in the columns of the right side; their rank.
         A, largest = self.table, 0.0
         self.error = 0.0
-        for k in range(RIGHT - 1):
+        for k in range(RIGHT):
             best, p, c = 0.0, k, k
             for i in range(k, EQUATIONS):
-                for j in range(k, RIGHT - 1):
+                for j in range(k, RIGHT):
                     if abs(A[width * i + j]) > best:
                         best, p, c = abs(A[width * i + j]), i, j
             if k == 0:
                 largest = best
-            if best <= PIVOT * largest:
+            if best <= PIVOT_RATIO * largest:
                 if largest > 0.0:
                     self.error = max(self.error, best / largest)
                 return k
-            self.error = ROUND_OFF * largest / best
+            self.error = complex_numbers.ROUND_OFF * largest / best
             for i in range(EQUATIONS):
                 A[width * i + k], A[width * i + c] = A[width * i + c], A[width * i + k]
             for j in range(k, width):
                 A[width * k + j], A[width * p + j] = A[width * p + j], A[width * k + j]
             for i in range(k + 1, EQUATIONS):
-                share = A[width * i + k] / A[width * k + k]
+                factor = A[width * i + k] / A[width * k + k]
                 for j in range(k, width):
-                    A[width * i + j] -= share * A[width * k + j]
-        return RIGHT - 1
+                    A[width * i + j] -= factor * A[width * k + j]
+        return RIGHT
 
-    def _orthonormalise(self, rank: int, width: int) -> None:
-        # Gram and Schmidt, the longest row next: rows that depend on others are left out.
+    def _orthonormalize(self, rank: int, width: int) -> None:
+        # Modified Gram-Schmidt, the longest row next: dependent rows are left out.
         F = self.equations
         rows = EQUATIONS - rank
         for i in range(rows):
-            arrays.copy(
-                arrays.after(F, LEFT * i),
-                LEFT,
-                arrays.after(self.table, width * (rank + i) + RIGHT - 1),
-            )
+            row = arrays.after(self.table, width * (rank + i) + RIGHT)
+            arrays.copy(arrays.after(F, LEFT * i), LEFT, row)
         longest, shortest = 0.0, 0.0
         self.count = rows
         for i in range(rows):
@@ -144,18 +147,18 @@ class Elimination:
                     best, p = square, j
             if i == 0:
                 longest = best
-            if best <= DEPENDENT * DEPENDENT * longest:
+            if best <= DEPENDENT_ROW_RATIO * DEPENDENT_ROW_RATIO * longest:
                 self.count = i
                 break
             shortest = best
-            share = 1.0 / math.sqrt(best)
+            scale = 1.0 / math.sqrt(best)
             for k in range(LEFT):
                 x = F[LEFT * i + k]
-                F[LEFT * i + k] = F[LEFT * p + k] * share
+                F[LEFT * i + k] = F[LEFT * p + k] * scale
                 if p != i:
                     F[LEFT * p + k] = x
             self._clear_below(i, rows)
-        # What is left of a row has the errors of all that was subtracted.
+        # Subtraction shortened the last row, but not its errors.
         if shortest > 0.0:
             self.error *= math.sqrt(longest / shortest)
 

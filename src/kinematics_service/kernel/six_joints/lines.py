@@ -1,19 +1,27 @@
 """
-Lines as vectors of fifteen numbers, on which rigid motions act linearly.
+Lines as vectors of 15 numbers that rigid motions map linearly (Raghavan and Roth 1993).
 
-A line through the point p with the direction l is (1, p, p.p, l, p.l, m, h): m = p x l and
-h = l (p.p) - 2 p (p.l). A translation leaves no other terms (Raghavan and Roth 1993 eliminate with
-these fourteen equations), so what a joint does is a conic of matrices: a rotation's has parts to
-1, cos and sin of its angle, a translation's to 1, d and d^2.
+M. Raghavan and B. Roth, "Inverse kinematics of the general 6R manipulator and related linkages",
+J. Mech. Des. 115 (1993) 502: a line through p with the unit direction l gives the 14 numbers of
+their equations, here V = (1, p, p.p, l, p.l, m, h), with the Pluecker moment m = p x l and
+h = (p.p) l - 2 (p.l) p. A rotation by t maps V to V0 + cos(t) V1 + sin(t) V2, a slide by d to
+V0 + d V1 + d^2 V2: V0, V1 and V2 are the parts of the moved line.
 """
 
 from ..forward import vectors
 from ..layout import arrays
 from ..layout.arrays import Flat, Numbers, Vector
 
+# Numbers of a line.
 LINE = 15
-# Where vectors stand in a line.
-POINT, DIRECTION, MOMENT, THIRD = 1, 5, 9, 12
+# Index of p.
+POINT = 1
+# Index of l.
+DIRECTION = 5
+# Index of m.
+MOMENT = 9
+# Index of h: p.p times l, mirrored in the plane across p.
+MIRRORED = 12
 
 
 def put(V: Numbers, at: int, v: Vector) -> None:
@@ -21,32 +29,30 @@ def put(V: Numbers, at: int, v: Vector) -> None:
     V[at], V[at + 1], V[at + 2] = v[0], v[1], v[2]
 
 
+def vector_at(k: int) -> int:
+    """Return the index of p, l, m or h (k = 0 to 3) in a line."""
+    return POINT if k == 0 else DIRECTION if k == 1 else MOMENT if k == 2 else MIRRORED
+
+
 def write_line(direction: Vector, point: Vector, V: Numbers) -> None:
-    """Write a line, its direction a unit vector."""
+    """Write the line through a point with a unit direction."""
     square, along = vectors.dot(point, point), vectors.dot(point, direction)
     V[0], V[4], V[8] = 1.0, square, along
     put(V, POINT, point)
     put(V, DIRECTION, direction)
     put(V, MOMENT, vectors.cross(point, direction))
-    put(
-        V,
-        THIRD,
-        (
-            direction[0] * square - 2.0 * point[0] * along,
-            direction[1] * square - 2.0 * point[1] * along,
-            direction[2] * square - 2.0 * point[2] * along,
-        ),
-    )
+    h = vectors.plus((0.0, 0.0, 0.0), square, direction)
+    put(V, MIRRORED, vectors.plus(h, -2.0 * along, point))
 
 
 def translate(V: Numbers, a: Vector) -> None:
-    """Translate what the parts of lines add up to."""
+    """Translate a line, or a linear combination of lines, by a."""
     p, direction = vectors.three(V, POINT), vectors.three(V, DIRECTION)
-    moment, third = vectors.three(V, MOMENT), vectors.three(V, THIRD)
+    moment, h = vectors.three(V, MOMENT), vectors.three(V, MIRRORED)
     square, along = vectors.dot(a, a), vectors.dot(a, direction)
-    third = vectors.plus(third, -2.0, vectors.cross(a, moment))
-    third = vectors.plus(third, -2.0 * (V[8] + along), a)
-    put(V, THIRD, vectors.plus(third, square, direction))
+    h = vectors.plus(h, -2.0, vectors.cross(a, moment))
+    h = vectors.plus(h, -2.0 * (V[8] + along), a)
+    put(V, MIRRORED, vectors.plus(h, square, direction))
     put(V, MOMENT, vectors.plus(moment, 1.0, vectors.cross(a, direction)))
     V[4] += 2.0 * vectors.dot(a, p) + square * V[0]
     V[8] += along
@@ -56,7 +62,7 @@ def translate(V: Numbers, a: Vector) -> None:
 def carry(V: Numbers, T: Numbers) -> None:
     """Move a line by a rigid motion (3, 4)."""
     for k in range(4):
-        at = POINT if k == 0 else DIRECTION if k == 1 else MOMENT if k == 2 else THIRD
+        at = vector_at(k)
         put(V, at, vectors.times_vector(T, vectors.three(V, at)))
     translate(V, (T[3], T[7], T[11]))
 
@@ -67,42 +73,39 @@ def write_parts(screws: Numbers, k: int, V: Numbers, parts: Flat) -> None:
     arrays.copy(parts, LINE, V)
     arrays.fill(arrays.after(parts, LINE), 2 * LINE, 0.0)
     if vectors.slides(screws, k):
-        _write_slides(axis, V, parts)
+        _write_slide_parts(axis, V, parts)
         return
+    # Rodrigues' formula about an axis through the origin, then back to its point.
     translate(parts, (-point[0], -point[1], -point[2]))
     for j in range(4):
-        at = POINT if j == 0 else DIRECTION if j == 1 else MOMENT if j == 2 else THIRD
+        at = vector_at(j)
         v = vectors.three(parts, at)
         along = vectors.dot(axis, v)
         put(parts, at, (along * axis[0], along * axis[1], along * axis[2]))
         put(parts, LINE + at, vectors.plus(v, -along, axis))
         put(parts, 2 * LINE + at, vectors.cross(axis, v))
-    _translate_all(parts, point)
+    for j in range(3):
+        translate(arrays.after(parts, LINE * j), point)
 
 
-def _write_slides(axis: Vector, V: Numbers, parts: Numbers) -> None:
-    # What `translate` adds by d times the axis: to d, and to d^2.
+def _write_slide_parts(axis: Vector, V: Numbers, parts: Numbers) -> None:
+    # The terms of `translate` by d times the axis that are linear in d, and quadratic.
     p, direction = vectors.three(V, POINT), vectors.three(V, DIRECTION)
     moment = vectors.three(V, MOMENT)
     along = vectors.dot(axis, direction)
-    none = (0.0, 0.0, 0.0)
-    put(parts, LINE + POINT, vectors.plus(none, V[0], axis))
+    zero = (0.0, 0.0, 0.0)
+    put(parts, LINE + POINT, vectors.plus(zero, V[0], axis))
     parts[LINE + 4] = 2.0 * vectors.dot(axis, p)
     parts[LINE + 8] = along
     put(parts, LINE + MOMENT, vectors.cross(axis, direction))
-    third = vectors.plus(none, -2.0, vectors.cross(axis, moment))
-    put(parts, LINE + THIRD, vectors.plus(third, -2.0 * V[8], axis))
+    h = vectors.plus(zero, -2.0, vectors.cross(axis, moment))
+    put(parts, LINE + MIRRORED, vectors.plus(h, -2.0 * V[8], axis))
     parts[2 * LINE + 4] = V[0]
-    put(parts, 2 * LINE + THIRD, vectors.plus(direction, -2.0 * along, axis))
-
-
-def _translate_all(parts: Flat, point: Vector) -> None:
-    for k in range(3):
-        translate(arrays.after(parts, LINE * k), point)
+    put(parts, 2 * LINE + MIRRORED, vectors.plus(direction, -2.0 * along, axis))
 
 
 def write_invariants(screws: Numbers, k: int, V: Numbers, six: Numbers) -> None:
-    """Write six numbers of what lines add up to that screw k leaves as they are."""
+    """Write six linear combinations of a line's numbers that no motion of screw k changes."""
     axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
     moved = [0.0] * 15
     arrays.copy(moved, LINE, V)
@@ -117,7 +120,6 @@ def write_invariants(screws: Numbers, k: int, V: Numbers, six: Numbers) -> None:
     translate(moved, (-point[0], -point[1], -point[2]))
     six[0] = vectors.dot(axis, vectors.three(moved, DIRECTION))
     six[1] = vectors.dot(axis, vectors.three(moved, POINT))
-    six[2] = moved[4]
-    six[3] = moved[8]
+    six[2], six[3] = moved[4], moved[8]
     six[4] = vectors.dot(axis, vectors.three(moved, MOMENT))
-    six[5] = vectors.dot(axis, vectors.three(moved, THIRD))
+    six[5] = vectors.dot(axis, vectors.three(moved, MIRRORED))

@@ -1,4 +1,10 @@
-"""Complex positions of a loop's six joints from the angle of the hidden one."""
+"""
+Back substitution: the other five joints of a root of the hidden one (Raghavan and Roth 1993).
+
+The null vector of the pencil contains powers of e^(i t) of joints 4 and 5, whose ratios are
+e^(i t). With joints 3, 4 and 5 known, least squares solve the line equations for cos and sin of
+joint 2; joints 1 and 6 each turn a known direction into another.
+"""
 
 from ..forward import vectors
 from ..layout import arrays
@@ -10,14 +16,18 @@ from .pairs import Complex
 from .pencils import Pencil
 from .six_screws import SixScrews
 
-# Two equations are one where they differ by less, and may be one where by less than the second.
-ONE, MAYBE_ONE = 1e-8, 1e-3
-# So many candidates a root can have.
-MOST = 3
+# Largest sine between dependent columns of cos and sin of joint 2: the square root of round-off.
+# Then a quadratic equation gives two angles of joint 2.
+DEPENDENT_SINE = 1e-8
+# Largest sine at which the quadratic equation is solved beside the linear ones, which may have
+# lost six digits there.
+UNCERTAIN_SINE = 1e-3
+# Candidates of a root: one of least squares, two of the quadratic equation.
+MAX_CANDIDATES = 3
 
 
 def _ratio(terms: Numbers, count: int, width: int) -> Complex:
-    # The ratio of the columns of terms (count, width), geometric sequences of complex numbers.
+    # The ratio of the geometric sequences in the rows of terms (count, width), by least squares.
     re, im, square = 0.0, 0.0, 0.0
     for k in range(count):
         for i in range(width - 1):
@@ -37,7 +47,7 @@ def _rotated(a: Complex, b: Complex, sign: float) -> Complex:
 
 
 def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
-    # From products x (4, 3): e^(i t), or the way.
+    # e^(i t), or the slide, of the multiplied joint, from the null vector x (4, 3).
     terms = [0.0] * 24
     for b in range(3):
         for i in range(4):
@@ -52,7 +62,7 @@ def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
 
 
 def _last_joint(x: Numbers, slides: bool) -> Complex:
-    # The same of the joint that is not multiplied.
+    # The same for the other joint.
     terms = [0.0] * 24
     for k in range(4):
         one = pairs.pair(x, 3 * k)
@@ -69,7 +79,7 @@ def _last_joint(x: Numbers, slides: bool) -> Complex:
 
 
 def _write_parts_of(t: Complex, slides: bool, three: Flat) -> None:
-    # 1, cos and sin of an angle; 1, d and d^2 of a way.
+    # 1, cos and sin of an angle; 1, d and d^2 of a slide.
     three[0], three[1] = 1.0, 0.0
     if slides:
         pairs.put(three, 1, t)
@@ -80,20 +90,21 @@ def _write_parts_of(t: Complex, slides: bool, three: Flat) -> None:
 
 class Positions:
     """
-    Room for the positions that belong to a root of the hidden joint.
+    The candidate positions of a root of the hidden joint.
 
     Attributes
     ----------
-    t : shape (MOST, 6)
-        Complex candidates: angles in rad, ways in units of the loop.
+    t : shape (MAX_CANDIDATES, 6)
+        Complex positions: angles in rad, slides in units of the loop.
     count
-        How many there are.
-    missed : shape (MOST,)
-        By how much each misses the goal.
+        Number of candidates.
+    residuals : shape (MAX_CANDIDATES,)
+        Largest difference from an element of the goal.
     """
 
     def __init__(self) -> None:
-        self.t, self.x, self.line, self.missed = arrays.rooms(12 * MOST, 24, 30, MOST)
+        self.t, self.residuals = arrays.rooms(12 * MAX_CANDIDATES, MAX_CANDIDATES)
+        self.x, self.line = arrays.rooms(24, 30)
         self.three, self.fourth, self.fifth = arrays.rooms(6, 6, 6)
         self.parts, self.parts_i, self.C = arrays.rooms(45, 45, 36)
         self.six, self.seconds, self.vector, self.turn = arrays.rooms(6, 12, 6, 4)
@@ -139,39 +150,34 @@ class Positions:
             sixth = complex_motion.angle_left(loop, t, 5, side, self.vector, self.turn)
             if complex_numbers.is_near(sixth):
                 pairs.put(t, 5, sixth)
-                self.missed[self.count] = self.motion.miss(loop, t)
+                self.residuals[self.count] = self.motion.residual(loop, t)
                 self.count += 1
 
     def _write_line(
-        self,
-        loop: SixScrews,
-        elimination: Elimination,
-        third: Complex,
-        fourth: Complex,
-        fifth: Complex,
+        self, loop: SixScrews, elimination: Elimination, t3: Complex, t4: Complex, t5: Complex
     ) -> None:
         # The line of axis 6 moved by joints 5, 4, 3: real parts, then imaginary ones.
-        _write_parts_of(third, False, self.three)
-        _write_parts_of(fourth, vectors.slides(loop.screws, 3), self.fourth)
-        _write_parts_of(fifth, vectors.slides(loop.screws, 4), self.fifth)
+        _write_parts_of(t3, False, self.three)
+        _write_parts_of(t4, vectors.slides(loop.screws, 3), self.fourth)
+        _write_parts_of(t5, vectors.slides(loop.screws, 4), self.fifth)
         arrays.fill(self.line, 30, 0.0)
         for h in range(3):
             for a in range(3):
                 left = pairs.times(pairs.pair(self.three, h), pairs.pair(self.fourth, a))
                 for b in range(3):
-                    share = pairs.times(left, pairs.pair(self.fifth, b))
+                    factor = pairs.times(left, pairs.pair(self.fifth, b))
                     parts = arrays.after(elimination.left, 15 * (9 * h + 3 * a + b))
-                    re, im = share[0], share[1]
+                    re, im = factor[0], factor[1]
                     for i in range(15):
                         self.line[i] += re * parts[i]
                         self.line[15 + i] += im * parts[i]
 
     def _second_joints(self, loop: SixScrews, elimination: Elimination) -> int:
-        # What joint 1 leaves as it is are equations in the parts of joint 2.
+        # The invariants of joint 1 are six equations in cos and sin of joint 2.
         screws = loop.screws
         lines.write_parts(screws, 1, self.line, self.parts)
         lines.write_parts(screws, 1, arrays.after(self.line, 15), self.parts_i)
-        # Columns of the equations: to cos and sin (or d and d^2), and the right side.
+        # Columns of cos and sin (or d and d^2), and the right side.
         for k in range(3):
             to = 2 if k == 0 else k - 1
             self._write_column(screws, arrays.after(self.parts, 15 * k), to, 0)
@@ -198,19 +204,19 @@ class Positions:
         return (re, im)
 
     def _solve_pair(self, slides: bool) -> int:
-        # Least squares of six equations in two unknowns, the longer column first.
+        # Least squares of six equations in two unknowns by Gram-Schmidt, the longer column first.
         cosine: Complex
         sine: Complex
         longer = 0 if self._inner(0, 0)[0] >= self._inner(1, 1)[0] else 1
         shorter = 1 - longer
         square = self._inner(longer, longer)[0]
-        if not 1e-24 < square < 1e200:
+        if not complex_numbers.TINY < square < 1.0 / complex_numbers.TINY:
             return 0
         shared: Complex = self._inner(longer, shorter)
         shared = (shared[0] / square, shared[1] / square)
         wanted: Complex = self._inner(longer, 2)
         wanted = (wanted[0] / square, wanted[1] / square)
-        # What of the shorter column, and of the right side, is across the longer one.
+        # Subtract the components along the longer column.
         for i in range(6):
             u = pairs.pair(self.C, 6 * longer + i)
             v = pairs.pair(self.C, 6 * shorter + i)
@@ -221,14 +227,14 @@ class Positions:
             pairs.put(self.C, 12 + i, across)
         rest = self._inner(shorter, shorter)[0]
         count = 0
-        if rest > ONE * ONE * square:
+        if rest > DEPENDENT_SINE * DEPENDENT_SINE * square:
             y: Complex = self._inner(shorter, 2)
             y = (y[0] / rest, y[1] / rest)
             x = pairs.plus(wanted, -1.0, pairs.times(shared, y))
             cosine, sine = x if longer == 0 else y, y if longer == 0 else x
             pairs.put(self.seconds, 0, cosine if slides else complex_numbers.angle(cosine, sine))
             count = 1
-        if rest > MAYBE_ONE * MAYBE_ONE * square:
+        if rest > UNCERTAIN_SINE * UNCERTAIN_SINE * square:
             return count
         if slides:
             if count == 0 and longer == 0:
@@ -255,7 +261,8 @@ class Positions:
         return count + 1
 
     def _first_joint(self, loop: SixScrews, elimination: Elimination, second: Complex) -> Complex:
-        # Joint 1 brings the line, as joint 2 has moved it, to where the goal has it.
+        # Joint 1 moves the line, moved by joint 2, to its place in the goal. The longest of its
+        # vectors gives the angle.
         screws, best = loop.screws, -1.0
         _write_parts_of(second, vectors.slides(screws, 1), self.three)
         axis, point = vectors.axis_of(screws, 0), vectors.point_of(screws, 0)
@@ -278,7 +285,7 @@ class Positions:
         lines.translate(self.wanted, back)
         cosine, sine = (1.0, 0.0), (0.0, 0.0)
         for k in range(4):
-            at = 1 if k == 0 else 5 if k == 1 else 9 if k == 2 else 12
+            at = lines.vector_at(k)
             goal = _across(axis, vectors.three(self.wanted, at))
             size = vectors.dot(goal, goal)
             if size > best:

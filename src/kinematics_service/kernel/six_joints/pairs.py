@@ -1,7 +1,8 @@
 """
-Complex numbers as pairs of real and imaginary part: languages divide them differently.
+Complex arithmetic on pairs (real part, imaginary part).
 
-The build writes them into the pairs.pxd of the compiled kernel, which sees through them.
+Python and C divide complex numbers differently; pairs give the same bits in both. The build writes
+these functions into pairs.pxd, so that the compiler can inline them.
 """
 
 from ..layout.arrays import Numbers
@@ -25,12 +26,12 @@ def times(a: Complex, b: Complex) -> Complex:
 
 
 def plus(a: Complex, factor: float, b: Complex) -> Complex:
-    """Return a + factor b."""
+    """Return a + factor b, the factor real."""
     return (a[0] + factor * b[0], a[1] + factor * b[1])
 
 
 def square_of(a: Complex) -> float:
-    """Return the square of the absolute value."""
+    """Return |a|^2."""
     return a[0] * a[0] + a[1] * a[1]
 
 
@@ -40,12 +41,12 @@ def over(a: Complex, b: Complex) -> Complex:
     return ((a[0] * b[0] + a[1] * b[1]) / square, (a[1] * b[0] - a[0] * b[1]) / square)
 
 
-def subtract(to: Numbers, row: Numbers, start: int, stop: int, share: Complex) -> None:
-    """Subtract a multiple of a row of pairs from another one, from one column to another."""
+def subtract(to: Numbers, row: Numbers, start: int, stop: int, factor: Complex) -> None:
+    """Subtract factor times a row of pairs from the row `to`, in columns start to stop - 1."""
     for j in range(start, stop):
         x, y = row[2 * j], row[2 * j + 1]
-        to[2 * j] -= share[0] * x - share[1] * y
-        to[2 * j + 1] -= share[0] * y + share[1] * x
+        to[2 * j] -= factor[0] * x - factor[1] * y
+        to[2 * j + 1] -= factor[0] * y + factor[1] * x
 
 
 def write_cross(a: Numbers, b: Numbers, to: Numbers) -> None:

@@ -1,10 +1,13 @@
 """
-The square matrix of a hidden joint that is singular where the six joints meet their target.
+The square matrix M(t) of the hidden joint 3 and its determinant (Raghavan and Roth 1993).
 
-The equations of `Elimination`, each multiplied by cos and sin of half an angle of one of the other
-two joints, are linear in twelve products: (cos t/2, sin t/2, cos 3t/2, sin 3t/2) of that joint
-with (1, cos, sin) of the last one. No angle is special, as 180 degrees are to tangents of halves.
-Where the multiplied joint slides, by d, the products are of (1, d, d^2, d^3).
+The dialytic step: the six equations of `Elimination`, each multiplied by cos(t/2) and by sin(t/2)
+of one of joints 4 and 5, are linear in twelve products, (cos t/2, sin t/2, cos 3t/2, sin 3t/2) of
+that joint times (1, cos, sin) of the other. Half angles replace the tangents of the paper, which
+are infinite at 180 degrees. If the multiplied joint slides by d, the products have (1, d, d^2,
+d^3). The loop closes only if M(t) = M0 + cos(t) M1 + sin(t) M2 is singular. The determinant is a
+trigonometric polynomial, interpolated by a discrete Fourier transform (polynomials.py). The null
+vector of M(t) at a root gives joints 4 and 5.
 """
 
 import math
@@ -12,52 +15,56 @@ import math
 from ..forward import chain_pass
 from ..layout import arrays, places
 from ..layout.arrays import Numbers
-from . import pairs, trigonometric_samples
+from . import complex_numbers, pairs, polynomials
 from .elimination import Elimination
 from .pairs import Complex
 
-SIZE, SQUARE = 12, 144
-# The determinant is a trigonometric polynomial of degree 8 where six equations are left over, of
-# 12 where there are more. It is sampled at more angles than it has coefficients: those beyond its
-# degree measure the round-off.
-DEGREE, FULL_DEGREE = 8, 12
-SAMPLES, MOST_SAMPLES = 25, 32
-TINY, ROUND_OFF = 1e-300, 1e-16
+# Products that the equations are linear in: four of the multiplied joint times three.
+SIZE = 12
+# Entries of M.
+SQUARE = 144
+# Degree of the determinant of six equations: a general arm has 16 solutions (Raghavan and Roth).
+# The determinant of combinations of more equations has any degree up to SIZE.
+DEGREE = 8
+# Samples of a determinant of degree 8, whose 17 coefficients leave eight to measure the round-off.
+SAMPLES = 25
+# Samples of a determinant of degree 12, whose 25 coefficients leave six to measure the round-off.
+MAX_SAMPLES = 32
 
 
 class Pencil:
     """
-    Room for a matrix M0 + cos(t) M1 + sin(t) M2, t the angle of the hidden joint.
+    The matrices M0, M1 and M2 of the hidden joint's angle, and room for their determinant.
 
     Attributes
     ----------
     degree
-        Of its determinant; 0 where too few equations were left for a square one.
+        Degree of the determinant; 0 if there are fewer than six equations.
     coefficients : shape (13,)
-        Complex, of the determinant: of e^(i k t); those of -k are conjugate.
+        Complex, of e^(i k t) in the determinant; those of -k are conjugate.
     noise
-        What those beyond the degree are, as a share of the largest sample: round-off, or all of
-        a determinant that vanishes at every angle.
+        Largest harmonic beyond the degree relative to the largest sample. It is near 1 if the
+        determinant vanishes at every angle.
     gap
-        The last pivot but one of `write_null_vector`, as a share of the first one.
+        Last pivot but one of `write_null_vector` relative to the first.
     count
-        How many equations there were before they were combined into twelve.
+        Number of equations before they were combined into twelve.
     error
-        How far round-off may have moved them.
+        Relative error of the equations from round-off.
     """
 
     def __init__(self) -> None:
         self.rows, self.M, self.columns = arrays.rooms(3 * 336, 3 * SQUARE, SIZE)
         self.work, self.coefficients = arrays.rooms(2 * SQUARE, 26)
-        self.circle, self.samples = arrays.rooms(2 * MOST_SAMPLES, MOST_SAMPLES)
+        self.circle, self.samples = arrays.rooms(2 * MAX_SAMPLES, MAX_SAMPLES)
         self.degree, self.count = 0, 0
         self.noise, self.gap, self.error, self.pivot = 0.0, 0.0, 0.0, 0.0
 
     def build(self, elimination: Elimination, swapped: bool, slides: bool) -> None:
         """
-        Fill the matrices from the equations that are left.
+        Fill in the matrices of the equations.
 
-        `swapped`: joint 5 is multiplied, not joint 4; `slides`: the joint that is multiplied does.
+        `swapped`: joint 5 is multiplied, not joint 4; `slides`: the multiplied joint slides.
         """
         count = elimination.count
         self.degree, self.count, self.error = 0, 2 * count, elimination.error
@@ -69,11 +76,10 @@ class Pencil:
         if 2 * count == SIZE:
             self.degree = DEGREE
             for k in range(3):
-                arrays.copy(
-                    arrays.after(self.M, SQUARE * k), SQUARE, arrays.after(self.rows, 336 * k)
-                )
+                M = arrays.after(self.M, SQUARE * k)
+                arrays.copy(M, SQUARE, arrays.after(self.rows, 336 * k))
         else:
-            self.degree = FULL_DEGREE
+            self.degree = SIZE
             self._compress(2 * count)
         self._balance()
 
@@ -97,25 +103,24 @@ class Pencil:
                 second[6 + b], second[9 + b] = -half_2, half_1
 
     def _compress(self, count: int) -> None:
-        # Twelve orthogonal combinations of the rows: those of the cosine transform.
+        # Twelve orthogonal combinations of the rows: the first of a discrete cosine transform.
         arrays.fill(self.M, SQUARE * 3, 0.0)
         for i in range(SIZE):
             for r in range(count):
-                _, share = chain_pass.sincos(places.PI * i * (2 * r + 1) / (2 * count))
+                _, factor = chain_pass.sincos(places.PI * i * (2 * r + 1) / (2 * count))
                 for k in range(3):
                     for j in range(SIZE):
-                        self.M[SQUARE * k + SIZE * i + j] += (
-                            share * self.rows[336 * k + SIZE * r + j]
-                        )
+                        term = factor * self.rows[336 * k + SIZE * r + j]
+                        self.M[SQUARE * k + SIZE * i + j] += term
 
     def _balance(self) -> None:
-        # Columns, then rows of all three matrices together: every angle is scaled alike.
+        # Columns, then rows of the three matrices together get unit length.
         M = self.M
         for j in range(SIZE):
             square = 0.0
             for k in range(3 * SIZE):
                 square += M[SIZE * k + j] * M[SIZE * k + j]
-            self.columns[j] = 1.0 / math.sqrt(square) if square > TINY else 1.0
+            self.columns[j] = 1.0 / math.sqrt(square) if square > complex_numbers.TINY else 1.0
             for k in range(3 * SIZE):
                 M[SIZE * k + j] *= self.columns[j]
         for i in range(SIZE):
@@ -124,15 +129,15 @@ class Pencil:
                 for j in range(SIZE):
                     x = M[SQUARE * k + SIZE * i + j]
                     square += x * x
-            share = 1.0 / math.sqrt(square) if square > TINY else 1.0
+            scale = 1.0 / math.sqrt(square) if square > complex_numbers.TINY else 1.0
             for k in range(3):
                 for j in range(SIZE):
-                    M[SQUARE * k + SIZE * i + j] *= share
+                    M[SQUARE * k + SIZE * i + j] *= scale
 
     def sample(self) -> None:
-        """Fill in the coefficients of the determinant, its largest sample 1, and their noise."""
-        count = SAMPLES if self.degree == DEGREE else MOST_SAMPLES
-        trigonometric_samples.write_circle(count, self.circle)
+        """Fill in the coefficients of the determinant divided by its largest sample, and noise."""
+        count = SAMPLES if self.degree == DEGREE else MAX_SAMPLES
+        polynomials.write_circle(count, self.circle)
         largest, minor = 0.0, 0.0
         for n in range(count):
             c, s = self.circle[2 * n], self.circle[2 * n + 1]
@@ -143,16 +148,17 @@ class Pencil:
             if self.pivot > 0.0:
                 minor = max(minor, abs(self.samples[n]) / self.pivot)
         self.noise = 1.0
-        if not TINY < largest < 1.0 / TINY:
+        if not complex_numbers.TINY < largest < 1.0 / complex_numbers.TINY:
             return
-        noise = trigonometric_samples.write_coefficients(
+        noise = polynomials.write_coefficients(
             self.samples, count, self.circle, largest, self.degree, self.coefficients
         )
-        # Errors of the matrix need not show beyond the degree: they count as minors do.
-        self.noise = max(noise, max(self.error, ROUND_OFF) * minor / largest)
+        # Errors of the matrix change the determinant by its minors, in harmonics of any order.
+        error = max(self.error, complex_numbers.ROUND_OFF)
+        self.noise = max(noise, error * minor / largest)
 
     def _determinant(self) -> float:
-        # Of the matrix (12, 12) in the room for work, which is overwritten; its least pivot stays.
+        # By Gaussian elimination with partial pivoting in `work`; `pivot` is the smallest pivot.
         A, product = self.work, 1.0
         self.pivot = places.INFINITY
         for k in range(SIZE):
@@ -170,16 +176,16 @@ class Pencil:
                     A[SIZE * k + j], A[SIZE * p + j] = A[SIZE * p + j], A[SIZE * k + j]
             product *= pivot
             for i in range(k + 1, SIZE):
-                share = A[SIZE * i + k] / pivot
+                factor = A[SIZE * i + k] / pivot
                 for j in range(k + 1, SIZE):
-                    A[SIZE * i + j] -= share * A[SIZE * k + j]
+                    A[SIZE * i + j] -= factor * A[SIZE * k + j]
         return product
 
     def write_null_vector(self, z: Complex, x: Numbers) -> None:
         """
-        Write the products (12 complex ones) that the matrix at e^(i t) = z maps to least.
+        Write the null vector (12 products, complex) of the matrix at e^(i t) = z.
 
-        By elimination with complete pivoting, the last pivot taken as zero.
+        By Gaussian elimination with complete pivoting; the last pivot is taken as zero.
         """
         order = [0] * 12
         first, last = 0.0, 0.0
@@ -207,47 +213,47 @@ class Pencil:
         self.gap = math.sqrt(last / first) if first > 0.0 else 0.0
         self._substitute()
         for i in range(SIZE):
-            # The vector stands in the first column, of which elimination left nothing.
+            # `_substitute` leaves the vector in the first column.
             k = order[i]
             x[2 * k] = W[24 * i] * self.columns[k]
             x[2 * k + 1] = W[24 * i + 1] * self.columns[k]
 
-    def misses(self, z: Complex, x: Numbers) -> float:
+    def residual(self, z: Complex, x: Numbers) -> float:
         """
-        Return by what share the equations are missed by products x at e^(i t) = z near the circle.
+        Return the relative residual of the equations for products x at e^(i t) = z, |z| near 1.
 
-        Twelve combinations of more equations are singular at angles that solve none of these.
+        It is large at a root that the twelve combinations have, but the equations do not.
         """
         inverse = pairs.over((1.0, 0.0), z)
         c = (0.5 * (z[0] + inverse[0]), 0.5 * (z[1] + inverse[1]))
         s = (0.5 * (z[1] - inverse[1]), -0.5 * (z[0] - inverse[0]))
-        longest, missed = 0.0, 0.0
+        longest, largest = 0.0, 0.0
         for j in range(SIZE):
             square = pairs.square_of(pairs.pair(x, j)) / (self.columns[j] * self.columns[j])
             longest = max(longest, square)
         for i in range(self.count):
-            left, terms = (0.0, 0.0), 0.0
+            value, terms = (0.0, 0.0), 0.0
             for j in range(SIZE):
                 at = SIZE * i + j
                 A, B, C = self.rows[at], self.rows[336 + at], self.rows[672 + at]
                 entry = (A + B * c[0] + C * s[0], B * c[1] + C * s[1])
-                left = pairs.plus(left, 1.0, pairs.times(entry, pairs.pair(x, j)))
+                value = pairs.plus(value, 1.0, pairs.times(entry, pairs.pair(x, j)))
                 terms += (abs(A) + abs(B) + abs(C)) * self.columns[j]
             if terms > 0.0:
-                share: float = math.sqrt(pairs.square_of(left) / longest) / terms
-                missed = max(missed, share)
-        return missed
+                ratio: float = math.sqrt(pairs.square_of(value) / longest) / terms
+                largest = max(largest, ratio)
+        return largest
 
     def _fill(self, z: Complex) -> None:
-        # The complex matrix at z, divided by the size of the cosine far from the real angles.
+        # M at z, divided by |cos t| if that is large.
         inverse = pairs.over((1.0, 0.0), z)
         c_re, c_im = 0.5 * (z[0] + inverse[0]), 0.5 * (z[1] + inverse[1])
         s_re, s_im = 0.5 * (z[1] - inverse[1]), -0.5 * (z[0] - inverse[0])
-        share = 1.0 / max(1.0, math.sqrt(c_re * c_re + c_im * c_im))
-        c_re, c_im, s_re, s_im = share * c_re, share * c_im, share * s_re, share * s_im
+        scale = 1.0 / max(1.0, math.sqrt(c_re * c_re + c_im * c_im))
+        c_re, c_im, s_re, s_im = scale * c_re, scale * c_im, scale * s_re, scale * s_im
         for i in range(SQUARE):
             A, B, C = self.M[i], self.M[SQUARE + i], self.M[2 * SQUARE + i]
-            self.work[2 * i] = share * A + c_re * B + s_re * C
+            self.work[2 * i] = scale * A + c_re * B + s_re * C
             self.work[2 * i + 1] = c_im * B + s_im * C
 
     def _exchange(self, k: int, p: int, c: int) -> None:
@@ -266,11 +272,11 @@ class Pencil:
         row = arrays.after(W, 24 * k)
         inverse = pairs.over((1.0, 0.0), pairs.pair(W, 13 * k))
         for i in range(k + 1, SIZE):
-            share = pairs.times(pairs.pair(W, SIZE * i + k), inverse)
-            pairs.subtract(arrays.after(W, 24 * i), row, k + 1, SIZE, share)
+            factor = pairs.times(pairs.pair(W, SIZE * i + k), inverse)
+            pairs.subtract(arrays.after(W, 24 * i), row, k + 1, SIZE, factor)
 
     def _substitute(self) -> None:
-        # Back substitution with 1 as the last number; x[i] is left in W[i][0].
+        # Back substitution with x[11] = 1; x[i] is written to W[i][0].
         W = self.work
         first = pairs.pair(W, 0)
         W[24 * (SIZE - 1)], W[24 * (SIZE - 1) + 1] = 1.0, 0.0

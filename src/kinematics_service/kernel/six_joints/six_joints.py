@@ -1,11 +1,21 @@
-"""All solutions of six joints in any order: the complex ones too, whose number is the proof."""
+"""
+All solutions of six joints in any order by elimination, and the proof that no real one is missing.
+
+The method of Raghavan and Roth (J. Mech. Des. 115 (1993) 502): elimination (elimination.py) and a
+determinant in one hidden joint (pencils.py), here a trigonometric polynomial (polynomials.py)
+instead of an eigenvalue problem. If two or three joints slide, spherical_linkage.py has the
+polynomial. Back substitution (loop_positions.py) and Newton's method (complex_motion.py) give a
+solution for each complex root, certified by the Newton-Kantorovich theorem. No real solution is
+missing if as many are certified as the arm can have, or if the disc of each root that may be real
+holds no other root and its solution is certified.
+"""
 
 import math
 
 from ..forward import vectors
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Integers, Numbers
-from . import complex_numbers, elimination, pairs, pencils, trigonometric_roots
+from . import complex_numbers, elimination, pairs, pencils, polynomials
 from .complex_motion import Motion
 from .elimination import Elimination
 from .loop_positions import Positions
@@ -14,43 +24,42 @@ from .pencils import Pencil
 from .six_screws import SixScrews
 from .spherical_linkage import SphericalLinkage
 
-# An option whose determinant has more noise is singular at this target, at every angle.
-NOISE = 1e-6
-# Roots as near to the unit circle may be those of real solutions.
-NEAR_CIRCLE = 0.05
-# A logarithm of a size whose exponential is no overflow.
-FAR = 30.0
-# A root known as well leads to its solution from one start.
-SHARP = 1e-6
-# An angle as near to that of a root is the same.
-SAME_ROOT = 1e-9
-# What is so many times as large as what errors make of it is not 0.
-MARGIN = 1e3
-# Errors of coefficients are taken for so many times what those beyond the degree show.
-CAUTION = 10.0
-# The joint of the loop that elimination hides.
-THIRD = 2
-# Room for solutions: more than there can be.
-MOST = 32
+# Largest noise of a usable determinant: one that is singular at this target has noise near 1, and
+# PIVOT_RATIO lets round-off grow to 1e-7.
+MAX_NOISE = 1e-6
+# Largest |log |z||, the imaginary part in rad, of a root that may be real. In a determinant with
+# noise 1e-6 a double root is off by its square root, 1e-3, a fourfold root by 3e-2.
+MAX_REAL_DEVIATION = 0.05
+# Relative error of a root below which its solution is found from one start: Newton converges.
+SHARP_ROOT = 1e-6
+# Difference of the angle of a root and of its solution, rad, if the bound of the root is smaller:
+# round-off of a solution near a singular pose.
+ANGLE_TOLERANCE = 1e-9
+# Factor between a residual that excludes a solution and the residual that errors of a root cause.
+RESIDUAL_MARGIN = 1e3
+# Factor between the largest error of a coefficient and the noise, the largest of a few harmonics.
+NOISE_MARGIN = 10.0
+# Number of the joint of the loop that elimination hides, from 0.
+HIDDEN_JOINT = 2
 
 
 class SixJoints:
     """
-    Six joints as screws psi = coupling q, and the ways to eliminate them.
+    Six joints as screws with psi = coupling q, and the options of elimination.
 
     Parameters
     ----------
     screws : shape (6, 7)
-        Each joint at rest: its axis, a point on it, 1 where it slides.
+        Each joint at rest: its axis, a point on it, 1 if it slides.
     home_inverse : shape (4, 4)
         Inverse of the tool's pose at rest.
     to_joints : shape (6, 6)
         Joint positions from those of the screws.
     options : shape (k, 3)
-        Where the loop begins, whether it runs backwards, whether joint 5 of it is multiplied.
-        Where two joints slide, it begins with one, and the second one that turns may be hidden.
+        The first joint of the loop, whether it runs backwards, whether joint 5 is multiplied. If
+        two joints slide, the loop begins with one, and 1 hides the second turning joint.
     bound
-        No target has more isolated complex solutions.
+        Largest number of isolated complex solutions of a target.
     """
 
     def __init__(
@@ -65,17 +74,17 @@ class SixJoints:
         self.home_inverse = arrays.numbers(home_inverse, 16)
         self.count = arrays.extent(options, 0)
         self.options = arrays.whole(options, 3 * self.count)
-        if not 0 < bound <= MOST // 2:
-            raise TypeError('so many solutions six joints cannot have')
+        if not 0 < bound <= places.MOST_CANDIDATES // 2:
+            raise TypeError('bound is not 1 to 16 solutions')
         for k in range(3 * self.count):
             if not 0 <= self.options[k] < (6 if k % 3 == 0 else 2):
-                raise TypeError('an option is none')
+                raise TypeError('an option is not (0 to 5, 0 or 1, 0 or 1)')
         self.bound, self.slides = bound, 0
         for k in range(6):
             self.slides += 1 if vectors.slides(self.screws, k) else 0
 
     def write_joints(self, psi: Numbers, q: Flat) -> None:
-        """Write the positions of the joints that are those of the screws, real parts of pairs."""
+        """Write the joint positions q of screw positions psi (6 pairs), whose real parts count."""
         for i in range(6):
             q[i] = 0.0
             for j in range(6):
@@ -92,38 +101,38 @@ class SixJoints:
 
 class Roots:
     """
-    Room for the complex solutions of a target, and for what finds them.
+    The complex solutions of a target.
 
     Attributes
     ----------
-    psi : shape (MOST, 6)
+    psi : shape (MOST_CANDIDATES, 6)
         Positions of the screws, complex, rad or m.
-    is_real : shape (MOST,)
+    is_real : shape (MOST_CANDIDATES,)
         Whether they are real.
     count
-        How many there are, each certified and each once.
+        Number of solutions, each certified and each once.
     proved
-        Whether no real one is missing: there are as many as there can be, or every root of a
-        determinant that is real, or may be, has its solution.
+        Whether no real solution is missing.
     noise
-        Of the last option.
+        Noise of the last option's polynomial.
     first_step
-        The longest first step of Newton to a solution: how good the candidates were.
+        Longest first Newton step to a solution, which measures the candidates, rad or loop units.
     """
 
     def __init__(self) -> None:
-        self.psi, self.radii, self.lengths = arrays.rooms(12 * MOST, MOST, MOST)
-        (self.is_real,) = arrays.whole_rooms(MOST)
-        self.z, self.bounds, self.t, self.one = arrays.rooms(48, 24, 12, 12)
-        self.weights, self.scales = arrays.rooms(6, 6 * MOST)
+        most = places.MOST_CANDIDATES
+        self.psi, self.radii, self.lengths = arrays.rooms(12 * most, most, most)
+        (self.is_real,) = arrays.whole_rooms(most)
+        self.z, self.bounds, self.t, self.solution = arrays.rooms(48, 24, 12, 12)
+        self.weights, self.scales = arrays.rooms(6, 6 * most)
         self.loop, self.elimination, self.pencil = SixScrews(), Elimination(), Pencil()
-        self.linkage, self.hidden = SphericalLinkage(), THIRD
+        self.linkage, self.hidden = SphericalLinkage(), HIDDEN_JOINT
         self.positions, self.motion = Positions(), Motion()
         self.count, self.proved = 0, False
         self.noise, self.first_step = 1.0, 0.0
 
     def find(self, arm: SixJoints, T: Numbers) -> None:
-        """Fill in the solutions of a motion, by one option after the other until all are found."""
+        """Fill in the solutions of a motion, option by option until the proof succeeds."""
         self.count, self.proved, self.first_step = 0, False, 0.0
         for k in range(arm.count):
             self._find_by(arm, T, k)
@@ -131,17 +140,17 @@ class Roots:
                 return
 
     def follow(self, arm: SixJoints, T: Numbers, starts: Flat, count: int) -> None:
-        """Fill in the solutions of a motion that Newton leads to from those of one beside it."""
+        """Fill in the solutions that Newton's method reaches from those of a motion nearby."""
         self.count, self.proved = 0, False
         self.loop.close(arm.screws, T, 0, False)
         for i in range(count):
             for j in range(6):
                 slides = vectors.slides(self.loop.screws, j)
-                share = 1.0 / self.loop.length if slides else 1.0
+                scale = 1.0 / self.loop.length if slides else 1.0
                 for e in range(2):
-                    self.t[2 * j + e] = share * starts[12 * i + 2 * j + e]
+                    self.t[2 * j + e] = scale * starts[12 * i + 2 * j + e]
             if self.motion.improve(self.loop, self.t) and self.motion.certify(self.loop, self.t):
-                self._take()
+                self._add_solution()
 
     def _find_by(self, arm: SixJoints, T: Numbers, k: int) -> None:
         options = arm.options
@@ -160,149 +169,146 @@ class Roots:
                 self.pencil.sample()
                 self.noise = self.pencil.noise
             c, degree = self.pencil.coefficients, self.pencil.degree
-        if not self.noise < NOISE:
+        if not self.noise < MAX_NOISE:
             return
-        # Where the last coefficients are noise, their roots are far from the circle and nothing.
+        # Leading coefficients that are noise have roots far from the circle, without solutions.
         while degree > 0 and _size(c, degree) <= self.noise:
             degree -= 1
-        roots = trigonometric_roots.roots_on_plane(c, degree, self.z)
-        errors = CAUTION * max(self.noise, 1e-16)
-        trigonometric_roots.write_bounds(c, degree, errors, self.z, self.bounds)
-        self._take_roots(arm, roots, swapped)
+        roots = polynomials.roots_on_plane(c, degree, self.z)
+        errors = NOISE_MARGIN * max(self.noise, complex_numbers.ROUND_OFF)
+        polynomials.write_bounds(c, degree, errors, self.z, self.bounds)
+        self._solve_roots(arm, roots, swapped)
 
-    def _take_roots(self, arm: SixJoints, roots: int, swapped: bool) -> None:
+    def _solve_roots(self, arm: SixJoints, roots: int, swapped: bool) -> None:
         accounted = True
         for i in range(roots):
             z = pairs.pair(self.z, i)
-            away = _log_size(z)
-            # Solutions are conjugate in pairs: their roots are inside the circle and outside.
-            taken = away <= NEAR_CIRCLE
-            taken = taken and self._take_root(arm, z, away, self.bounds[i], swapped)
-            # Those of real solutions are on it. Where the disc of the inner one is far from it,
-            # the pair is of none.
-            if self.bounds[i] < 0.5 * (math.exp(min(abs(away), FAR)) - 1.0):
+            deviation = _log_size(z)
+            # Conjugate solutions have one root inside the unit circle and one outside: take one.
+            found = deviation <= MAX_REAL_DEVIATION
+            found = found and self._solve_root(arm, z, deviation, self.bounds[i], swapped)
+            # Roots of real solutions are on the circle: a disc away from it has none.
+            if self.bounds[i] < 0.5 * (math.exp(abs(deviation)) - 1.0):
                 continue
-            accounted = accounted and trigonometric_roots.is_alone(self.z, self.bounds, roots, i)
-            accounted = accounted and (taken or self._is_of_none(z, self.bounds[i]))
+            accounted = accounted and polynomials.is_alone(self.z, self.bounds, roots, i)
+            accounted = accounted and (found or self._is_spurious(z, self.bounds[i]))
         self.proved = self.count >= arm.bound or accounted
         for i in range(roots):
             if self.proved:
                 return
             z = pairs.pair(self.z, i)
-            away = _log_size(z)
-            if away > NEAR_CIRCLE:
-                self._take_root(arm, z, away, self.bounds[i], swapped)
+            deviation = _log_size(z)
+            if deviation > MAX_REAL_DEVIATION:
+                self._solve_root(arm, z, deviation, self.bounds[i], swapped)
                 self.proved = self.count >= arm.bound
 
-    def _is_of_none(self, z: Complex, bound: float) -> bool:
-        # Whether a root, the only one within its bound, is of combined equations and solves none.
+    def _is_spurious(self, z: Complex, bound: float) -> bool:
+        # Whether a root of combined equations solves the equations themselves nowhere in its disc.
         if self.pencil.count <= pencils.SIZE:
             return False
         self.pencil.write_null_vector(z, self.positions.x)
-        moved = MARGIN * max(bound, SAME_ROOT) / max(self.pencil.gap, 1e-300)
-        return self.pencil.misses(z, self.positions.x) > moved
+        error = max(bound, ANGLE_TOLERANCE) / max(self.pencil.gap, complex_numbers.TINY)
+        return self.pencil.residual(z, self.positions.x) > RESIDUAL_MARGIN * error
 
-    def _take_root(
-        self, arm: SixJoints, z: Complex, away: float, bound: float, swapped: bool
+    def _solve_root(
+        self, arm: SixJoints, z: Complex, deviation: float, bound: float, swapped: bool
     ) -> bool:
-        # Takes the solutions of a root; whether the one that a simple root has is among them.
-        if abs(away) < NEAR_CIRCLE:
+        # Adds the solutions of a root; whether the solution of a simple root is among them.
+        if abs(deviation) < MAX_REAL_DEVIATION:
             size = math.sqrt(pairs.square_of(z))
             on_circle = (z[0] / size, z[1] / size)
-            taken = self._take_positions(arm, on_circle, z, bound, swapped)
-            if taken and bound < SHARP:
+            found = self._solve_positions(arm, on_circle, z, bound, swapped)
+            if found and bound < SHARP_ROOT:
                 return True
-        return self._take_positions(arm, z, z, bound, swapped)
+        return self._solve_positions(arm, z, z, bound, swapped)
 
-    def _take_positions(
+    def _solve_positions(
         self, arm: SixJoints, start: Complex, z: Complex, bound: float, swapped: bool
     ) -> bool:
         if arm.slides > 1:
-            # The others follow from the hidden joint.
             written = self.linkage.write_positions(self.loop, self.motion, start, self.t)
-            return written and self._take_candidate(z, bound)
-        taken = False
-        # Where the right side has its full rank, joints 1 and 2 follow from the others.
-        only = bound < SHARP and self.elimination.rank == elimination.RIGHT - 1
+            return written and self._refine(z, bound)
+        found = False
+        # If the right side has full rank, joints 1 and 2 follow from the others.
+        unique = bound < SHARP_ROOT and self.elimination.rank == elimination.RIGHT
         self.positions.find(self.loop, self.elimination, self.pencil, swapped, start)
         for _ in range(self.positions.count):
-            # What misses the goal least is tried first.
             best, least = 0, places.INFINITY
             for k in range(self.positions.count):
-                if self.positions.missed[k] < least:
-                    best, least = k, self.positions.missed[k]
-            self.positions.missed[best] = places.INFINITY
+                if self.positions.residuals[k] < least:
+                    best, least = k, self.positions.residuals[k]
+            self.positions.residuals[best] = places.INFINITY
             arrays.copy(self.t, 12, arrays.after(self.positions.t, 12 * best))
-            if self._take_candidate(z, bound):
-                taken = True
-                if only:
+            if self._refine(z, bound):
+                found = True
+                if unique:
                     return True
-        return taken
+        return found
 
-    def _take_candidate(self, z: Complex, bound: float) -> bool:
-        # Takes the solution that positions t lead to; whether it is that of a root.
+    def _refine(self, z: Complex, bound: float) -> bool:
+        # Adds the solution that Newton's method reaches from t; whether it is that of root z.
         if not self.motion.improve(self.loop, self.t):
             return False
         first = self.motion.first
         if not self.motion.certify(self.loop, self.t):
             return False
-        self._take()
+        self._add_solution()
         self.first_step = max(self.first_step, first)
         return self._is_of(z, bound)
 
     def _is_of(self, z: Complex, bound: float) -> bool:
-        # Whether the hidden joint of solution t is that of a root.
+        # Whether the hidden joint of solution t has the angle of root z.
         here = complex_numbers.angle_of(z)
         re, im = self.t[2 * self.hidden] - here[0], self.t[2 * self.hidden + 1] - here[1]
         re -= places.TAU * math.floor(re / places.TAU + 0.5)
-        return math.sqrt(re * re + im * im) <= max(bound, SAME_ROOT)
+        return math.sqrt(re * re + im * im) <= max(bound, ANGLE_TOLERANCE)
 
-    def _take(self) -> None:
-        # Takes the solution t of the loop, and its conjugate one where it is not real.
+    def _add_solution(self) -> None:
+        # Adds solution t of the loop, and its conjugate unless it is real.
         length, radius = self.loop.length, self.motion.radius
         imaginary: float = 0.0
         for j in range(6):
-            share = length if vectors.slides(self.loop.screws, j) else 1.0
+            scale = length if vectors.slides(self.loop.screws, j) else 1.0
             weight = self.motion.weights[j]
             imaginary = max(imaginary, weight * abs(self.t[2 * j + 1]))
             k = self.loop.order[j]
             self.weights[k] = weight
-            self.one[2 * k] = share * self.t[2 * j]
-            self.one[2 * k + 1] = share * self.t[2 * j + 1]
-        # The conjugate is a solution, too: where that is the same one, it is real.
+            self.solution[2 * k] = scale * self.t[2 * j]
+            self.solution[2 * k + 1] = scale * self.t[2 * j + 1]
+        # The conjugate is a solution, too. If both are the same, the solution is real.
         real = 2.0 * imaginary < 0.5 * radius
-        self._add(real, radius, length)
+        self._add_once(real, radius, length)
         if not real:
             for j in range(6):
-                self.one[2 * j + 1] = -self.one[2 * j + 1]
-            self._add(False, radius, length)
+                self.solution[2 * j + 1] = -self.solution[2 * j + 1]
+            self._add_once(False, radius, length)
 
-    def _add(self, real: bool, radius: float, length: float) -> None:
-        if self.count >= MOST:
+    def _add_once(self, real: bool, radius: float, length: float) -> None:
+        if self.count >= places.MOST_CANDIDATES:
             return
         for i in range(self.count):
-            if self._are_one(i, radius, length):
+            if self._is_same(i, radius, length):
                 return
         arrays.copy(arrays.after(self.scales, 6 * self.count), 6, self.weights)
-        arrays.copy(arrays.after(self.psi, 12 * self.count), 12, self.one)
+        arrays.copy(arrays.after(self.psi, 12 * self.count), 12, self.solution)
         self.radii[self.count] = radius
         self.lengths[self.count] = length
         self.is_real[self.count] = 1 if real else 0
         self.count += 1
 
-    def _are_one(self, i: int, radius: float, length: float) -> bool:
-        # Whether one is within half the other's radius, without full turns, in units of the longer
-        # of both units.
+    def _is_same(self, i: int, radius: float, length: float) -> bool:
+        # Whether `solution` is within half a radius of solution i, without full turns, in the
+        # longer of their units of length.
         mine, others = 0.0, 0.0
         for k in range(6):
             j = 0
             while self.loop.order[j] != k:
                 j += 1
-            re = self.one[2 * k] - self.psi[12 * i + 2 * k]
-            im = self.one[2 * k + 1] - self.psi[12 * i + 2 * k + 1]
+            re = self.solution[2 * k] - self.psi[12 * i + 2 * k]
+            im = self.solution[2 * k + 1] - self.psi[12 * i + 2 * k + 1]
             if vectors.slides(self.loop.screws, j):
-                share = 1.0 / max(length, self.lengths[i])
-                re, im = share * re, share * im
+                scale = 1.0 / max(length, self.lengths[i])
+                re, im = scale * re, scale * im
             else:
                 re -= places.TAU * math.floor(re / places.TAU + 0.5)
             square = re * re + im * im
@@ -315,7 +321,9 @@ class Roots:
 
 def _log_size(z: Complex) -> float:
     square = pairs.square_of(z)
-    return 0.5 * math.log(square) if 1e-300 < square < 1e300 else 1e3
+    if not complex_numbers.TINY < square < 1.0 / complex_numbers.TINY:
+        return places.INFINITY
+    return 0.5 * math.log(square)
 
 
 def _size(c: Numbers, k: int) -> float:
@@ -324,21 +332,21 @@ def _size(c: Numbers, k: int) -> float:
 
 def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, said: Floats) -> int:
     """
-    Fill in all complex solutions of a motion that the arm's options lead to; return their number.
+    Fill in the complex solutions of a motion that the arm's options find; return their number.
 
     Parameters
     ----------
     arm
-        Its options are tried in their order until there are as many as there can be.
+        Its options are tried in their order until no real solution is missing.
     T : shape (4, 4)
         The motion from rest to the target.
-    psi : shape (MOST, 6, 2)
+    psi : shape (MOST_CANDIDATES, 6, 2)
         Positions of the screws: real and imaginary parts, rad or m.
     said : shape (3,)
-        The noise of the last option, the longest first step of Newton to a solution, and 1 where
-        no real solution is missing.
+        The noise of the last option, the longest first Newton step to a solution, and 1 if no real
+        solution is missing.
     """
-    roots, found = Roots(), arrays.results(psi, 12 * MOST)
+    roots, found = Roots(), arrays.results(psi, 12 * places.MOST_CANDIDATES)
     about = arrays.results(said, 3)
     roots.find(arm, arrays.numbers(T, 16))
     arrays.copy(found, 12 * roots.count, roots.psi)
@@ -349,24 +357,24 @@ def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, said: Floats) -> i
 
 def followed_solutions(arm: SixJoints, T: Floats, count: int, psi: Floats) -> int:
     """
-    Replace complex solutions of a motion by those of a motion beside it; return their number.
+    Replace complex solutions of a motion by those of a motion nearby; return their number.
 
-    Simple solutions are followed; those that have become one are left out.
+    By Newton's method from each; solutions that it does not certify are left out.
 
     Parameters
     ----------
     arm
-        Of the arm.
+        The six joints.
     T : shape (4, 4)
         The motion from rest to the target.
     count
-        How many solutions there are.
-    psi : shape (MOST, 6, 2)
+        Number of solutions.
+    psi : shape (MOST_CANDIDATES, 6, 2)
         Positions of the screws: real and imaginary parts, rad or m.
     """
-    if not 0 <= count <= MOST:
-        raise TypeError('so many solutions six joints cannot have')
-    roots, found = Roots(), arrays.results(psi, 12 * MOST)
+    if not 0 <= count <= places.MOST_CANDIDATES:
+        raise TypeError('count is not 0 to 32 solutions')
+    roots, found = Roots(), arrays.results(psi, 12 * places.MOST_CANDIDATES)
     roots.follow(arm, arrays.numbers(T, 16), found, count)
     arrays.copy(found, 12 * roots.count, roots.psi)
     return roots.count

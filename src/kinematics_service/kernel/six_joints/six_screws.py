@@ -1,4 +1,10 @@
-"""Six screws and the motion they bring about, as a closed chain that may begin at any of them."""
+"""
+Six screws whose product of exponentials is the target, as a loop that may begin at any screw.
+
+The product of exponentials (R. W. Brockett, "Robotic manipulators and the product of exponentials
+formula", 1984) e1 ... e6 = goal is a closed loop: e2 ... e6 (goal^-1 e1 goal) = goal is the same
+equation, and so is its inverse. So each joint can be the first, and the loop can run backwards.
+"""
 
 import math
 
@@ -6,8 +12,9 @@ from ..forward import vectors
 from ..layout import arrays
 from ..layout.arrays import Flat, Numbers, Vector
 
-# The unit of length is no smaller than this share of the farthest axis' distance.
-LEAST_SHARE = 1e-3
+# Least unit of length, as a ratio to the largest distance of an axis from the origin: if four axes
+# meet, the median distance is 0 or an error of calibration, and coordinates of axes would be huge.
+MIN_UNIT_RATIO = 1e-3
 
 
 def write_inverse(T: Numbers, inverse: Numbers) -> None:
@@ -21,18 +28,16 @@ def write_inverse(T: Numbers, inverse: Numbers) -> None:
 
 class SixScrews:
     """
-    Six screws whose product is a motion: e1 ... e6 = goal, lengths in a unit of its own.
-
-    e2 ... e6 (goal^-1 e1 goal) = goal is the same equation, and so are its inverses.
+    The screws and the goal of a loop, in a unit of length of its own.
 
     Attributes
     ----------
     screws : shape (6, 7)
-        Axis, point, 1 where it slides; the points are the feet nearest to an origin on axis 3.
+        Axis, point, 1 if it slides; each point is the foot of the origin, which is on axis 3.
     goal : shape (3, 4)
-        The motion.
+        The product of the six screws.
     order : shape (6,)
-        Which screw of the arm each is.
+        The number of each in the arm.
     length
         The unit of length, m.
     """
@@ -43,7 +48,7 @@ class SixScrews:
         self.length = 1.0
 
     def close(self, screws: Flat, T: Numbers, first: int, backwards: bool) -> None:
-        """Begin the loop of an arm's screws and motion at one of them, forwards or backwards."""
+        """Fill in the loop of an arm's screws and motion T from screw `first` on."""
         back = [0.0] * 12
         write_inverse(T, back)
         for k in range(12):
@@ -69,35 +74,35 @@ class SixScrews:
         screw[6] = slides
 
     def _choose_unit(self) -> None:
-        # The origin: on axis 3, next to the middle of the points.
-        away = [0.0] * 6
+        # The origin is the point of axis 3 next to the mean of the points.
+        distances = [0.0] * 6
         origin, axis = vectors.point_of(self.screws, 2), vectors.axis_of(self.screws, 2)
-        middle: Vector = (0.0, 0.0, 0.0)
+        mean: Vector = (0.0, 0.0, 0.0)
         for k in range(6):
-            middle = vectors.plus(middle, 1.0 / 6.0, vectors.point_of(self.screws, k))
-        along = vectors.dot(axis, vectors.plus(middle, -1.0, origin))
+            mean = vectors.plus(mean, 1.0 / 6, vectors.point_of(self.screws, k))
+        along = vectors.dot(axis, vectors.plus(mean, -1.0, origin))
         origin = vectors.plus(origin, along, axis)
-        # The unit is the median of the distances to it: one long link must not make all short.
+        # The unit is the median of the distances, so that one long link does not make all short.
         for k in range(6):
             v = vectors.plus(vectors.point_of(self.screws, k), -1.0, origin)
             distance = math.sqrt(vectors.dot(v, v))
             i = k
-            while i > 0 and away[i - 1] > distance:
-                away[i] = away[i - 1]
+            while i > 0 and distances[i - 1] > distance:
+                distances[i] = distances[i - 1]
                 i -= 1
-            away[i] = distance
-        length = max(0.5 * (away[2] + away[3]), LEAST_SHARE * away[5])
+            distances[i] = distance
+        length = max(0.5 * (distances[2] + distances[3]), MIN_UNIT_RATIO * distances[5])
         self.length = length if length > 0.0 else 1.0
         self._move_origin(origin)
 
     def _move_origin(self, origin: Vector) -> None:
-        share = 1.0 / self.length
+        scale = 1.0 / self.length
         for k in range(6):
             axis = vectors.axis_of(self.screws, k)
             v = vectors.plus(vectors.point_of(self.screws, k), -1.0, origin)
             v = vectors.plus(v, -vectors.dot(axis, v), axis)
-            foot = (share * v[0], share * v[1], share * v[2])
+            foot = (scale * v[0], scale * v[1], scale * v[2])
             self._put(k, axis, foot, self.screws[7 * k + 6])
         moved = vectors.plus(vectors.times_point(self.goal, origin), -1.0, origin)
-        self.goal[3], self.goal[7] = share * moved[0], share * moved[1]
-        self.goal[11] = share * moved[2]
+        self.goal[3], self.goal[7] = scale * moved[0], scale * moved[1]
+        self.goal[11] = scale * moved[2]

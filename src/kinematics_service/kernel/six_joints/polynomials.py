@@ -1,0 +1,181 @@
+"""
+Real trigonometric polynomials: coefficients from samples, and complex roots z = e^(i t).
+
+A discrete Fourier transform of samples at equal angles interpolates a polynomial of degree n,
+sum of c[k] z^k for k from -n to n, whose c[-k] and c[k] are conjugate. The iteration of Aberth and
+Ehrlich (O. Aberth, Math. Comp. 27 (1973) 339; L. W. Ehrlich, Comm. ACM 10 (1967) 107) finds the 2n
+roots at once. Gershgorin discs (B. T. Smith, J. ACM 17 (1970) 661) bound their errors.
+"""
+
+import math
+
+from ..forward import chain_pass
+from ..layout import places
+from ..layout.arrays import Flat, Numbers
+from . import complex_numbers, pairs
+from .pairs import Complex
+
+# Sweeps over all roots. Simple roots take 10 to 20; clusters of roots converge linearly.
+MAX_ITERATIONS = 60
+# Starting points are on two circles about 0, since the roots come in pairs z and 1 / conj(z): the
+# radius of the inner one, half that of the outer one.
+START_RADIUS = 0.7
+# Angle of the first starting point, rad: no start lies on the real axis, where it could not leave
+# the axis if the coefficients are real.
+START_ANGLE = 0.4
+# Roots farther from 0 are ignored in `is_alone`: each mirrors one inside the circle.
+MAX_RADIUS = 1.5
+
+
+def write_circle(samples: int, circle: Flat) -> None:
+    """Write cosine and sine of `samples` equally spaced angles."""
+    for k in range(samples):
+        s, c = chain_pass.sincos(places.TAU * k / samples)
+        circle[2 * k], circle[2 * k + 1] = c, s
+
+
+def write_coefficients(
+    values: Flat, count: int, circle: Flat, largest: float, degree: int, c: Flat
+) -> float:
+    """
+    Write the coefficients c[0] to c[degree] of the values divided by the largest.
+
+    Returns the largest |c[k]| beyond the degree, which is the round-off of the values.
+    """
+    noise = 0.0
+    for k in range((count + 1) // 2):
+        re, im = 0.0, 0.0
+        for n in range(count):
+            m = (k * n) % count
+            re += values[n] * circle[2 * m]
+            im -= values[n] * circle[2 * m + 1]
+        re, im = re / (count * largest), im / (count * largest)
+        if k <= degree:
+            c[2 * k], c[2 * k + 1] = re, im
+        else:
+            noise = max(noise, math.sqrt(re * re + im * im))
+    return noise
+
+
+def roots_on_plane(c: Numbers, degree: int, z: Numbers) -> int:
+    """Write all roots z of the sum of c[k] z^k; return their number, twice the degree."""
+    count = 2 * degree
+    converged = [0] * 24
+    for k in range(count):
+        turn = places.TAU * k / count + START_ANGLE
+        radius = START_RADIUS if k % 2 == 0 else 2.0 * START_RADIUS
+        pairs.put(z, k, (radius * math.cos(turn), radius * math.sin(turn)))
+    left = count
+    for _ in range(MAX_ITERATIONS):
+        if left == 0:
+            break
+        for k in range(count):
+            if converged[k] == 0 and _improve(c, degree, z, k):
+                converged[k] = 1
+                left -= 1
+    return count
+
+
+def _coefficient(c: Numbers, degree: int, k: int) -> Complex:
+    # The coefficient of z^k in z^degree times the sum.
+    k -= degree
+    if k < 0:
+        return (c[-2 * k], -c[-2 * k + 1])
+    return (c[2 * k], c[2 * k + 1])
+
+
+def _improve(c: Numbers, degree: int, z: Numbers, k: int) -> bool:
+    # One step of root k; whether it has converged.
+    count = 2 * degree
+    here = pairs.pair(z, k)
+    size = math.sqrt(pairs.square_of(here))
+    outside = size > 1.0
+    # Outside the unit circle Horner's scheme runs backwards, in 1 / z.
+    x = pairs.over((1.0, 0.0), here) if outside else here
+    shrink = 1.0 / size if outside else size
+    a = _coefficient(c, degree, 0 if outside else count)
+    value, value_i, slope, slope_i = a[0], a[1], 0.0, 0.0
+    terms: float = math.sqrt(pairs.square_of(a))
+    for i in range(1, count + 1):
+        a = _coefficient(c, degree, i if outside else count - i)
+        product = slope * x[0] - slope_i * x[1]
+        slope_i = slope * x[1] + slope_i * x[0] + value_i
+        slope = product + value
+        product = value * x[0] - value_i * x[1]
+        value_i = value * x[1] + value_i * x[0] + a[1]
+        value = product + a[0]
+        terms = terms * shrink + abs(a[0]) + abs(a[1])
+    p, derivative = (value, value_i), (slope, slope_i)
+    if outside:
+        # P = z^count q(1/z), so P'/P = count / z - q' / (z^2 q).
+        p = pairs.times(p, x)
+        bent = pairs.times(pairs.times(x, x), derivative)
+        derivative = (count * p[0] - bent[0], count * p[1] - bent[1])
+        p = (value, value_i)
+    step = _step(p, derivative, z, k, count)
+    pairs.put(z, k, pairs.plus(here, -1.0, step))
+    # Four roundings a term bound the value; a step of ten units in the last place is the last.
+    small = math.sqrt(value * value + value_i * value_i) < 4 * complex_numbers.ROUND_OFF * terms
+    smallest = 10.0 * complex_numbers.ROUND_OFF * size
+    return small or pairs.square_of(step) < smallest * smallest
+
+
+def _step(p: Complex, derivative: Complex, z: Numbers, k: int, count: int) -> Complex:
+    # p / (p' - p sum of 1 / (z[k] - z[i])): Newton's step with the other roots divided out.
+    here = pairs.pair(z, k)
+    re, im = 0.0, 0.0
+    for i in range(count):
+        dx, dy = here[0] - z[2 * i], here[1] - z[2 * i + 1]
+        square = dx * dx + dy * dy
+        if i != k and square > 0.0:
+            re += dx / square
+            im -= dy / square
+    below = pairs.plus(derivative, -1.0, pairs.times(p, (re, im)))
+    if pairs.square_of(below) == 0.0:
+        return (0.0, 0.0)
+    return pairs.over(p, below)
+
+
+def write_bounds(c: Numbers, degree: int, noise: float, z: Numbers, bounds: Numbers) -> None:
+    """
+    Write bounds of the distances of the exact roots from the z[k], relative to |z[k]|.
+
+    The discs about the z[k] with the radius count |P(z[k])| / |c[degree] product of (z[k] - z[i])|
+    contain all roots, and each connected set of m discs contains m (Smith 1970). Errors of the
+    coefficients, each up to `noise`, enlarge |P(z[k])|.
+    """
+    count = 2 * degree
+    leading = math.sqrt(pairs.square_of(pairs.pair(c, degree)))
+    for k in range(count):
+        here = pairs.pair(z, k)
+        size = math.sqrt(pairs.square_of(here))
+        outside = size > 1.0
+        x = pairs.over((1.0, 0.0), here) if outside else here
+        shrink = 1.0 / size if outside else size
+        value, terms = (0.0, 0.0), 0.0
+        for i in range(count + 1):
+            a = _coefficient(c, degree, i if outside else count - i)
+            value = pairs.plus(pairs.times(value, x), 1.0, a)
+            terms = terms * shrink + 1.0
+        # Outside the circle both terms are divided by z^count.
+        product = leading * (1.0 if outside else size)
+        for i in range(count):
+            if i != k:
+                distance = math.sqrt(pairs.square_of(pairs.plus(here, -1.0, pairs.pair(z, i))))
+                product *= distance / size if outside else distance
+        residual = math.sqrt(pairs.square_of(value)) + noise * terms
+        bounds[k] = count * residual / product if product > 0.0 else places.INFINITY
+
+
+def is_alone(z: Numbers, bounds: Numbers, count: int, k: int) -> bool:
+    """Return whether the disc of root k meets no other disc within `MAX_RADIUS`."""
+    here = pairs.pair(z, k)
+    size = math.sqrt(pairs.square_of(here))
+    for i in range(count):
+        other = pairs.pair(z, i)
+        there = math.sqrt(pairs.square_of(other))
+        if i != k and there < MAX_RADIUS:
+            radii = bounds[k] * size + bounds[i] * there
+            if pairs.square_of(pairs.plus(here, -1.0, other)) <= radii * radii:
+                return False
+    return True
