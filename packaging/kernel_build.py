@@ -69,6 +69,7 @@ UNITS = {
         *('nearest/jacobian_changes', 'nearest/singular_equations', 'nearest/factor_zeros'),
     ),
     '_loops': ('loops',),
+    '_singular_search': ('singular_search',),
     '_chain_pass': ('forward/chain_pass',),
 }
 OPTIONS_OF = {

@@ -82,6 +82,8 @@ from .self_motion.curve_pieces import cut as cut
 from .self_motion.curve_point import CurvePoint as CurvePoint
 from .self_motion.tracing import passes as passes
 from .self_motion.tracing import trace as trace
+from .singular_search.nearest_search import SingularSearch as SingularSearch
+from .singular_search.nearest_search import find_singular as find_singular
 from .six_joints.six_joints import SixJoints as SixJoints
 from .six_joints.six_joints import complex_solutions as complex_solutions
 from .six_joints.six_joints import followed_solutions as followed_solutions
