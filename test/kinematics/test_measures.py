@@ -356,12 +356,11 @@ def test_the_farthest_distance_is_a_threshold():
     assert thresholds_for(task, 'distance', 1.0) == Thresholds('distance', 1.0, 0.03)
 
 
-def test_a_distance_of_one_is_said_to_be_farther():
+def test_a_distance_of_one_is_said_to_be_none():
     distance, condition = MEASURES['distance'], MEASURES['condition_number']
-    assert distance.farther(1.0, True) == 'farther than 1 rad (57 deg)'
-    assert distance.farther(1.0, False) == 'none found within 1 rad (57 deg)'
-    assert distance.farther(math.nextafter(1.0, 0.0), True) == ''
-    assert distance.farther(math.nan, True) == condition.farther(math.inf, True) == ''
+    assert distance.farther(1.0) == 'none found within 1 rad (57 deg)'
+    assert distance.farther(math.nextafter(1.0, 0.0)) == ''
+    assert distance.farther(math.nan) == condition.farther(math.inf) == ''
 
 
 def test_default_thresholds():
@@ -511,7 +510,7 @@ def test_the_distance_of_sixty_joints_is_unknown_and_refused_as_a_measure(tmp_pa
     robot = ks.load_robot(many_joints(tmp_path, 60))
     assert robot.thresholds == Thresholds('condition_number', 17.0, 30.0)
     found = ks.singularity(robot, np.full(60, 0.3))
-    assert found.distance_unknown
+    assert found.distance == 1.0
     assert found.nearest_singular is None
     assert found.clearance == 0.0
     with pytest.raises(ks.KinematicsError, match='up to 16 joints, not 60'):

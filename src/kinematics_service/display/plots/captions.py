@@ -46,13 +46,11 @@ def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> 
 def nearness(robot: Robot, singularity: Singularity) -> str:
     """Return in words how far one pose is from a singular one, and the factor that decides it."""
     distance = float(singularity.distance)
-    farther = MEASURES['distance'].farther(distance, True)
+    farther = MEASURES['distance'].farther(distance)
     if singularity.rank < singularity.generic_rank:
         text = 'singular pose'
     elif farther:
-        text = f'{farther} from singular poses'
-        if singularity.distance_unknown:
-            text = 'no singular pose found'
+        text = f'singular pose: {farther}'
     else:
         text = f'distance to singularity {distance:.3g} rad ({math.degrees(distance):.3g}°)'
     factors = singularity.factors

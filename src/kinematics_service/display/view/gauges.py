@@ -135,10 +135,8 @@ def _is_distance(seen: Observation) -> bool:
 def distance_text(seen: Observation) -> str:
     """Return the distance to a singular pose with its unit, or that none was found."""
     distance = seen.singularity.distance
-    if seen.singularity.distance_unknown:
-        return 'none found'
     shown = f'{distance:.3f} rad = {math.degrees(distance):.1f}°'
-    return MEASURES['distance'].farther(distance, True) or shown
+    return MEASURES['distance'].farther(distance) or shown
 
 
 def _time_gauge(seen: Observation) -> Gauge:

@@ -9,41 +9,35 @@ a whole search is repeated each time the joints have moved by a share of the dis
 import math
 
 from ..layout import arrays, places
-from ..layout.arrays import Flat, Floats, Public
-from ..nearest.arm import Arm
-from . import flat_loops, rank_equations
+from ..layout.arrays import Flat, Public
+from . import flat_loops, projection, rank_equations, start_motions
+from .arm import Arm
 from .projection import Projection
 from .singular_atlas import SingularAtlas
 
 # Samples of the atlas that are starts; and if the pose is nearly singular but none was found near.
 SAMPLES = 24
 MORE_SAMPLES = 96
-# Nearly singular: the condition number.
+# Nearly singular: the condition number; and its product with the distance, rad, mostly 5 to 50.
 CONDITION_LIMIT = 1e3
-# Distance times condition number, rad, above which a nearly singular pose is searched from more
-# starts: it is 5 to 50 for most poses of most arms.
 CONDITION_DISTANCE = 100.0
-# Motion of one joint of a start, rad.
-JOINT_START = 0.4
+# Mixtures of the last two directions that are starts.
+MIXTURES = 8
 # Steps of a projection at most.
 STEPS = 14
-# A start is dropped if its estimate exceeds the best distance by this factor: the estimate of a
-# bent set may be too large by that.
+# A start is dropped if its estimate exceeds the best distance by this factor: the set is bent.
 DROP_MARGIN = 1.3
 # Poses that are followed.
 MEMORY = 6
-# Two poses nearer to each other than this share of their distance are the same.
+# Poses are the same up to this share of their distance; a flat position is held for as long.
 SAME_SHARE = 0.1
 # A search is repeated when the joints have moved by this share of the distance.
 SEARCH_SHARE = 0.25
-# Distances below this count as this for it, rad: the level is ERROR, and one search a message is
-# enough.
+# The least distance for it, rad: below, the level is ERROR, and one search a message is enough.
 SEARCH_FLOOR = 0.02
-# The same for flat positions of loops.
-FLAT_SHARE = 0.05
 
 
-class SingularSearch:
+class NearestSearch:
     """
     Room for searches, the poses that were found, and the progress of the search under way.
 
@@ -58,23 +52,20 @@ class SingularSearch:
     ----------
     distance
         To the nearest pose that was found, rad; infinite if none was found.
-    nearest : shape (n,)
-        The motion to it, rad.
     evaluations
         Number of evaluations of J so far.
     """
 
     def __init__(self, arm: Arm, samples: int = SAMPLES) -> None:
         self.arm, self.samples = arm, samples
-        self.atlas = SingularAtlas(arm.chain, arm.task, arm.spans)
-        self.projection = Projection(arm.chain, arm.task)
+        self.atlas: SingularAtlas = arm.atlas()
+        self.projection = Projection(arm.chain, arm.task, arm.spans)
         self.groups: int = arm.chain.groups
-        self.flat_moved: float = 0.0
         self.n, self.values = arm.chain.dof, arm.task.generic_rank
         self.distance: float = places.INFINITY
         self.evaluations: Public[int] = 0
-        self.known, self.picks, self.tried, self.follows = 0, 0, 0, False
-        self.moved = 0.0
+        self.known, self.starts, self.tried, self.follows = 0, 0, 0, False
+        self.moved, self.flat_moved = 0.0, 0.0
         n, most = self.n, max(samples, MORE_SAMPLES)
         self.last, self.u, self.nearest = arrays.rooms(n, n, n)
         self.poses, self.lengths, self.drifts = arrays.rooms(MEMORY * n, MEMORY, MEMORY)
@@ -82,9 +73,11 @@ class SingularSearch:
         self.flats, self.flat_lengths = arrays.rooms(self.groups * n, self.groups)
         (self.picked,) = arrays.whole_rooms(most)
 
-    def forget(self) -> None:
-        """Let the next pose be searched from all starts."""
-        self.follows = False
+    def write_pose(self, pose: Flat) -> None:
+        """Fill the singular pose (n,) that was found, rad or m."""
+        for j in range(self.n):
+            scale = self.arm.task.column_scale[j]
+            pose[j] = self.projection.origin[j] + scale * self.nearest[j]
 
     def look(self, q: Flat, row: Flat) -> None:
         """Search from all starts at positions q (n,), which `row` evaluates."""
@@ -92,13 +85,15 @@ class SingularSearch:
         self.known, self.distance, self.follows = 0, places.INFINITY, True
         # First: beyond the flat positions no start closes.
         self._look_for_flat_loops()
+        self._take_own_pose()
         self._begin()
         while self._try_next():
             pass
         if self._is_odd():
-            self.picks = self.atlas.nearest(self.u, MORE_SAMPLES, self.picked, self.away)
+            self._pick(MORE_SAMPLES)
             while self._try_next():
                 pass
+        self._polish()
         self.moved = 0.0
         self.evaluations = self.projection.evaluations
 
@@ -108,20 +103,49 @@ class SingularSearch:
             self.look(q, row)
             return
         step = self._stand_at(q, row)
+        reach = SEARCH_SHARE * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
+        if not step <= reach:
+            self.look(q, row)
+        elif step > 0.0:
+            self._follow(q, row, step)
+        self.evaluations = self.projection.evaluations
+
+    def _follow(self, q: Flat, row: Flat, step: float) -> None:
         self.moved += step
-        self.distance = places.INFINITY
         self.flat_moved += step
+        had, self.distance = self.known, places.INFINITY
         self._hold_flat_loops()
+        self._take_own_pose()
         for k in range(self.known):
             self.drifts[k] += step
         while self._bring_next():
             pass
+        if had > 0 and self.known == 0:
+            self.look(q, row)
+            return
         reach = SEARCH_SHARE * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
-        while self.tried * reach < self.moved * self._starts():
+        while self.tried * reach < self.moved * self.starts:
             if not self._try_next():
                 self.moved = 0.0
                 self._begin()
-        self.evaluations = self.projection.evaluations
+
+    def _polish(self) -> None:
+        # Bring the nearest pose that was found to the exact one.
+        nearest = -1
+        for k in range(self.known):
+            nearest = k if self.lengths[k] == self.distance else nearest
+        if nearest >= 0:
+            arrays.copy(self.projection.d, self.n, self.nearest)
+            length = self.projection.run(places.INFINITY, STEPS, places.SAME_SOLUTION)
+            if length <= self.distance * (1.0 + projection.SLIDE_TOLERANCE):
+                self.distance = places.INFINITY
+                self._put(nearest, length)
+
+    def _take_own_pose(self) -> None:
+        # The pose itself, if it is singular.
+        if self.projection.equations.condition_number() >= 1.0 / places.RANK_TOLERANCE:
+            arrays.fill(self.projection.d, self.n, 0.0)
+            self._remember(0.0)
 
     def _look_for_flat_loops(self) -> None:
         # Of each group of loops, from the pose itself.
@@ -129,9 +153,8 @@ class SingularSearch:
         d = self.projection.d
         for k in range(self.groups):
             limit = DROP_MARGIN * min(self.distance, places.FARTHEST)
-            length = flat_loops.look(
-                self.projection.equations, self.projection.origin, k, limit, d, self.work
-            )
+            origin = self.projection.origin
+            length = flat_loops.look(self.projection.equations, origin, k, limit, d, self.work)
             self.flat_lengths[k] = length
             for j in range(self.n):
                 self.flats[k * self.n + j] = self.u[j] + d[j]
@@ -142,7 +165,7 @@ class SingularSearch:
         nearest: float = places.FARTHEST
         for k in range(self.groups):
             nearest = min(nearest, self.flat_lengths[k])
-        if self.groups > 0 and self.flat_moved > FLAT_SHARE * nearest:
+        if self.groups > 0 and self.flat_moved > SAME_SHARE * nearest:
             self._look_for_flat_loops()
             return
         for k in range(self.groups):
@@ -172,16 +195,25 @@ class SingularSearch:
     def _begin(self) -> None:
         # Begin another search.
         self.tried = 0
-        most = MORE_SAMPLES if self.known > 0 and self._is_odd() else self.samples
-        self.picks = self.atlas.nearest(self.u, most, self.picked, self.away)
+        self._pick(MORE_SAMPLES if self.known > 0 and self._is_odd() else self.samples)
+        if not self._is_searched():
+            self.tried = self.starts
+
+    def _pick(self, most: int) -> None:
+        picked: int = self.atlas.nearest(self.u, most, self.picked, self.away)
+        self.starts = self.values + MIXTURES + 2 * self.n + picked
+
+    def _is_searched(self) -> bool:
+        # Not where the last digits of positions are too coarse, or the atlas would take hours.
+        largest = 0.0
+        for j in range(self.n):
+            largest = max(largest, abs(self.u[j]))
+        return largest < places.LARGEST_REDUCED and self.n <= places.MAX_SEARCHED_JOINTS
 
     def _is_odd(self) -> bool:
         # Whether the pose is nearly singular, though no singular pose was found near.
         condition = self.projection.equations.condition_number()
         return condition > CONDITION_LIMIT and self.distance * condition > CONDITION_DISTANCE
-
-    def _starts(self) -> int:
-        return self.values + 2 * self.n + self.picks
 
     def _bring_next(self) -> bool:
         # Project the known pose that may be the nearest, if one may be nearer than the best.
@@ -194,12 +226,15 @@ class SingularSearch:
         pose = arrays.after(self.poses, first * self.n)
         for j in range(self.n):
             self.projection.d[j] = pose[j] - self.u[j]
-        length = self.projection.run(places.INFINITY, STEPS)
+        length = self.projection.run(places.INFINITY, STEPS, projection.SLIDE_TOLERANCE)
         if length < places.INFINITY:
             self._put(first, length)
         else:
             self.known -= 1
-            self._copy(self.known, first)
+            last = arrays.after(self.poses, self.known * self.n)
+            arrays.copy(pose, self.n, last)
+            self.lengths[first] = self.lengths[self.known]
+            self.drifts[first] = self.drifts[self.known]
         return True
 
     def _least(self, k: int) -> float:
@@ -215,21 +250,15 @@ class SingularSearch:
             self.distance = length
             arrays.copy(self.nearest, self.n, self.projection.d)
 
-    def _copy(self, k: int, to: int) -> None:
-        arrays.copy(
-            arrays.after(self.poses, to * self.n), self.n, arrays.after(self.poses, k * self.n)
-        )
-        self.lengths[to], self.drifts[to] = self.lengths[k], self.drifts[k]
-
     def _try_next(self) -> bool:
         # Run from the next start; False if there is none.
         k = self.tried
-        if k >= self._starts():
+        if k >= self.starts:
             return False
         self.tried += 1
         limit = DROP_MARGIN * min(self.distance, places.FARTHEST)
-        if self._write_start(k, limit):
-            length = self.projection.run(limit, STEPS)
+        if limit > 0.0 and self._write_start(k, limit):
+            length = self.projection.run(limit, STEPS, projection.SLIDE_TOLERANCE)
             if length < limit:
                 self._remember(length)
         return True
@@ -239,20 +268,28 @@ class SingularSearch:
         d = self.projection.d
         if k < self.values:
             r = self.values - 1 - k
-            return self.projection.equations.write_zero_of(r, d) < limit
+            return start_motions.write_zero_of(self.projection.equations, r, d) < limit
         k -= self.values
+        if k < MIXTURES:
+            turn = places.PI * (k + 0.5) / MIXTURES
+            origin = self.projection.origin
+            length = start_motions.write_zero_between(self.projection.equations, origin, turn, d)
+            return length < limit
+        k -= MIXTURES
         if k >= 2 * self.n:
             self.atlas.write_motion(self.u, self.picked[k - 2 * self.n], d)
             return True
         # Half of the way to a flat position the loops still close.
-        reach = min(JOINT_START, self.distance if self.groups == 0 else 0.5 * self.distance)
+        reach = min(
+            projection.TRUST_RADIUS, self.distance if self.groups == 0 else 0.5 * self.distance
+        )
         arrays.fill(d, self.n, 0.0)
         d[k // 2] = reach if k % 2 == 0 else -reach
         return self.atlas.count == 0 or self.atlas.matters(k // 2)
 
     def _remember(self, length: float) -> None:
         # Keep what the projection found: in the place of the same pose, or of the farthest.
-        place = self.known
+        place, farthest = -1, 0
         for k in range(self.known):
             squares = 0.0
             for j in range(self.n):
@@ -260,55 +297,13 @@ class SingularSearch:
                 squares += apart * apart
             if math.sqrt(squares) <= SAME_SHARE * length:
                 place = k
-        if place == self.known:
-            if self.known < MEMORY:
-                self.known += 1
-                self.lengths[place] = places.INFINITY
-            else:
-                place = 0
-                for k in range(self.known):
-                    if self.lengths[k] > self.lengths[place]:
-                        place = k
+            if self.lengths[k] > self.lengths[farthest]:
+                farthest = k
+        if place < 0 and self.known < MEMORY:
+            place = self.known
+            self.known += 1
+            self.lengths[place] = places.INFINITY
+        elif place < 0:
+            place = farthest
         if length < self.lengths[place]:
             self._put(place, length)
-
-
-def find_singular(
-    search: SingularSearch,
-    rows: Floats,
-    q: Floats,
-    distances: Floats,
-    poses: Floats,
-    in_order: bool,
-) -> None:
-    """
-    Fill the distance to the nearest singular pose of each position, and that pose.
-
-    Parameters
-    ----------
-    search
-        Of the arm.
-    rows : shape (N, width)
-        As `evaluate` fills them.
-    q : shape (N, n), rad or m
-        Positions.
-    distances, poses : shape (N,) and (N, n)
-        Filled; infinite and undefined if none was found.
-    in_order
-        Whether they are poses of a motion.
-    """
-    n, count, width = search.n, arrays.extent(q, 0), arrays.extent(rows, 1)
-    table, positions = arrays.numbers(rows, 0), arrays.numbers(q, 0)
-    lengths, found = arrays.results(distances, count), arrays.results(poses, count * n)
-    scale = search.arm.task.column_scale
-    lock = arrays.let_go()
-    for k in range(count):
-        position = arrays.after(positions, k * n)
-        if in_order:
-            search.follow(position, arrays.after(table, k * width))
-        else:
-            search.look(position, arrays.after(table, k * width))
-        lengths[k] = search.distance
-        for j in range(n):
-            found[k * n + j] = position[j] + scale[j] * search.nearest[j]
-    arrays.take_back(lock)

@@ -11,7 +11,7 @@ import math
 
 from ..forward.chain import Chain
 from ..layout import arrays, places
-from ..layout.arrays import Public
+from ..layout.arrays import Floats, Public
 from ..measures.task_rows import TaskRows
 from . import rank_equations
 from .rank_equations import RankEquations
@@ -21,10 +21,9 @@ TRUST_RADIUS = 0.3
 # Converged: the norm of S as a share of the largest singular value.
 SINGULAR_VALUE_RATIO = 1e-7
 # Converged: the next step onto the set, as a share of the motion.
-STEP_TOLERANCE = 1e-6
-# The motion along the set has converged at this share of the motion: the distance is then at most
-# half its square too large, 2e-4.
-SLIDE_TOLERANCE = 0.02
+STEP_TOLERANCE = 1e-9
+# Converged along the set, as a share of the motion: the distance is at most 1e-5 too large.
+SLIDE_TOLERANCE = 5e-3
 # Bounds of the step length along the set, as a share of the whole step.
 SHORTEST_SHARE = 0.1
 LONGEST_SHARE = 2.0
@@ -46,15 +45,15 @@ class Projection:
         Number of evaluations of J so far.
     """
 
-    def __init__(self, chain: Chain, task: TaskRows) -> None:
+    def __init__(self, chain: Chain, task: TaskRows, spans: Floats) -> None:
         self.n = chain.dof
-        self.equations = RankEquations(chain, task)
+        self.equations = RankEquations(chain, task, spans)
         self.evaluations: Public[int] = 0
         n = chain.dof
         self.origin, self.d, self.found, self.onto = arrays.rooms(n, n, n, n)
         self.along, self.before, self.moved = arrays.rooms(n, n, n)
 
-    def run(self, limit: float, most: int) -> float:
+    def run(self, limit: float, most: int, tolerance: float) -> float:
         """
         Bring the motion d to the singular pose nearest to the origin, and return its length.
 
@@ -66,6 +65,8 @@ class Projection:
             Length beyond which a run is dropped, rad.
         most
             Steps of the projection at most; 0 for Newton's method alone.
+        tolerance
+            The motion along the set has converged at this share of the motion.
         """
         n, best, left = self.n, places.INFINITY, most
         self.equations.restart()
@@ -76,20 +77,19 @@ class Projection:
             onto = rank_equations.length_of(self.onto, n)
             share = self._share_along() if left < most else 1.0
             along = share * rank_equations.length_of(self.along, n)
-            slides = left > 0 and max(along, onto) > SLIDE_TOLERANCE * length
+            slides = left > 0 and max(along, onto) > tolerance * length
             if slides:
                 if most - left >= TRIAL_STEPS and self._estimate() > limit:
                     break
                 self._move_along(share * min(1.0, TRUST_RADIUS / along) if along > 0.0 else share)
                 left -= 1
             elif self.equations.are_singular(SINGULAR_VALUE_RATIO):
-                exact = self.equations.are_singular(places.RANK_TOLERANCE)
-                if exact or onto <= STEP_TOLERANCE * length:
+                is_small = onto <= STEP_TOLERANCE * length
+                if is_small or self.equations.are_singular(places.RANK_TOLERANCE):
                     is_last = best < places.INFINITY or left > 0
                     if length < best:
-                        best = length
-                        arrays.copy(self.found, n, self.d)
-                    if is_last or not along > SLIDE_TOLERANCE * length:
+                        best = self._take_last_step(length)
+                    if is_last or not along > tolerance * length:
                         break
                     left = most
             else:
@@ -99,6 +99,17 @@ class Projection:
                 self.d[j] += share * self.onto[j]
         arrays.copy(self.d, n, self.found)
         return best
+
+    def _take_last_step(self, length: float) -> float:
+        # The steps that change S by round-off alone; returns the length of the motion then.
+        n, onto, along = self.n, 0.0, 0.0
+        if rank_equations.length_of(self.onto, n) <= SLIDE_TOLERANCE * length:
+            onto = 1.0
+        if rank_equations.length_of(self.along, n) <= places.SAME_SOLUTION * length:
+            along = 1.0
+        for j in range(n):
+            self.found[j] = self.d[j] + onto * self.onto[j] + along * self.along[j]
+        return rank_equations.length_of(self.found, n)
 
     def _linearise(self) -> bool:
         # Fill the steps at d; False if a loop does not close there, or no motion changes S.

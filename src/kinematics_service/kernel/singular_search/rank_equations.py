@@ -13,19 +13,27 @@ import math
 from ..forward import chain_pass
 from ..forward.chain import Chain
 from ..layout import arrays, places
-from ..layout.arrays import Flat
+from ..layout.arrays import Flat, Floats
 from ..loops import closed_pass, closing
 from ..measures import gradient, singular_values, singularity
 from ..measures.task_rows import TaskRows
-from ..nearest import jacobian_changes
+from . import jacobian_changes
 
-# Singular values of dS below this share of the largest are zero: table errors of 1e-5 are seen.
+# Rank of dS: singular values below this share of the largest are zero. Errors of 1e-5 in a table
+# still count.
 RANK_SHARE = 1e-6
 
 
 class RankEquations:
     """
     S + dS d = 0 around a pose, for motions d in rad (prismatic joints divided by the length).
+
+    Parameters
+    ----------
+    chain, task
+        The arm.
+    spans : shape (n, 3)
+        As `SingularAtlas` has them. A joint that does not matter stays in its place.
 
     Attributes
     ----------
@@ -35,14 +43,16 @@ class RankEquations:
         Norm of S, at least the singular value s_k, and a lower bound of the largest one.
     """
 
-    def __init__(self, chain: Chain, task: TaskRows) -> None:
+    def __init__(self, chain: Chain, task: TaskRows, spans: Floats) -> None:
         self.chain, self.task = chain, task
         n, m = self.chain.dof, self.task.count
-        self.n, self.m, self.pivots = n, m, task.generic_rank - 1
-        self.idle: int = n - task.generic_rank + 1
-        self.lost: int = m - task.generic_rank + 1
-        self.count: int = self.idle * self.lost
+        self.n, self.m = n, m
         self.residual, self.size = 0.0, 0.0
+        # With a pivot fewer: the largest that they become.
+        self.pivots: int = max(task.generic_rank - 2, 0)
+        self.idle: int = n - self.pivots
+        self.lost: int = m - self.pivots
+        self.count: int = self.idle * self.lost
         count, entries, m_n = self.count, self.chain.entries, m * n
         section = self.chain.frames_at - self.chain.closure_at
         work = gradient.room(self.chain)
@@ -53,14 +63,24 @@ class RankEquations:
         self.section, self.home = arrays.rooms(section, self.chain.frames_at)
         self.weights, self.work = arrays.rooms(6 * n, work)
         self.W, self.sigma = arrays.rooms(min(m, n) * (m + n), min(m, n))
+        self.mixed, self.spare, self.units = arrays.rooms(count * (n + count), n, n)
         self.rows, self.columns = arrays.whole_rooms(m, n)
         arrays.fill(self.still, n, 0.0)
         self.sigma[0] = 0.0
+        self.stop_after(task.generic_rank - 1)
+        for j in range(n):
+            matters = spans[j, 1] > 0.0 or self.chain.loops > 0
+            self.units[j] = self.task.column_scale[j] if matters else 0.0
         for i in range(m):
             axis = self.task.axis[i] if self.task.axis[i] < 3 else self.task.axis[i] - 3
             for k in range(3):
                 along = self.task.rotation[3 * k + axis]
                 self.axes[3 * i + k] = along * self.task.row_scale[i]
+
+    def stop_after(self, pivots: int) -> None:
+        """Let the elimination stop after other pivots than k - 1: S has more entries then."""
+        self.pivots, self.idle, self.lost = pivots, self.n - pivots, self.m - pivots
+        self.count = self.idle * self.lost
 
     def restart(self) -> None:
         """Return to the decomposed row: from there the loops are closed at the next pose."""
@@ -169,43 +189,51 @@ class RankEquations:
         last = arrays.after(self.M, self.rows[first + a] * self.n)
         tool = arrays.after(self.Y, 6 * a)
         arrays.fill(tool, 6, 0.0)
-        self._add_tool_motion(self.rows[first + a], 1.0, tool)
+        self.add_tool_motion(self.rows[first + a], 1.0, tool)
         for k in range(first - 1, -1, -1):
             value = -last[self.columns[k]]
             for i in range(k + 1, first):
                 value -= y[i] * self.M[self.rows[i] * self.n + self.columns[k]]
             y[k] = value
-            self._add_tool_motion(self.rows[k], value, tool)
+            self.add_tool_motion(self.rows[k], value, tool)
 
-    def _add_tool_motion(self, row: int, share: float, tool: Flat) -> None:
+    def add_tool_motion(self, row: int, share: float, tool: Flat) -> None:
+        """Add a share of a row of the task to a tool motion (6,) in base axes."""
         half = 3 if self.task.axis[row] > 2 else 0
         for k in range(3):
             tool[half + k] += share * self.axes[3 * row + k]
 
     def are_singular(self, ratio: float) -> bool:
-        """
-        Return whether the norm of S is at most a share of the largest singular value, here or at
-        the decomposed row.
-        """
+        """Return whether S is below a share of the largest singular value, here or at home."""
         return self.residual <= ratio * max(self.size, self.sigma[0])
 
     def linearise(self) -> None:
         """Evaluate dS, and bring it to orthogonal rows."""
+        self.write_slopes()
+        self.orthogonalise()
+
+    def write_slopes(self) -> None:
+        """Fill dS."""
         n, count = self.n, self.count
         for b in range(self.idle):
             x = arrays.after(self.X, b * n)
             if self.chain.loops == 0:
                 jacobian_changes.write_changes(self.chain, self.row, x, self.changes)
             for a in range(self.lost):
-                place = a * self.idle + b
-                slope = arrays.after(self.G, place * (n + count))
-                self._write_slope(x, arrays.after(self.Y, 6 * a), slope)
-                for i in range(count):
-                    slope[n + i] = 1.0 if i == place else 0.0
+                slope = arrays.after(self.G, (a * self.idle + b) * (n + count))
+                self.write_slope(x, arrays.after(self.Y, 6 * a), slope)
+
+    def orthogonalise(self) -> None:
+        """Bring dS to orthogonal rows, with the turns that do it beside them."""
+        n, count = self.n, self.count
+        for k in range(count):
+            for i in range(count):
+                self.G[k * (n + count) + n + i] = 1.0 if i == k else 0.0
         singular_values.orthogonalise(self.G, count, n, n + count, 1)
         singular_values.sort_by_norm(self.G, self.slopes, count, n, n + count, 1)
 
-    def _write_slope(self, x: Flat, y: Flat, slope: Flat) -> None:
+    def write_slope(self, x: Flat, y: Flat, slope: Flat) -> None:
+        """Fill the slope (n,) of y' J_t x, of a joint motion x (n,) and a tool motion y (6,)."""
         if self.chain.loops == 0:
             jacobian_changes.write_slope(self.chain, self.changes, y, slope)
         else:
@@ -214,7 +242,7 @@ class RankEquations:
                     self.weights[6 * j + i] = x[j] * y[i]
             gradient.write_gradient(self.chain, self.row, self.weights, slope, self.work)
         for j in range(self.n):
-            slope[j] *= self.task.column_scale[j]
+            slope[j] *= self.units[j]
 
     def condition_number(self) -> float:
         """Return the condition number of the decomposed row."""
@@ -225,33 +253,6 @@ class RankEquations:
         """Find the singular values and directions of an evaluated row, for `write_zero_of`."""
         arrays.copy(self.home, self.chain.frames_at, row)
         singularity.write_directions(self.n, self.task, self.home, self.W, self.sigma)
-
-    def write_zero_of(self, r: int, d: Flat) -> float:
-        """
-        Fill the least-norm motion d (n,) at whose end singular value r of the decomposed row is
-        zero by first order, and return its length.
-
-        The slope of a singular value is u' dJ_t v (Golub and Van Loan, section 2.4.3).
-        """
-        n, m = self.n, self.m
-        self.restart()
-        first = arrays.after(self.W, r * (m + n))
-        second = arrays.after(first, max(m, n))
-        joints, tool = (first, second) if n > m else (second, first)
-        arrays.fill(self.Y, 6, 0.0)
-        for j in range(n):
-            self.X[j] = joints[j] * self.task.column_scale[j]
-        for i in range(m):
-            self._add_tool_motion(i, tool[i], self.Y)
-        if self.chain.loops == 0:
-            jacobian_changes.write_changes(self.chain, self.row, self.X, self.changes)
-        self._write_slope(self.X, self.Y, d)
-        length = length_of(d, n)
-        if not length > 0.0:
-            return places.INFINITY
-        for j in range(n):
-            d[j] *= -self.sigma[r] / (length * length)
-        return self.sigma[r] / length
 
     def write_steps(self, d: Flat, onto: Flat, along: Flat) -> bool:
         """

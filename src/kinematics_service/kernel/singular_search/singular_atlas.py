@@ -17,6 +17,8 @@ from .projection import Projection
 
 # Random poses: the mean distance between samples is then about 0.7 rad for six joints.
 SEEDS = 3000
+# Random poses for each joint that matters, as a factor: few joints need fewer.
+SEEDS_PER_JOINT = 10
 SEED = 1
 
 
@@ -40,10 +42,12 @@ class SingularAtlas:
     def __init__(self, chain: Chain, task: TaskRows, spans: Floats) -> None:
         n = chain.dof
         self.n = n
-        seeds = 0 if chain.loops > 0 or n > places.MAX_SEARCHED_JOINTS else SEEDS
+        seeds = min(SEEDS, SEEDS_PER_JOINT ** int(np.sum(spans[:, 1] > 0.0)))
+        if chain.loops > 0 or n > places.MAX_SEARCHED_JOINTS:
+            seeds = 0
         random = np.random.default_rng(SEED)
         poses = spans[:, 0] + spans[:, 1] * random.random((seeds, n))
-        projection = Projection(chain, task)
+        projection = Projection(chain, task, spans)
         self.count = _project(projection, task, poses)
         self.poses = arrays.numbers(poses, self.count * n)
         kept = np.ascontiguousarray(spans)
@@ -108,7 +112,7 @@ def _project(projection: Projection, task: TaskRows, poses: Floats) -> int:
         for j in range(n):
             projection.origin[j] = task.column_scale[j] * table[i * n + j]
             projection.d[j] = 0.0
-        if projection.run(places.INFINITY, 0) < places.INFINITY:
+        if projection.run(places.INFINITY, 0, 0.0) < places.INFINITY:
             for j in range(n):
                 table[found * n + j] = table[i * n + j] + projection.d[j]
             found += 1
