@@ -98,15 +98,17 @@ class JointStates:
         from kinematics_service.estimation.joint_state_form import form_of
 
         names = list(ks.load_robot(robot).joint_names)
-        message = JointState(name=names, position=[0.0] * len(names), velocity=[0.1] * len(names))
+        message = JointState(name=names, position=[0.0] * len(names), velocity=[0.0] * len(names))
         message.effort = [1.0] * len(names) if efforts else []
         message.header.frame_id = frame
         self._data = bytearray(serialize_message(message))
-        self._places = form_of(bytes(self._data)).positions
+        self._form = form_of(bytes(self._data))
 
-    def at(self, q):
-        """Return the bytes of positions (n,), stamped with the time of now."""
-        self._data[self._places] = q.tobytes()
+    def at(self, q, qdot=None):
+        """Return the bytes of positions and velocities (n,), stamped with the time of now."""
+        self._data[self._form.positions] = q.tobytes()
+        if qdot is not None:
+            self._data[self._form.velocities] = qdot.tobytes()
         STAMP.pack_into(self._data, STAMP_AT, *divmod(time.time_ns(), SECOND))
         return bytes(self._data)
 

@@ -63,6 +63,7 @@ def feed(options):
 
     messages = JointStates(options.robot, efforts=options.efforts)
     q = np.array([0.3, -1.0, 1.2, -0.4, 1.1, 0.3, 0.2])[: ks.load_robot(options.robot).dof]
+    qdot = np.zeros(len(q))
     rclpy.init()
     peer = rclpy.create_node('feeder')
     publishers, commands = (
@@ -81,13 +82,15 @@ def feed(options):
         for k in paced(rate):
             if slots[RATE] != rate:
                 break
-            q[0] = 0.3 + 1e-4 * (k % 1000)
+            # The first joint swings, and its velocity agrees: healthy input.
+            side = 1.0 if k % 2000 < 1000 else -1.0
+            q[0], qdot[0] = 0.3 + 1e-4 * (1000 - abs(k % 2000 - 1000)), side * 1e-4 * rate
             if options.commands and k % 2:
                 slots[COMMANDED] = time.time_ns()
-                commands[0].publish(messages.at(q))
+                commands[0].publish(messages.at(q, qdot))
                 continue
             for publisher in publishers:
-                publisher.publish(messages.at(q))
+                publisher.publish(messages.at(q, qdot))
             slots[SENT] += len(publishers)
 
 

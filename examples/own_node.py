@@ -48,11 +48,11 @@ class SpeedScale(Node):
 
 # begin: docs/how_to/quality_of_service.md shows this class
 class PairedJacobians(Node):
-    """Pairs each Jacobian with the pose of the same joint state, from the second stamp on."""
+    """Pairs each Jacobian with the pose of the same joint state, once the next one is there."""
 
     def __init__(self, **options):
         super().__init__('paired_jacobians', **options)
-        self.first, self.stamps, self.jacobians, self.pairs = np.inf, [], [], {}
+        self.stamps, self.jacobians, self.pairs = [], [], {}
         self.create_subscription(PoseStamped, '/kinematics/pose', self.on_pose, 1000)
         self.create_subscription(Float64MultiArray, '/kinematics/jacobian', self.on_jacobian, 1000)
         self.create_subscription(Time, '/kinematics/jacobian/stamp', self.on_stamp, 1000)
@@ -61,20 +61,25 @@ class PairedJacobians(Node):
         self.keep(pose.header.stamp, pose=pose)
 
     def on_jacobian(self, jacobian, info):
-        if info['source_timestamp'] > self.first:  # its stamp comes, too
-            self.jacobians.append((info['source_timestamp'], jacobian))
-            self.match()
+        sent, number = info['source_timestamp'], info['publication_sequence_number']
+        self.jacobians.append((sent, number, jacobian))
+        self.match()
 
     def on_stamp(self, stamp, info):
-        self.first = min(self.first, info['source_timestamp'])
         self.stamps.append((info['source_timestamp'], stamp))
         self.match()
 
     def match(self):
-        while self.stamps and self.jacobians:
-            sent, stamp = self.stamps.pop(0)
-            if sent > self.jacobians[0][0]:  # the node sends a Jacobian, then its stamp
-                self.keep(stamp, jacobian=self.jacobians.pop(0)[1])
+        # The node sends a Jacobian, then its stamp. Numbers tell if one was lost between two.
+        while self.stamps and len(self.jacobians) > 1:
+            (sent, stamp), (first, k, jacobian) = self.stamps[0], self.jacobians[0]
+            second, m, _ = self.jacobians[1]
+            if sent > second:
+                del self.jacobians[0]
+                continue
+            del self.stamps[0]
+            if sent > first and m == k + 1:
+                self.keep(stamp, jacobian=jacobian)
 
     def keep(self, stamp, **half):
         pair = self.pairs.setdefault((stamp.sec, stamp.nanosec), {})

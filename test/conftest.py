@@ -39,8 +39,8 @@ ROS_TESTS = Path(__file__).parent / 'ros'
 # Started for the tests of a file, which takes seconds: a cluster, a program that serves a page, a
 # browser. Whatever asks for them is slow.
 STARTED = {'cluster', 'view', 'open_view', 'page'}
-# The folder of the files that take longest.
-LONGEST = 'symbolic'
+# The folders of the files that take longest: formulas, and pages and packages.
+LONGEST = ('symbolic', 'test')
 # After which share of the slow files none of the node is left: several of them are long.
 END_OF_WAITING = 0.8
 # Without one of these the tests of the node are skipped.
@@ -99,7 +99,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     slow = {item.path for item in items if item.get_closest_marker('slow')}
     waiting = [file for file in files if ROS_TESTS in file.parents]
     computing = [file for file in files if file in slow and file not in waiting]
-    computing.sort(key=lambda file: file.parent.name != LONGEST)
+    computing.sort(key=lambda file: file.parent.name not in LONGEST)
     order = dict.fromkeys([*evenly_mixed(waiting, computing), *files])
     places = {file: k for k, file in enumerate(order)}
     items.sort(key=lambda item: places[item.path])

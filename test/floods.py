@@ -88,10 +88,13 @@ class Client:
 
     def drain(self):
         """Listen until no pose has come for a while: those of a flood wait in this client."""
-        end, heard = time.monotonic() + PATIENCE, -1
-        while heard < len(self.poses) and time.monotonic() < end:
-            heard = len(self.poses)
-            self.rest(QUIET)
+        heard, last, end = -1, 0.0, time.monotonic() + PATIENCE
+        while (now := time.monotonic()) < end:
+            if heard < len(self.poses):
+                heard, last = len(self.poses), now
+            elif now - last > QUIET:
+                return
+            self.executor.spin_once(timeout_sec=0.01)
 
     def ask(self):
         """Call a service; return the future of its answer."""

@@ -59,14 +59,19 @@ def held_by(robot, rows=WHOLE, axis=''):
     return 0 if sliced_arm_of(robot, rows, axis).slices.joint == 0 else -1
 
 
+@functools.cache
+def _slices_of(robot, held, rows, axis):
+    arm = sliced_arm_of(robot, rows, axis)
+    return sliced_arm._slices(arm, robot, 0 if held == 0 else len(arm.table) - 1)
+
+
 def in_a_slice(robot, target, position, held, rows=WHOLE, axis=''):
     """
     Return all solutions (m, n) with a joint at a position; `held` is 0 or -1: at which end.
     """
     arm = sliced_arm_of(robot, rows, axis)
     checked = ik_target_of(robot, target, None if axis else rows, axis or None)
-    slices = sliced_arm._slices(arm, robot, 0 if held == 0 else len(arm.table) - 1)
-    found = arm.solutions(slices, checked, position)
+    found = arm.solutions(_slices_of(robot, held, rows, axis), checked, position)
     real = found[np.max(np.abs(found[:, :, 1]), axis=1) < 1e-9, :, 0]
     return arm.to_joints(real, robot.dof)
 

@@ -136,6 +136,33 @@ def test_own_node(ros_domain, q, expected):
         peer.close()
 
 
+def test_a_jacobian_is_paired_with_its_own_stamp_whatever_is_lost():
+    pytest.importorskip('rclpy', reason='needs ROS 2')
+    from builtin_interfaces.msg import Time
+
+    own = runpy.run_path(str(EXAMPLES / 'own_node.py'))['PairedJacobians']
+
+    class Subscriber(own):
+        def __init__(self):
+            self.stamps, self.jacobians, self.pairs, self.found = [], [], {}, []
+
+        def keep(self, stamp, jacobian):
+            self.found.append((stamp.sec, jacobian))
+
+    for seed in range(20):
+        random, one, late = np.random.default_rng(seed), Subscriber(), []
+        for k in range(200):
+            lost = random.random(2) < (0.2 if k % 40 < 20 else 0.9)  # in bursts, too
+            if not lost[0]:
+                one.on_jacobian(k, {'source_timestamp': 10 * k, 'publication_sequence_number': k})
+            if not lost[1]:
+                late.append((Time(sec=k), {'source_timestamp': 10 * k + 3}))
+            while late and random.random() < 0.5:
+                one.on_stamp(*late.pop(0))
+        assert len(one.found) > 20
+        assert all(k == jacobian for k, jacobian in one.found)
+
+
 def test_a_late_subscriber_pairs_jacobians_and_poses_by_stamp(ros_domain):
     harness = pytest.importorskip('ros_harness')
     from std_msgs.msg import Float64MultiArray

@@ -103,7 +103,8 @@ def test_an_audit_names_loops_that_are_closed_together(tmp_path, capsys):
     )
     main(['audit', str(recording), '--robot', str(robot)])
     said = ' '.join(capsys.readouterr().out.split())
-    open_ = sum(not closes(ks.load_robot(robot), q) for q in rows)
+    arm = ks.load_robot(robot)
+    open_ = sum(not closes(arm, q) for q in rows)
     assert 10 < open_ < 30
     assert f'{open_} messages made no new state: loop does not close ({open_}).' in said
     assert 'The arm comes too close to a singularity (right_arm + top_arm): distance' in said

@@ -82,7 +82,6 @@ def test_gear_ratios_that_were_found_are_no_matter_of_formulas(tmp_path, capsys)
 # Of each kind of arm one, each kind of fit at some of them: derivations take seconds, but where
 # gear ratios were found.
 ARMS = {
-    'puma560': 'gears',
     'panda': 'gears',
     'scara_hsr065': 'tolerance',
     'parallelogram_left': 'gears',

@@ -1,15 +1,19 @@
 """Jumps of joint zeros, by poses of a second source."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from second_source import CALIBRATED, CAMERA, NOMINAL, TRACKER, WatchedArm
 
 import kinematics_service as ks
+from kinematics_service.diagnosis.calibration.corrections import corrected_robot
 from kinematics_service.diagnosis.calibration.zero_jump import THRESHOLDS, JumpDetector
 from kinematics_service.rigid_motion import exponential
 from kinematics_service.robot.bundled import bundled_robots
+from kinematics_service.robot.file.parts.parameters import gear_parameters
+from kinematics_service.robot.robot import build_robot
 
 FIRST = 20
 SOURCES = [(CALIBRATED, TRACKER), (CALIBRATED, CAMERA), (NOMINAL, TRACKER), (NOMINAL, CAMERA)]
@@ -76,8 +80,34 @@ def test_a_zero_that_comes_back_ends_the_alarm_and_another_slip_is_found():
     offset[60:260, 2] = np.radians(0.5)
     offset[320:, 3] = np.radians(-0.5)
     named = [one.jump.names if one.jump else () for one in watched(arm, arm.poses(q, offset))]
-    at = [named[(k - FIRST) // 8] for k in (50, 100, 250, 300, 350)]
-    assert at == [(), ('elbow_joint',), ('elbow_joint',), (), ('wrist_1_joint',)]
+    at = [named[(k - FIRST) // 8] for k in (50, 100, 250, 284, 300, 350)]
+    assert at == [(), ('elbow_joint',), ('elbow_joint',), (), (), ('wrist_1_joint',)]
+
+
+@pytest.mark.parametrize(('joint', 'end'), [(0, 'base'), (5, 'tool')])
+def test_a_large_slip_of_an_end_joint_is_named_with_the_end_that_looks_the_same(joint, end):
+    arm = an_arm(CALIBRATED, TRACKER)
+    name = arm.file.joint_names[joint]
+    jump = watched(arm, slipped(arm, 60, joint, 3.0, 50))[-1].jump
+    assert (jump.key, jump.names) == ('joint_offset', (name,))
+    assert f'the {end} turned about the axis of {name} would look the same' in jump.sentence
+
+
+def test_errors_of_gears_that_the_file_states_raise_no_alarm():
+    deviation = 3e-3
+    alarms = []
+    for states_gears in (False, True):
+        arm = an_arm(CALIBRATED, TRACKER)
+        gears = gear_parameters(arm.file.description.joints)
+        errors = deviation * arm.random.normal(size=len(gears))
+        arm.true = corrected_robot(arm.true, gears, errors)
+        said = arm.file.description.uncertainty
+        own = (*said.parameters, *((one.name, deviation) for one in gears if states_gears))
+        said = replace(said, parameters=own)
+        arm.file = build_robot(replace(arm.file.description, uncertainty=said))
+        q = np.concatenate([arm.region(60, 0.3) for _ in range(3)])
+        alarms.append(any(one.jump for one in watched(arm, arm.poses(q))))
+    assert alarms == [True, False]
 
 
 def test_the_smallest_slip_found_is_given_and_grows_with_the_noise():
@@ -111,6 +141,17 @@ def test_outliers_and_a_source_that_fails_for_five_poses_are_no_slip():
     last = watched(arm, poses)[-1]
     assert last.jump is None
     assert 'look at the second source' in last.sentence()
+
+
+@pytest.mark.parametrize(
+    ('seed', 'share', 'size'), [(6, 0.1, 0.3), (8, 0.1, 0.3), (9, 0.2, 0.3), (10, 0.1, 0.3)]
+)
+def test_outliers_of_a_healthy_arm_are_no_jump(seed, share, size):
+    arm = an_arm(NOMINAL, TRACKER, seed=seed)
+    poses = arm.poses(arm.path(100))
+    bad = arm.random.random(100) < share
+    poses.poses[bad, :3, 3] += arm.random.normal(0.0, size, (bad.sum(), 3))
+    assert [one.jump for one in watched(arm, poses, 4) if one.jump] == []
 
 
 def test_a_joint_that_did_not_move_is_never_named():

@@ -1,5 +1,7 @@
 """Poses of a bag as a second source: stamped poses, points, transforms, and one frame of /tf."""
 
+import json
+
 import numpy as np
 import pytest
 from arms import robot_of
@@ -7,6 +9,7 @@ from audits import header, joint_states, quaternions, write_bag
 from recordings import motion, samples_of
 
 import kinematics_service as ks
+from kinematics_service.__main__ import main
 from kinematics_service.errors import RecordingError
 from kinematics_service.formats.recordings.open_file import open_source
 from kinematics_service.formats.recordings.source import Selection
@@ -79,6 +82,20 @@ def test_each_type_of_pose(tmp_path, store, kind, children, topic, refused):
     turned = np.eye(3) if track.positions else T[:, :3, :3]
     assert track.positions == (kind == 'PointStamped')
     assert np.max(np.abs(track.poses[:, :3, :3] - turned)) < ROUND_OFF
+
+
+def test_points_of_a_bag_calibrate_an_arm(tmp_path, store, capsys):
+    messages = [*joint_states(store, SAMPLES), *poses(store, 'PointStamped')]
+    bag = write_bag(tmp_path / 'bag', store, messages)
+    options = ('--robot', 'ur5e', '--fit', 'offsets,base,tool', '--json', '-')
+    command = ['calibrate', str(bag), *options]
+    assert main([*command, '--pose-topic', '/pose']) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document['positions_only']
+    # Positions leave theta1 to the base, and theta6 to the tool.
+    assert (document['known'], document['possible']) == (13, 13)
+    assert main(command) == 1
+    assert 'name their topic with --pose-topic' in capsys.readouterr().err
 
 
 def test_tf_of_a_ros1_bag(tmp_path):

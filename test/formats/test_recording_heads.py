@@ -222,6 +222,10 @@ REFUSED = {
     'angles in mm': (
         'stamp,' + each('{}_rad') + ',x_mm,y_mm,z_mm,rx_mm,ry_mm,rz_mm', {}, "'mm' is not one of",
     ),
+    'poses with names without joints': (
+        'image,' + ','.join(f'pose.{end}' for end in ('x,y,z,' + QXYZW).split(',')),
+        {'stamps': 'none'}, 'poses of the tool, and no joint positions.*ik --one',
+    ),
     'poses without joints': (
         'image,x,y,z,' + QXYZW, {'stamps': 'none'},
         'poses of the tool, and no joint positions.*ik --one',

@@ -15,6 +15,7 @@ from arms import robot_of, seeded
 from general_arms import apart, text_of
 
 import kinematics_service as ks
+from kinematics_service.rigid_motion import turn_about
 from kinematics_service.robot.clearance_bounds import reach_of
 from kinematics_service.robot.task import seeded_poses
 
@@ -276,9 +277,10 @@ def test_an_arm_of_any_size_is_the_same_arm(shape, size):
         ks.singularity(robot, q).distance, rel=1e-6
     )
     target = target_at(other, q)
+    # A tolerance as large as the arm would leave more solutions.
     ours, theirs = (
         ks.inverse_kinematics(robot, target_at(robot, q)),
-        ks.inverse_kinematics(other, target),
+        ks.inverse_kinematics(other, target, tolerance=1e-6 * min(size, 1.0)),
     )
     assert (theirs.status, theirs.method, theirs.complete) == (
         ours.status, ours.method, ours.complete
@@ -312,3 +314,56 @@ def test_the_reach_of_a_slide_without_limits_proves_nothing():
     robot = ks.robot_from_text(text_of('standard', *polar_arm(H)))
     assert math.isinf(reach_of(robot.chain, np.array(robot.limits)).radius)
     assert ks.inverse_kinematics(robot, [40.0, 3.0, 1.0]).status == 'solved'
+
+
+# Arms of five joints (a, alpha, d, theta): the Mitsubishi RV-M1 by its textbook table; wrists of
+# two axes; a rail along the parallel axes; parallel axes first; no axes that meet or are parallel.
+FIVE_JOINTS = {
+    'rv_m1': ('standard', 'RRRRR', 4, 'closed form', [
+        (0, H, 0.3, 0), (0.25, 0, 0, 0), (0.16, 0, 0, 0), (0, H, 0, 0), (0, 0, 0.072, 0)]),
+    'rv_m1_modified': ('modified', 'RRRRR', 4, 'closed form', [
+        (0, 0, 0.3, 0), (0, H, 0, 0), (0.25, 0, 0, 0), (0.16, 0, 0, 0), (0, H, 0.072, 0)]),
+    'offsets': ('standard', 'RRRRR', 2, 'closed form', [
+        (0.05, H, 0.3, 0), (0.25, 0, 0.03, 0), (0.16, 0, -0.01, 0), (0.02, H, 0.04, 0),
+        (0.03, 0.35, 0.072, 0)]),
+    'two_parallel': ('standard', 'RRRRR', 1, 'closed form', [
+        (0.05, H, 0.3, 0), (0.25, 0, 0.03, 0), (0, H, 0, 0), (0, -H, 0.3, 0), (0.03, 0, 0, 0)]),
+    'parallel_first': ('standard', 'RRRRR', 2, 'algebraic', [
+        (0.3, 0, 0.1, 0), (0.2, 0, 0, 0), (0.1, H, 0, 0), (0, H, 0, 0), (0.1, 0, 0.1, 0)]),
+    'rail': ('standard', 'PRRRR', 2, 'algebraic', [
+        (0, 0, 0, 0), (0.25, 0, 0, 0), (0.16, 0, 0, 0), (0.05, H, 0, 0), (0, 0, 0.072, 0)]),
+    'skew': ('standard', 'RRRRR', 1, 'algebraic', [
+        (0.1, 0.7, 0.1, 0), (0.2, 0.5, 0.1, 0), (0.15, 1.2, 0.3, 0), (0.1, 0.9, 0.1, 0),
+        (0, 0, 0.1, 0)]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize('name', FIVE_JOINTS)
+def test_solutions_of_five_joints_are_proved_to_be_all(name):
+    convention, kinds, count, method, rows = FIVE_JOINTS[name]
+    robot = ks.robot_from_text(text_of(convention, rows, kinds))
+    q = np.array([0.31, -0.83, 1.17, 0.52, 0.74])
+    exact = ks.forward_kinematics(robot, q)
+    for target in (exact, np.round(exact, 7)):
+        result = ks.inverse_kinematics(robot, target)
+        assert (result.method, result.complete, len(result)) == (method, 'proved', count)
+        assert min(apart(robot, one.q, q) for one in result) < 1e-5
+    # Five joints leave one condition, which a turned target does not meet.
+    exact[:3, :3] = turn_about(np.array([0.6, 0.0, 0.8]), 0.2) @ exact[:3, :3]
+    away = ks.inverse_kinematics(robot, exact)
+    assert (away.status, away.complete) == ('unreachable', 'proved')
+    assert away.nearest.residual > 1e-4
+
+
+def test_five_joints_prove_nothing_where_a_rounded_target_meets_a_border():
+    # The elbow is stretched in one of two branches, the target rounded beyond it: that branch has
+    # two solutions within the tolerance, or none.
+    convention, kinds, _, _, rows = FIVE_JOINTS['offsets']
+    robot = ks.robot_from_text(text_of(convention, rows, kinds))
+    q = np.array([0.0, H, -math.pi, -H, math.pi])
+    target = np.round(ks.forward_kinematics(robot, q), 7)
+    result = ks.inverse_kinematics(robot, target)
+    assert result.complete == 'found'
+    assert min(apart(robot, one.q, q) for one in result) < 1e-6
+    # A tolerance as large as this leaves more than branches.
+    assert ks.inverse_kinematics(robot, target, tolerance=1e-2).complete == 'found'

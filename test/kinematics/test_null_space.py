@@ -56,8 +56,14 @@ def test_the_tool_stays_where_it_is_to_second_order(name):
             np.testing.assert_allclose(ahead, T, rtol=0, atol=1e-10)
 
 
-@redundant
-@pytest.mark.parametrize('rows', [None, ('x', 'y', 'z'), ('rz', 'x')])
+@pytest.mark.parametrize(
+    ('name', 'rows'),
+    [
+        *((name, None) for name in REDUNDANT[::2]),
+        *((name, ('x', 'y', 'z')) for name in REDUNDANT[1::2]),
+        *((name, ('rz', 'x')) for name in REDUNDANT[::3]),
+    ],
+)
 def test_the_basis_turns_little_from_pose_to_pose(name, rows):
     robot = robot_of(name)
     start, other = seeded(robot, 2)

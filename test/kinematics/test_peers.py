@@ -21,7 +21,7 @@ TABLES = {
     )
     for convention in ('standard', 'modified')
     for dof in range(1, 10)
-    for seed in range(2)
+    for seed in range(dof % 2, dof % 2 + 1)
 }
 random_tables = pytest.mark.parametrize('arm', TABLES.values(), ids=TABLES.keys())
 

@@ -22,8 +22,10 @@ from redundant_arms import (
 )
 
 import kinematics_service as ks
+from kinematics_service import kernel
 from kinematics_service.kinematics.inverse.problem.target import ik_target_of
 from kinematics_service.kinematics.inverse.self_motion import sliced_arm
+from kinematics_service.robot.robot import build_robot
 
 ARMS = (*BUNDLED, *CALIBRATED, *RANDOM, *SLIDING)
 REACHED = 1e-12  # m and of a rotation's numbers, at arms of about 1 m
@@ -238,14 +240,8 @@ def test_a_limit_that_a_curve_only_touches_does_not_end_it():
             )
 
 
-def test_limits_wider_than_a_turn_wind_the_arcs():
-    robot = random_arm('RRRRRRR', 0, (-1.5 * math.pi, 1.5 * math.pi))
-    target = ks.forward_kinematics(robot, poses_within(robot, 1, 5)[0])
-    result = ks.inverse_kinematics(robot, target)
-    arcs = [arc for family in result.families for arc in family.intervals]
-    assert max(arc.windings for arc in arcs) > 1
-    # A posture, with all its turns inside the limits, is on as many arcs as it has such turns.
-    q = arcs[0].at(0.5 * arcs[0].length)
+def assert_all_turns_are_counted(robot, result, q):
+    """Check that a posture is on as many arcs as it has full turns inside the limits."""
     low, high = robot.limits.T
     first, last = np.ceil((low - q) / math.tau), np.floor((high - q) / math.tau)
     count = 0
@@ -260,6 +256,15 @@ def test_limits_wider_than_a_turn_wind_the_arcs():
                 if np.max(np.abs(turned - np.round(turned))) < 1e-6:
                     count += arc.windings
     assert count == int(np.prod(last - first + 1))
+
+
+def test_limits_wider_than_a_turn_wind_the_arcs():
+    robot = random_arm('RRRRRRR', 0, (-1.5 * math.pi, 1.5 * math.pi))
+    target = ks.forward_kinematics(robot, poses_within(robot, 1, 5)[0])
+    result = ks.inverse_kinematics(robot, target)
+    arcs = [arc for family in result.families for arc in family.intervals]
+    assert max(arc.windings for arc in arcs) > 1
+    assert_all_turns_are_counted(robot, result, arcs[0].at(0.5 * arcs[0].length))
 
 
 def test_a_joint_that_makes_a_whole_turn_a_lap_goes_on_lap_by_lap():
@@ -489,14 +494,16 @@ def test_complex_solutions_far_from_real_ones_are_certified_each_once():
     arm = sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, '')
     target = ik_target_of(robot, ks.forward_kinematics(robot, poses_within(robot, 1, 7)[0]))
     slices, position = sliced_arm._slices(arm, robot, 0), 1.7
-    solutions = arm.solutions(slices, target, position)
-    assert len(solutions) == 16
+    goal = sliced_arm._motion_of(arm.screws, 0, -position) @ arm._motion(target)
+    solutions = np.empty((kernel.MOST_CANDIDATES, 6, 2))
+    count = kernel.complex_solutions(slices.six.form, goal.copy(), solutions, np.empty(3))
+    solutions = solutions[:count]
+    assert count == 16
     assert np.sum(np.abs(solutions[:, :, 1]).max(axis=1) > 7.0) == 4
     screws = replace(arm.screws, axes=arm.screws.axes[1:], points=arm.screws.points[1:])
-    goal = sliced_arm._motion_of(arm.screws, 0, -position) @ arm._motion(target)
     with mpmath.workdps(40):
         found = []
-        for one in solutions[:, 1:]:
+        for one in solutions:
             t = exactly(screws, goal, [mpmath.mpc(*angle) for angle in one])
             there = np.array([complex(x) for x in t])
             assert np.max(np.abs(there - (one[:, 0] + 1j * one[:, 1]))) < 1e-6
@@ -505,15 +512,28 @@ def test_complex_solutions_far_from_real_ones_are_certified_each_once():
     assert np.min(away + 1e3 * np.eye(len(found))) > 1e-3
 
 
-@pytest.mark.parametrize(('degrees', 'status'), [(540.0, 'solved'), (900.0, 'family')])
-def test_limits_of_many_turns_leave_one_posture_with_the_reason(degrees, status):
+@pytest.mark.parametrize('width', [1e-8, 1e-9, 1e-12])
+def test_a_posture_between_limits_that_nearly_meet_is_on_an_arc(width):
+    robot, random = ks.load_robot('kuka_iiwa14'), np.random.default_rng(7)
+    for joints in ((0,), (4,), (1, 6), (3, 4), (4, 5)):
+        q = random.uniform(*robot.limits.T)
+        own = list(robot.description.joints)
+        for j in joints:
+            own[j] = replace(own[j], lower=float(q[j]), upper=float(q[j]) + width)
+        narrow = build_robot(replace(robot.description, joints=tuple(own)))
+        found = ks.inverse_kinematics(narrow, ks.forward_kinematics(robot, q), near=q)
+        arcs = [arc for family in found.families for arc in family.intervals]
+        assert min(np.linalg.norm(arc.nearest_to(q) - q) for arc in arcs) < 1e-6
+
+
+@pytest.mark.parametrize('degrees', [540.0, 900.0])
+def test_limits_of_many_turns_are_counted(degrees):
     text = ks.bundled_robots()['kuka_iiwa14'].read_text(encoding='utf-8')
     limits = f'limits: [-{degrees}, {degrees}]'
     robot = ks.robot_from_text(re.sub(r'limits: \[[^]]*\]', limits, text))
     q = np.array([0.4, 0.7, -0.3, -1.2, 0.5, 0.9, -0.2])
     found = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q), near=q)
-    assert found.status == status
-    if status == 'family':
-        assert found.complete == 'partial'
-        np.testing.assert_allclose(found.families[0].q, q, atol=1e-6)
-        assert 'more than 16,384: narrow them' in found.reason
+    assert (found.status, found.complete) == ('solved', 'found')
+    arcs = [arc for family in found.families for arc in family.intervals]
+    assert_all_turns_are_counted(robot, found, q)
+    assert min(np.linalg.norm(arc.nearest_to(q) - q) for arc in arcs) < 1e-9

@@ -27,7 +27,7 @@ UNMATCHED = {
     'gripper': ('puma560', [], [*UR, 'finger'], ['or --robot ur5e']),
     'left': ('puma560', [], [f'l_{name}' for name in UR], ['--robot ur5e -p joint_prefix:=l_']),
     'prefix': ('ur5e', [], [f'arm_{name}' for name in UR], ['try -p joint_prefix:=arm_']),
-    'present prefix': ('ur5e', ['joint_prefix:=l_'], UR, ['try -p "joint_prefix:=\'\'" alone']),
+    'present prefix': ('ur5e', ['joint_prefix:=l_'], UR, ['try without joint_prefix']),
     'two arms': (
         *('ur5e', [], [side + name for side in ('l_', 'r_') for name in UR]),
         ['-p joint_prefix:=l_ or -p joint_prefix:=r_', 'and 4 more'],
@@ -113,6 +113,18 @@ def test_messages_of_some_joints_are_counted(arm):
     assert status.message == f'{said}: missing q2, q3'
 
 
+def test_names_beside_those_of_the_arm_are_shown_on_the_terminal_too(arm, capfd):
+    one = arm('craig_3r')
+    one.publish(joint_state(['q1', 'q2', 'qq3'], [0.0] * 3, (), START))
+    one.spin_until(lambda: one.counts()['waiting for other joints'] == '1', 'message')
+    one.node._health._answered -= 5.0
+    capfd.readouterr()
+    one.node._health.say()
+    says = 'missing q3; messages name qq3, too: joint_names maps other names'
+    assert says in one.diagnose().message
+    assert says in capfd.readouterr().err
+
+
 def test_joint_names_from_a_params_file(arm, tmp_path):
     for names, expected in (('[]', ('q1', 'q2', 'q3')), ('[a, b, c]', ('a', 'b', 'c'))):
         file = tmp_path / 'params.yaml'
@@ -166,7 +178,7 @@ def test_a_remapped_node_sees_the_topic_it_was_remapped_from(arm, capfd):
     one.spin_until(
         lambda: seen('/joint_states') and seen('/cell/other/ik/joint_states'), 'publishers'
     )
-    one.node._health._begun -= 5.0
+    one.node._health._answered -= 5.0
     written = ''
 
     def said():

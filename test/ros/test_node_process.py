@@ -201,9 +201,9 @@ def test_several_arms_run_in_one_process_each_in_its_namespace(process, peer):
 def test_an_idle_node_costs_next_to_nothing(process):
     node = process('--robot', 'craig_3r')
     settled = threading.Event()
-    settled.wait(5.0)  # a cost a second takes seconds: nothing is waited for
+    settled.wait(1.5)  # a cost a second takes seconds: nothing is waited for
     before, begin = processor_seconds(node.popen.pid), time.monotonic()
-    settled.wait(4.0)
+    settled.wait(3.0)
     used = processor_seconds(node.popen.pid) - before
     share = used / (time.monotonic() - begin)
     assert share < 0.02

@@ -211,24 +211,28 @@ def test_a_pose_that_is_none_is_refused_with_the_reason(arm):
 @pytest.mark.parametrize(
     ('true', 'said'),
     [
-        (
-            'ur5e',
-            'they fit the robot file of ur5e: 0 mm, 0 deg remain of 10 reference poses (rms)',
-        ),
+        ('ur5e', 'with a constant offset of base and tool'),
         ('ur10e', 'the bundled robot ur10e leaves 0 mm, 0 deg: which arm is it?'),
     ],
 )
-def test_the_first_ten_poses_say_whether_this_is_the_robot_of_the_file(arm, true, said):
+def test_the_log_has_the_first_result_and_each_rise_of_the_level_once(arm, true, said):
     one, lines = arm('ur5e'), []
     one.peer.create_subscription(Log, '/rosout', lines.append, 50)
-    watched(one, true=ks.load_robot(true))
-    told = []
+    source = SecondSource(one, ks.load_robot(true))
+    source.say(40)
+    level = level_of(source.status())
 
-    def heard():
-        one.send([0.1] * 6)  # it is told at the next state
-        told.extend(x for x in lines if 'reference_pose: they ' in x.msg)
-        return told
+    def told():
+        return [x.msg for x in lines if 'reference_pose: ' in x.msg]
 
-    one.spin_until(heard, 'line')
-    assert said in told[0].msg
-    assert {x.msg for x in told} == {told[0].msg}
+    one.spin_until(told, 'line')
+    assert said in told()[0]
+    if level == OK:
+        one.node._reference._throttle._passed.clear()
+        source.say(16, lambda q: q + np.radians([0.0, 0.0, 3.0, 0.0, 0.0, 0.0]))
+        source.status(lambda status: level_of(status) == ERROR)
+        one.spin_until(lambda: len(told()) == 2, 'second line')
+        assert 'zero of joint elbow_joint +3' in told()[1]
+    source.say(24)
+    source.status()
+    assert len(told()) == (2 if level == OK else 1)

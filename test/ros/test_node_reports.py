@@ -20,6 +20,9 @@ from ros_harness import (
     level_of,
     nanoseconds,
 )
+from std_msgs.msg import String
+
+from kinematics_service.ros.node.health import why_no_joint_states
 
 OK, WARN, ERROR, STALE = range(4)
 Q = (0.3, -0.4, 1.2)
@@ -112,6 +115,46 @@ def test_what_arrived_is_said_of_a_stale_arm(watched):
     assert ', all with the stamp 1133099831.1126656057: ' in status.message
     one.spin_until(lambda: level_of(warnings[-1]) == STALE, 'warning STALE')
     assert ', all with the stamp 1133099831.1126656057: ' in warnings[-1].message
+
+
+def test_a_driver_slower_than_the_timeout_is_named(watched):
+    one = watched(ros_args=SHORT)
+    paced(one, lambda k: (1000 + k, 0), count=3, period=0.3)
+    status = one.diagnose()
+    assert 'but joint_state_timeout is 0.2 s: set it to 0.6' in status.message
+
+
+def test_messages_without_positions_name_the_parameter_that_uses_velocities(watched):
+    one = watched()
+    one.publish(joint_state(NAMES, (), (0.1, 0.2, 0.3), START))
+    one.spin_until(lambda: one.counts()['ignored: no position'] == '1', 'message')
+    assert 'messages have no position: integrate_velocities' in one.diagnose().message
+
+
+@pytest.mark.parametrize(
+    ('stamp_of', 'said'),
+    [
+        (lambda k: (1000 + k + 500 * (k % 2), 0), 1),  # two clocks
+        (lambda k: (1000 + k - 100 * (k > 5), 0), 0),  # a recording starts again
+    ],
+)
+def test_stamps_of_two_clocks_are_named(watched, stamp_of, said):
+    one = watched()
+    sent(one, 12, stamp_of)
+    one.node._health.say()
+    lines = [text for text in one.node._health.warnings if 'stepped back' in text]
+    assert len(lines) == said
+    assert all('joint_state_timeout 5 times within 10 s: two clocks' in line for line in lines)
+
+
+def test_a_topic_of_another_type_is_named(arm):
+    one = arm('craig_3r')
+    one.attach()
+    one.peer.create_publisher(String, '/words', 1)
+    seen = one.node.get_topic_names_and_types
+    one.spin_until(lambda: '/words' in dict(seen()), 'publisher')
+    says = 'it is published as std_msgs/msg/String, not as sensor_msgs/msg/JointState; '
+    assert says in why_no_joint_states(one.node, '/words', '/words')
 
 
 @pytest.mark.parametrize(

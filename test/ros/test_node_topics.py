@@ -28,6 +28,7 @@ from ros_harness import (
     BOTH_TRANSPORTS,
     LATCHED,
     STEP,
+    Peer,
     level_of,
     nanoseconds,
     values_of,
@@ -540,7 +541,7 @@ def test_the_log_says_once_where_joint_states_are_if_none_comes(arm, capfd):
 
     one.node._health.say()
     assert not said()
-    one.node._health._begun -= 5.0
+    one.node._health._answered -= 5.0
     one.spin_until(said, 'line of the log')
     wanted = (
         'no joint state has come on /wrong/joint_states: nobody publishes it; joint states are '
@@ -690,3 +691,11 @@ def test_a_warning_is_said_though_a_topic_cannot_be(arm):
     one.send((0.1, 0.2, 0.0))
     one.spin_until(lambda: warnings, 'warning')
     assert level_of(warnings[0]) == ERROR
+
+
+def test_a_listener_of_another_process_does_not_hold_up_a_test(arm):
+    one, other = arm('planar_2r'), Peer()
+    other.peer.create_subscription(JointState, '/joint_states', lambda _: None, 10)
+    one.spin_until(lambda: one.peer.count_subscribers('/joint_states') > 1, 'the other listener')
+    one.answer((0.3, 0.4))
+    other.close()

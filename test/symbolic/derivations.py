@@ -5,7 +5,6 @@ import json
 
 import pytest
 import sympy
-from arms import BUNDLED
 from folders import GOLDEN
 
 import kinematics_service as ks
@@ -27,9 +26,6 @@ SYSTEMS = {
 }
 
 
-# Arms with the table of another one, or alike another in convention, joints and offsets.
-ALIKE = ('crx10ia_l', 'fr3', 'gen3_lite', 'ur10e', 'ur3e', 'xarm7')
-DERIVED = tuple(name for name in BUNDLED if name not in ALIKE)
 # One of each convention, and of coupled, sliding and redundant joints and odd angles.
 DISTINCT = ('craig_3r', 'parallelogram_left', 'rrp_elementary', 'six_joint_dh', 'xarm6')
 DISTINCT += ('offset_stanford_shape', 'scara_hsr065', 'so101', 'panda')

@@ -249,6 +249,31 @@ def test_an_equation_that_is_not_singular_differs(line):
     assert (equation.status, equation.remarks[0][:12]) == ('differs', 'not singular')
 
 
+# Right for L2 = L3 alone, as in the file: an equation without its letters, and a set whose folded
+# elbow has the tool on axis 1; then right for all letters.
+EQUAL_LETTERS = [
+    (['q3 = k*pi', 'cos(q2) + cos(q2 + q3) = 0'], ['agrees', 'differs', 'differs']),
+    (['q3 = 0', 'L2*c2 + L3*c23 = 0'], ['agrees', 'agrees', 'differs']),
+    (['q3 = k*pi', 'L2*c2 + L3*c23 = 0'], ['agrees'] * 3),
+]
+
+
+@pytest.mark.parametrize(('lines', 'wanted'), EQUAL_LETTERS)
+def test_singular_sets_are_judged_at_random_letters(tmp_path, lines, wanted):
+    rows = ['{a: 0, alpha: pi/2, d: L1, theta: q1}', '{a: L2, alpha: 0, d: 0, theta: q2}']
+    rows += ['{a: L3, alpha: 0, d: 0, theta: q3}']
+    joints = [f'{{name: q{k}, type: revolute}}' for k in (1, 2, 3)]
+    arm = tmp_path / 'arm.yaml'
+    arm.write_text(
+        'robot: arm\nconvention: standard\nconstants: {L1: 1, L2: 1, L3: 1}\n'
+        f'joints: [{", ".join(joints)}]\nlinks: [{", ".join(rows)}]\n'
+    )
+    found = claimed(arm, lines)
+    assert [one.status for one in found] == wanted
+    special = ['with L1 = L2 = L3 of this file' in one.remarks[-1] for one in found]
+    assert special == [status == 'differs' for status in wanted]
+
+
 def test_an_equation_without_zeros_has_no_pose():
     equation, _ = claimed('planar_2r', ['cos(q2) = 2'])
     assert equation.remarks[0].startswith('no pose of this family')

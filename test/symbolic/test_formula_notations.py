@@ -122,6 +122,12 @@ AGREE = [
     ('planar_3r', 'q3 = phi - q1 - q2'),
     ('planar_2r', r'$x = L_1\cos(\theta_1) + L_2\cos(\theta_1 + \theta_2).$'),
     ('three_r', 'singular: sin(q3) = 0\nsingular: a2*c2 + a3*c23 = 0'),
+    ('planar_2r', '[x; y] = [L1*c1 + L2*c12; L1*s1 + L2*s12]'),
+    ('planar_2r', '[x y 0]^T = [L1*c1 + L2*c12, L1*s1 + L2*s12, 0]^T'),
+    ('planar_2r', 'Matrix([x, y]) = Matrix([L1*cos(q1) + L2*cos(q1 + q2), L1*s1 + L2*s12])'),
+    ('planar_2r', r'\begin{bmatrix} x \\ y \end{bmatrix} = \begin{bmatrix} L_1 c_1 + L_2 c_{12} '
+                  r'\\ L_1 s_1 + L_2 s_{12} \end{bmatrix}'),
+    ('planar_2r', '[[x], [y]] = [[u], [L1*s1 + L2*s12]]\nwhere u = L1*c1 + L2*c12'),
 ]  # fmt: skip
 
 DIFFER = [
@@ -153,6 +159,8 @@ DIFFER = [
     ('planar_2r', r'y = L_1 \sin(\theta_1 + \frac\pi2) + L_2 s_{12}'),
     ('planar_2r', 'q2 = sign(sin(q2))*asin((x^2 + y^2 - L1^2 - L2^2)/(2*L1*L2))'),
     ('planar_3r', 'q3 = phi + q1 + q2'),
+    ('planar_2r', '[x; y] = [L1*c1 + L2*c12; L1*s1 - L2*s12]'),
+    ('planar_2r', '[x y]^T = [L1*s1 + L2*s12, L1*c1 + L2*c12]^T'),
     ('three_r', 'singular: a2*c2 + a3*c23 = 0'),
     ('three_r', 'singular: a2*s2 + a3*s23 = 0'),
 ]  # fmt: skip
@@ -163,7 +171,13 @@ REFUSED = [
     ('planar_2r', 'L^2_1 = 4', '1:', 'an index comes before a power'),
     ('planar_2r', 'R_37 = [1 0 0; 0 1 0; 0 0 1]', '1:1', 'there is no frame'),
     ('planar_2r', r'\dot{q}_1 = 3', '1:8', 'no meaning'),
-    ('planar_2r', 'x = L1 ± L2', '1:8', 'each of the two solutions'),
+    ('planar_2r', 'x = L1 ± L2', '1:8', 'once with + and once with -'),
+    ('planar_2r', 'y = 2\nq2 = \\pm\\arccos(x/L_1)', '2:6', "'\\pm' is two signs"),
+    ('planar_2r', 'x = (L1 \\mp L2)', '1:9', 'once with + and once with -'),
+    ('planar_2r', 'q2 = +-acos(x)', '1:6', 'to add a negative number, write + (-1)'),
+    ('planar_2r', 'q2 = +/- acos(x)', '1:6', 'once with + and once with -'),
+    ('planar_2r', 'T_01*T_12 = T_02', '1:5', 'such as T_02 = T_01*T_12'),
+    ('planar_2r', '[x; y] = [x, y]', '1:1', 'as many rows and columns on both sides'),
     ('planar_2r', 'q1 = atan(y, x)', '1:6', 'write atan2(y, x)'),
     ('planar_2r', 'q1 = ArcTan[x, y]', '1:6', 'write atan2(y, x)'),
     ('planar_2r', 'x = l1c1', '1:5', "unknown name 'l1c1'"),

@@ -230,13 +230,13 @@ def test_a_family_is_one_sheet(text):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('text', arms(12)[6:], ids=lambda text: text.split()[1])
+@pytest.mark.parametrize('text', arms(9)[6:], ids=lambda text: text.split()[1])
 def test_each_family_of_more_arms_is_one_sheet(text):
     check_families(derived_from(text), 7)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('text', arms(12), ids=lambda text: text.split()[1])
+@pytest.mark.parametrize('text', arms(9), ids=lambda text: text.split()[1])
 def test_what_is_called_irreducible_has_one_sheet_up_to_half_a_turn(text):
     derivation = derived_from(text)
     if 'alpha: A' in text or 'alpha: -A' in text:

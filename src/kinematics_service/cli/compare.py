@@ -60,7 +60,7 @@ def compare(
       det or det(J)             of the task's rows of J
       s_o1, D_1                 o_0 - o_n; dT/dq1 with the rotation taken out
       q2 = ...                  inverse kinematics; those of one file: of one solution
-      lhs = rhs                 an equation, such as tan(q1) = y/x
+      lhs = rhs                 an equation, such as tan(q1) = y/x; of matrices, each entry
       singular: q3 = k*pi       a family of singular poses, or L2*c2 + L3*c23 = 0; all such lines
                               together must be all singular poses
     Recipes work too: J_w = [z_0, z_1, z_2], J_1 = [cross(z_0, o_3 - o_0); z_0].

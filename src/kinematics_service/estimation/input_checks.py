@@ -38,9 +38,14 @@ NANOSEC_CAUSES = {
     1: 'their stamps are whole seconds; fill nanosec',
     SECOND // 1_000_000: MILLISECONDS,
     SECOND // 1000: MICROSECONDS,
+    SECOND // 100: 'nanosec most likely counts steps of 100 ns; write nanoseconds',
+    SECOND // 10: 'nanosec most likely counts steps of 10 ns; write nanoseconds',
 }
 # A speed may exceed its limit by this factor: jitter of stamps adds a tenth over its baseline.
 SPEED_TOLERANCE = 1.1
+# Times (s) by which a mimic joint may follow its leader. At 1 rad/s it moves by 0.01 rad, half of
+# its tolerance, to the nearest of them.
+MIMIC_LAGS = np.linspace(0.0, 0.5, 26)
 
 
 class JointMessages(NamedTuple):
@@ -126,7 +131,7 @@ def input_faults(
     reported
         Whether velocities that messages report are used.
     """
-    faults = list[str]()
+    faults, offsets = list[str](), dict[str, float]()
     ours = {names[name]: j for j, name in enumerate(robot.joint_names) if name in names}
     with np.errstate(all='ignore'):  # numbers as large as doubles can be
         for group in groups:
@@ -134,8 +139,16 @@ def input_faults(
             if ours.keys().isdisjoint(group.names) or len(group.q) < SAMPLE_MINIMUM:
                 continue
             fault = _stamp_fault(group, simulated) if group.stamps[-1] else ''
+            if group.stamps[-1] and not simulated:
+                offsets[group.names[0]] = float(np.median(group.stamps - group.arrivals))
             # Speeds by wrong stamps mean nothing.
             faults += [fault] if fault else _motion_faults(group, robot, ours, reported)
+        apart = 1e-9 * float(np.ptp([*offsets.values()])) if offsets else 0.0
+        if not faults and apart > 1e-9 * timeout:
+            faults.append(
+                f'stamps of messages with {" and ".join(offsets)} are {apart:.3g} s apart: '
+                'synchronize the clocks of their publishers, or find what is late'
+            )
         return [*faults, *_mimic_faults(groups, robot, names)]
 
 
@@ -169,15 +182,19 @@ def _last(where: Flags) -> int:
 
 def _stamp_fault(group: JointMessages, simulated: bool) -> str:
     # Returns what is wrong with the stamps, the first that applies; '' if nothing was found.
-    total, largest = f'{len(group.q)} messages in {group.duration}', int(group.nanoseconds.max())
-    if np.ptp(group.stamps) == 0:
-        stamp = f'{group.seconds[0]}.{group.nanoseconds[0]:09d}'
-        return f'{total}, all with the stamp {stamp}: the driver must stamp each message anew'
-    dropped, cause = ~_advances(group.stamps), _cause_of_nanosec(group)
     late = group.arrivals > group.arrivals[-1] - SECOND
     late[-SAMPLE_MINIMUM:] = True
-    counted = late & ~(dropped & _came_twice(group))
-    if 2 * np.sum(dropped & counted) > np.sum(counted):
+    if np.ptp(group.stamps[late]) == 0:
+        frozen = group.taken(slice(int(np.argmax(group.stamps == group.stamps[-1])), None))
+        stamp = f'{frozen.seconds[0]}.{frozen.nanoseconds[0]:09d}'
+        total = f'{len(frozen.q)} messages in {frozen.duration}'
+        return f'{total}, all with the stamp {stamp}: the driver must stamp each message anew'
+    total, largest = f'{len(group.q)} messages in {group.duration}', int(group.nanoseconds.max())
+    dropped, cause = ~_advances(group.stamps), _cause_of_nanosec(group)
+    # Messages that came twice are left out; without them the share of dropped ones is smaller.
+    if 2 * np.sum(dropped & late) > np.sum(late):
+        late &= ~(dropped & _came_twice(group))
+    if 2 * np.sum(dropped & late) > np.sum(late):
         why = cause or (
             'their stamps are not newer than that of a message before; stamp each message with '
             'the time of its measurement; if several nodes publish, synchronize their clocks'
@@ -268,7 +285,7 @@ def _motion_faults(
         elif text:
             contrary.append(f'that of {name} is {text}')
         elif speed > SPEED_TOLERANCE * limit:
-            fast.append(f'{name} {speed / limit:.3g} times at {speed:.3g} {unit}/s')
+            fast.append(f'{name} at {speed:.3g} {unit}/s, {speed / limit:.3g} times its limit')
     if steps:
         largest = {name: float(found[np.argmax(np.abs(found))]) for name, found in steps.items()}
         name = max(largest, key=lambda name: abs(largest[name]))
@@ -295,11 +312,11 @@ def _mimic_faults(
         for group in groups:
             if not set(pair) <= set(group.names):
                 continue
-            late = group.taken(group.arrivals > group.arrivals[-1] - SECOND)
-            q, driven = (late.q[:, group.names.index(one)] for one in pair)
-            formula = multiplier * driven + offset
-            # A joint that follows late is off by less than the motion of the second.
-            if np.min(np.abs(q - formula)) > POSITION_TOLERANCE[slides] + np.ptp(formula):
+            q, driven = (group.q[:, group.names.index(one)] for one in pair)
+            formula, t = multiplier * driven + offset, 1e-9 * (group.arrivals - group.arrivals[0])
+            # A joint that follows late has the formula's value of a time before.
+            past = [np.interp(t - lag, t, formula) for lag in MIMIC_LAGS]
+            if min(np.median(np.abs(q - one)) for one in past) > POSITION_TOLERANCE[slides]:
                 unit = 'm' if slides else 'rad'
                 factor = {1.0: '', -1.0: '-'}.get(multiplier, f'{multiplier:g} * ')
                 shift = f' {"-" if offset < 0.0 else "+"} {abs(offset):g}' if offset else ''

@@ -105,17 +105,15 @@ def contradiction(t: Floats, q: Floats, qdot: Floats, tolerance: float, unit: st
     """Return how reported velocities contradict the positions of the last second; '' if not."""
     late = t >= t[-1] - VELOCITY_WINDOW
     t, q, qdot = t[late], q[late], qdot[late]
-    longest, fastest = float(np.max(np.diff(t), initial=0.0)), float(np.max(np.abs(qdot)))
+    longest, path = float(np.max(np.diff(t), initial=0.0)), integral(t, qdot)
+    if longest > INTERVAL_LIMIT or np.ptp(path - q) <= tolerance:
+        return ''
     errors = path_errors(t, q, qdot, np.linspace(-LAG_LIMIT, LAG_LIMIT, 11))
     inner = ~np.isnan(errors).any(axis=0)
-    if inner.sum() < SAMPLE_MINIMUM or longest > INTERVAL_LIMIT:
+    if inner.sum() < SAMPLE_MINIMUM:
         return ''
-    q, path, off = (
-        q[inner],
-        integral(t, qdot)[inner],
-        float(np.ptp(errors[:, inner], axis=1).min()),
-    )
-    moved, motion = float(np.ptp(q)), float(np.ptp(path))
+    q, path, off = q[inner], path[inner], float(np.ptp(errors[:, inner], axis=1).min())
+    moved, motion, fastest = float(np.ptp(q)), float(np.ptp(path)), float(np.max(np.abs(qdot)))
     if off <= tolerance + 0.5 * longest * fastest + VELOCITY_SHARE * max(moved, motion):
         return ''
     if moved <= tolerance:

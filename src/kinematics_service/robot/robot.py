@@ -86,12 +86,12 @@ class Robot(FrozenArrays):
         slides.setflags(write=False)
         return slides
 
-    @property
+    @cached_property
     def units(self) -> tuple[str, ...]:
         """Return the unit of each joint position, `rad` or `m`."""
         return tuple('m' if slides else 'rad' for slides in self.prismatic)
 
-    @property
+    @cached_property
     def continuous(self) -> tuple[bool, ...]:
         """Return for each joint whether it turns without limits, so that its angle may wrap."""
         return tuple(

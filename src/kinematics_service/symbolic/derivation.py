@@ -14,6 +14,7 @@ from ..robot.loops import opened
 from ..robot.robot import AnyRobot, Robot, robot_in_letters
 from . import jacobian as ways
 from .algebra.arithmetic import Arithmetic, arithmetic_of
+from .algebra.laurent import Laurent
 from .algebra.matrices import Matrix
 from .algebra.names import Names, names_of
 from .algebra.numeric import Numbers
@@ -400,41 +401,44 @@ class DeterminantFactors(NamedTuple):
 
     Attributes
     ----------
-    sampler
-        The arm.
-    functions
-        The factors as functions of joint positions in the file's units, of size 1.
+    values
+        The factors, exact.
     expressions
         The same in symbols.
     """
 
-    sampler: PoseSampler
-    functions: tuple[Numbers, ...]
+    values: tuple[Laurent, ...]
     expressions: tuple[Any, ...]
 
+    def functions(self, sampler: PoseSampler) -> list[Numbers]:
+        """Return the factors as functions of size 1 of poses in the file's units."""
+        return [FamilySearch(sampler, (sampler,)).numbers(value) for value in self.values]
 
-def determinant_factors(robot: Robot) -> DeterminantFactors:
+
+def exact_of(robot: Robot) -> Exact:
     """
-    Return the factors of the determinant of an open arm whose task Jacobian is square.
+    Return the arithmetic of an open arm.
 
     Raises
     ------
     DerivationError
         An angle is not a fraction of a joint's, or the pose is too long.
     """
-    names = names_of(robot.description, None)
-    arithmetic = arithmetic_of(robot.description, names)
+    arithmetic = arithmetic_of(robot.description, names_of(robot.description, None))
     frames = frames_of(robot.description, arithmetic)
-    writer, J = writer_of(frames, arithmetic), ways.geometric(frames, arithmetic)
+    J = ways.geometric(frames, arithmetic)
     sampler = sampler_of(robot, arithmetic, frames, J)
-    exact = Exact(arithmetic, frames, writer, sampler, J)
+    return Exact(arithmetic, frames, writer_of(frames, arithmetic), sampler, J)
+
+
+def determinant_factors(exact: Exact) -> DeterminantFactors:
+    """Return the factors of the determinant of an open arm whose task Jacobian is square."""
+    sampler = exact.sampler
     minors = _minors(exact, independent_columns(sampler), sampler.generic_rank)
     assert minors is not None  # one determinant
-    product, _ = product_of(minors, arithmetic)
-    search = FamilySearch(sampler, (sampler,))
-    values = [f.value for f in product.factors]
-    functions = tuple(map(search.numbers, values))
-    return DeterminantFactors(sampler, functions, tuple(map(writer.expression, values)))
+    product, _ = product_of(minors, exact.arithmetic)
+    values = tuple(f.value for f in product.factors)
+    return DeterminantFactors(values, tuple(map(exact.writer.expression, values)))
 
 
 def _dependent(sampler: PoseSampler, names: list[str]) -> list[str]:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +15,7 @@ from ..robot.robot import Robot
 from ..robot.task import seeded_poses
 from .algebra.arithmetic import Arithmetic
 from .algebra.matrices import Matrix
-from .algebra.numeric import substituted, values_together
+from .algebra.numeric import Monomials, monomials_of, substituted, sum_of
 from .algebra.zeros import Box
 from .frames import Frames
 from .singular_geometry import ArmAtPoses, rank_at
@@ -127,7 +128,7 @@ class PoseSampler:
     def kinematics(self, q: Floats) -> tuple[Floats, Floats, Floats]:
         """Return J (N, 6, moving), the frames of the rows, and the tool (N, 3), m and rad."""
         metres = self.robot.description.metres
-        values, split = self._evaluated(q), 6 * len(self.moving)
+        values, split = self._monomials.values(self._terms(q)), 6 * len(self.moving)
         J = values[:, :split].reshape(-1, 6, len(self.moving))
         frames = values[:, split:].reshape(len(q), -1, 4, 4)
         J[:, :3] *= metres
@@ -135,9 +136,13 @@ class PoseSampler:
         return J / self.to_si, frames[:, :-1], frames[:, -1, :3, 3]
 
     @cached_property
-    def _evaluated(self) -> Callable[[Floats], Floats]:
+    def _monomials(self) -> Monomials:
         matrices = (self.J, *self.frames.in_base, self.frames.T_base_tool)
-        return values_together([e for M in matrices for row in M for e in row], self.arithmetic)
+        return monomials_of([e for M in matrices for row in M for e in row])
+
+    @cached_property
+    def _terms(self) -> Callable[[Floats], Any]:
+        return sum_of(self._monomials.whole, self.arithmetic).terms
 
     @cached_property
     def in_random_letters(self) -> tuple['PoseSampler', ...]:
@@ -148,6 +153,8 @@ class PoseSampler:
             values = {s: v * float(f) for (s, v), f in zip(names.values.items(), factors)}
             other = replace(self.arithmetic, names=replace(names, values=values))
             found.append(replace(self, arithmetic=other))
+            # They are the same for all letters.
+            vars(found[-1])['_monomials'] = self._monomials
         return tuple(found) or (self,)
 
     def central_difference(self) -> float:

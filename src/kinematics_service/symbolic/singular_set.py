@@ -4,7 +4,7 @@ The singular set of an arm: factors with names, families, ranks, what is lost, c
 
 from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import lru_cache, reduce
 from itertools import combinations, count
 from typing import Any
 
@@ -230,7 +230,8 @@ class FamilySearch:
         """Return the rank of the task rows at most poses and values of the letters."""
         return max(sampler.generic_rank for sampler in self.generic)
 
-    def arms(self, values: Sequence[Laurent]) -> ArmAtPoses | None:
+    @lru_cache(maxsize=8)  # noqa: B019
+    def arms(self, *values: Laurent) -> ArmAtPoses | None:
         """Return the arm at common zeros of polynomials, or None if none is found."""
         found = []
         for sampler in self.generic:
@@ -248,7 +249,7 @@ class FamilySearch:
         sampler, arithmetic = self.sampler, self.arithmetic
         numbers = self.numbers(value)
         within = self.zero_within_limits([numbers])
-        arm = self.arms([value])
+        arm = self.arms(value)
         if arm is None and within.pose is not None:
             arm = sampler.arm(within.pose[None])
         if arm is None:
@@ -278,7 +279,7 @@ class FamilySearch:
         """Return whether both its halves, if it has any, have the same rank."""
         if not factor.halves:
             return True
-        arm = self.arms([factor.value])
+        arm = self.arms(factor.value)
         return arm is None or not np.ptp(ranks_at(arm.J_t))
 
     def poses(self, functions: Sequence[Numbers], count: int = POSES) -> Floats:
@@ -469,7 +470,7 @@ def _crossing(
         if not meet.exists:
             return None
         poses = np.array([meet.pose])
-    rank = rank_at((search.arms(values) or search.sampler.arm(poses)).J_t)
+    rank = rank_at((search.arms(*values) or search.sampler.arm(poses)).J_t)
     within = search.zero_within_limits(functions)
     meet = meet or (within if within.exists else search.zero_anywhere(functions))
     zeros = CommonZeros(J_t, search.rank, tuple(values), search.arithmetic)

@@ -29,13 +29,13 @@ from .collecting import CollectedPoses
 # Quantiles of chi-square with 1 and 6 degrees of freedom at 1e-10: with some 1000 tests a pose, a
 # healthy arm raises one false alarm in 1e7 poses.
 THRESHOLDS = {1: 41.8, 6: 58.4}
-# The baseline is frozen if a ratio is nearer to its threshold than half of the smaller threshold.
+# Freeze the baseline if a ratio exceeds its threshold minus half of the smaller threshold.
 SUSPICION = 0.5
 # Poses of the window, and up to a batch more: a camera must detect a slip within 100 poses.
 WINDOW = 128
 # A second source may fail for this number of poses without an alarm.
 UNPROVEN = 5
-# Shortest time (poses) since a jump: more than may fail.
+# Smallest number of poses since a jump, and of poses that it must improve: six must agree.
 SHORTEST = UNPROVEN + 1
 # Poses that enter the baseline together; no more are added before a test, so all are tested.
 BATCH = 16
@@ -118,7 +118,8 @@ class Watched(NamedTuple):
     outliers
         Number of poses of the window that fit neither the baseline nor a jump.
     recent
-        The newest poses, since the jump if there is one, without outliers if these are few.
+        At most 64 of the newest poses. After a jump: only poses since the jump. Without outliers,
+        unless more than an eighth of the window are outliers.
     noise
         Standard deviations of one number of a position (m) and of a rotation vector (rad).
     smallest
@@ -185,8 +186,9 @@ class _Baseline:
             self.mean = covariance @ (weights @ right)
             told = weights * np.einsum('ij,kji->k', covariance, gram)
             self.freedom = np.maximum(3.0 * len(e) - told, 1.0)
-            # Successive poses share errors that are none of x: an elastic arm, a distorted image.
-            # This ratio (von Neumann 1941) is how many times more of them tell as much.
+            # Successive poses share errors that x does not contain: an elastic arm, a distorted
+            # image. `longer` such poses are worth one pose with an independent error: the ratio of
+            # von Neumann (1941).
             left = e - H @ self.mean
             scaled = left / np.repeat(self.noise, 3)
             sums, differences = scaled[1:] + scaled[:-1], scaled[1:] - scaled[:-1]
@@ -196,9 +198,10 @@ class _Baseline:
 
 
 class _JumpCandidate(NamedTuple):
-    # A parameter that may jump: its columns, first pose of the window, size, gain (twice the
-    # increase of the log likelihood), what that exceeds its threshold by, and the variance of the
-    # window over that of the baseline, at least 1.
+    # A parameter that may have jumped: its columns, the number of the first pose after the jump,
+    # the size, and the gain: twice the increase of the log likelihood. `excess` is the test
+    # statistic minus its threshold. `scale` is the variance of the residuals divided by that of
+    # the baseline, at least 1.
     own: slice
     begin: int
     size: Floats
@@ -248,18 +251,28 @@ class _LikelihoodRatios:
         scale = max(1.0, left / self.freedom)
         return _JumpCandidate(own, first + at, sizes[at], gain, ratio - THRESHOLDS[dof], scale)
 
+    def parts(self, jump: _JumpCandidate) -> tuple[Floats, Floats]:
+        # The residuals (N, 6) with a jump, and the part (N,) of each pose of its gain.
+        jumped = self.A[:, :, jump.own] @ jump.size
+        jumped[: jump.begin] = 0.0
+        x = jump.size @ self.sums[jump.begin, jump.own, self.A.shape[2] : -1]
+        return self.left - jumped + self.B @ x, np.sum(jumped * self.left, axis=1)
+
     def is_proven(self, jump: _JumpCandidate) -> bool:
-        # The sum of the shares is the gain; each is clipped so that UNPROVEN poses do not suffice.
-        # They must fit with the jump, too: otherwise the noise has grown.
-        begin, many = jump.begin, self.A.shape[2]
-        jumped = self.A[begin:, :, jump.own] @ jump.size
-        x = jump.size @ self.sums[begin, jump.own, many:-1]
-        after = self.left[begin:] - jumped + self.B[begin:] @ x
-        shares = np.sum(jumped * self.left[begin:], axis=1)
+        # The gain is a sum over poses. Each pose's part is clipped, so that UNPROVEN poses cannot
+        # prove a jump. `noise` compares the residuals after the jump: if they are large, the noise
+        # has grown. More than half of the poses must fit better with the jump: a jump that some
+        # outliers suggest makes the healthy poses between them fit worse.
+        left, (after, shares) = self.left, self.parts(jump)
+        left, after, shares = (part[jump.begin :] for part in (left, after, shares))
+        improved = np.sum(left**2 - after**2, axis=1) > 0.0
+        agree = np.sum(improved) >= max(SHORTEST, np.sum(np.any(after != 0.0, axis=1)) // 2 + 1)
         noise = float(np.sum(after**2)) / (int(np.count_nonzero(after)) or 1)
         least = THRESHOLDS[len(jump.size)] * max(jump.scale, noise)
         limit = least / (UNPROVEN + 0.5)
-        return bool(jump.excess > 0.0 and np.sum(np.clip(shares, -limit, limit)) >= least)
+        return bool(
+            agree and jump.excess > 0.0 and np.sum(np.clip(shares, -limit, limit)) >= least
+        )
 
     def outlier_gains(self) -> Floats:
         # The gain if a pose alone is off, (N,).
@@ -278,6 +291,11 @@ class JumpDetector:
         The arm, without closed loops.
     first
         Poses with which the baseline begins; outliers among them are left out.
+
+    Attributes
+    ----------
+    begun_with
+        The first poses without outliers.
     """
 
     def __init__(self, robot: Robot, first: CollectedPoses) -> None:
@@ -303,6 +321,7 @@ class JumpDetector:
             if worst <= THRESHOLDS[6] / MEDIAN * float(np.median(gains)):
                 break
             first = first.at(gains < worst)
+        self.begun_with = first
         self._ratios = self._ratios_of_window()
         self._keep(len(first.q))
 
@@ -376,10 +395,18 @@ class JumpDetector:
             ratios = self._ratios_of_window()
             candidates = self._candidates(ratios, ratios.sums[begins], begins.start)
             best = max(candidates, key=lambda one: one.excess)
-            gains = ratios.outlier_gains()
-            scale = max(1.0, float(np.median(gains[self._used])) / MEDIAN)
+            gains, begin = ratios.outlier_gains(), 0
+            if is_proven := ratios.is_proven(best):
+                if self._jump:
+                    break
+                # Poses may have made it alone that do not fit with it, either, or that have far
+                # larger parts of the gain than the others: test without them.
+                (after, shares), begin = ratios.parts(best), best.begin
+                usual = np.median(shares[begin:][self._used[begin:]])
+                gains = np.maximum(np.sum(after**2, axis=1), MEDIAN * shares / max(usual, 1e-9))
+            scale = max(1.0, float(np.median(gains[begin:][self._used[begin:]])) / MEDIAN)
             worst = float(np.max(gains))
-            if ratios.is_proven(best) or worst <= scale * THRESHOLDS[6]:
+            if worst <= scale * THRESHOLDS[6]:
                 break
             # The worst pose may disturb smaller outliers: they are tested again.
             self._used &= gains < 0.5 * worst
@@ -388,7 +415,7 @@ class JumpDetector:
             self._keep(returned)
             self._jump = None
             return self._test()
-        if ratios.is_proven(best):
+        if is_proven:
             if self._jump is None:
                 self._begun = self._count - count + best.begin
                 self._stamp = self._window.stamps[best.begin]
@@ -422,7 +449,7 @@ class JumpDetector:
         joints = [one for one in candidates if one.own.start >= LAGS.stop]
         joints.sort(key=lambda one: -one.gain)
         if best.own in (BASE, TOOL) and joints:
-            # A linear model of a turn by this angle leaves its square, as a share.
+            # The model is linear: for a turn by an angle it misses the angle's square of the gain.
             bent = joints[0].gain * float(joints[0].size[0]) ** 2
             fewer = best.scale * (THRESHOLDS[6] - THRESHOLDS[1])
             best = joints[0] if best.gain - joints[0].gain < bent + fewer else best

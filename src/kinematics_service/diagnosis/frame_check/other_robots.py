@@ -9,15 +9,12 @@ from ...errors import KinematicsError
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from ...robot.bundled import bundled_robots
-from ...robot.measures import Level
 from ...robot.robot import Robot, load_robot
 from .errors import Errors, PoseLimit, errors_of
 from .offsets import fit_offsets
 
 # Another arm is named if it leaves so many times less than this one.
 LESS = 3.0
-# A joint that goes less far (rad, prismatic joints by length) tells hardly anything of the model.
-MOVED = 0.1
 
 
 class OtherRobot(NamedTuple):
@@ -26,12 +23,9 @@ class OtherRobot(NamedTuple):
     name: str
     left: Errors
 
-
-class FirstLook(NamedTuple):
-    """Whether poses are those of a robot file, in words."""
-
-    level: Level
-    sentence: str
+    def in_words(self) -> str:
+        """Return that it fits, as a question."""
+        return f'the bundled robot {self.name} leaves {self.left.in_words()}: which arm is it?'
 
 
 def left_by(robot: Robot, q: Floats, poses: Floats) -> Errors | None:
@@ -62,27 +56,6 @@ def other_robot(
     found = [(name, left_by(other, q, poses)) for name, other in _robots_like(robot)]
     good = [OtherRobot(name, left) for name, left in found if explains(left, errors, limit)]
     return min(good, key=lambda one: one.left.position_rms, default=None)
-
-
-def first_look(robot: Robot, q: Floats, poses: Floats, limit: PoseLimit) -> FirstLook | None:
-    """
-    Return whether a few poses (N, 4, 4) with joints q (N, n) are those of the robot file.
-
-    None where a closed loop does not close.
-    """
-    left = left_by(robot, q, poses)
-    if left is None:
-        return None
-    far = np.ptp(q, axis=0) / robot.task.column_scales
-    moved = f'{int(np.sum(far > MOVED))} of {robot.dof} joints moved'
-    what = f'{left.in_words()} remain of {len(q)} reference poses (rms), in which {moved}'
-    if left.within(limit):
-        return FirstLook(Level.OK, f'they fit the robot file of {robot.name}: {what}')
-    other = other_robot(robot, left, q, poses, limit)
-    hint = 'no bundled robot fits better'
-    if other is not None:
-        hint = f'the bundled robot {other.name} leaves {other.left.in_words()}: which arm is it?'
-    return FirstLook(Level.WARN, f'they do not fit the robot file of {robot.name}: {what}; {hint}')
 
 
 def _robots_like(robot: Robot) -> Iterator[tuple[str, Robot]]:

@@ -309,17 +309,15 @@ class _Search:
 
     def _required(self, beginning: str) -> None:
         if not self._positions(beginning):
-            if pose_columns(self.header, [self._given.get('pose', '')], PoseFormat()):
-                raise RecordingError(
-                    f'{self.file}: there are poses of the tool, and no joint positions of '
-                    f'{self.wanted.robot.name}: add columns {self.joints[0]}, ..., as recorded or '
-                    'from `kinematics_service ik --one` of each pose'
-                )
             missing = [j for j in self.joints if beginning + j not in self.header]
+            alone = (
+                '; there are poses of the tool, and no joint positions by these names: '
+                '`kinematics_service ik --one` of each pose gives some'
+            )
             raise RecordingError(
                 f'{self.file}: there is no column {beginning + missing[0]!r} for joint '
                 f'{missing[0]!r} of {self.wanted.robot.name}; the header has {self._shown()}; '
-                f'{self._accepted}'
+                f'{self._accepted}{alone if self._poses_alone([])[0] else ""}'
             )
 
     def _positions(self, beginning: str) -> list[str]:

@@ -14,8 +14,9 @@ from .curve_path import CurvePath
 
 # How far beyond its limits a joint is far beyond them (rad), and the way between samples more.
 FAR = 0.1
-# Places as near to each other are one, as a share of the way between samples.
-ONE = 1e-7
+# Places that differ by less are one, in ways between samples: 2e-10 rad, a fifth of the distance
+# between the marks (LEFT) of two limits.
+ONE = 2e-9
 # What comes as near to a limit as this (rad, m), half of AT_LIMIT, leaves it as far beyond.
 LEFT = 5e-10
 # What is at a place beside a lower (0) or upper limit (1): an end of a joint's range, a sample.

@@ -25,6 +25,8 @@ COSINE_HALVED = 0.94
 COSINE_DOUBLED = 0.995
 # Largest correction, as a share of the step; 0.18 if the tangent turns by 0.35 rad.
 CORRECTION = 0.25
+# Largest way of a joint between two samples, rad: LONGEST_STEP and its correction.
+FARTHEST_STEP = 0.125
 # A solution is compared with samples that are nearer, rad: one and a half steps.
 COMPARED = 0.15
 # Solutions are one if their joints differ by less, rad or m.
@@ -165,6 +167,14 @@ def _leads_to(point: CurvePoint, sample: Flat, goal: Flat) -> bool:
     return same
 
 
+def _farthest(point: CurvePoint, sample: Flat, goal: Flat) -> float:
+    # The largest way of a joint from a sample to a goal without full turns.
+    most: float = 0.0
+    for j in range(point.n):
+        most = max(most, abs(_away(point, j, goal[j] - sample[j])))
+    return most
+
+
 def passes(point: CurvePoint, samples: Floats, psi: Floats) -> bool:
     """
     Return whether a curve passes a solution (n,), full turns left out.
@@ -181,10 +191,11 @@ def passes(point: CurvePoint, samples: Floats, psi: Floats) -> bool:
     n, most = point.n, arrays.extent(samples, 0)
     rows, goal = arrays.numbers(samples, 2 * most * n), arrays.numbers(psi, n)
     lock = arrays.let_go()
-    found = False
-    for k in range(most):
-        if _leads_to(point, arrays.after(rows, 2 * n * k), goal):
-            found = True
-            break
+    found, k = False, 0
+    while k < most and not found:
+        row = arrays.after(rows, 2 * n * k)
+        found = _leads_to(point, row, goal)
+        # The samples after it that are farther away, too.
+        k += 1 + int(max(_farthest(point, row, goal) - COMPARED, 0.0) / FARTHEST_STEP)
     arrays.take_back(lock)
     return found

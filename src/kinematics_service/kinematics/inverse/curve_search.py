@@ -21,8 +21,6 @@ SLICES = 8
 FIRST_SLICE = 0.05
 # Number of random starts.
 STARTS = 96
-# A solution of a slice is real if its imaginary parts are smaller, rad or m.
-REAL = 1e-7
 # Largest number of curves that are traced.
 MOST_CURVES = 64
 
@@ -43,18 +41,16 @@ def curves_of(problem: IkProblem, arm: SlicedArm) -> tuple[SolutionCurve, ...]:
 
 
 def _seeds(problem: IkProblem, arm: SlicedArm) -> list[Floats]:
-    # Solutions in positions of the screws (n,): of `near`, of slices, of random starts.
+    # Solutions in positions of the screws (n,): from `near`, random starts and slices.
     robot, target, plan, near, *_ = problem
     q = starts(robot, plan, problem.random(), STARTS)
     q[0] = near
-    arrived = refined(target, plan, q, far=True)
-    reached = zip(arrived.q, arrived.errors)
-    seeds = [
-        arm.posture(robot, target, q) for q, error in reached if target.is_reached_at(q, error)
-    ]
     if arm.slices is not None:
         for position in FIRST_SLICE + 2.0 * np.pi / SLICES * np.arange(SLICES):
-            found = arm.solutions(arm.slices, target, position)
-            real = np.max(np.abs(found[:, :, 1]), axis=1) < REAL
-            seeds += list(np.ascontiguousarray(found[real, :, 0]))
-    return seeds
+            psi = arm.solutions(arm.slices, target, position)
+            q = np.vstack([q, arm.to_joints(psi, robot.dof)])
+    arrived = refined(target, plan, q, far=True)
+    reached = zip(arrived.q, arrived.errors)
+    return [
+        arm.posture(robot, target, q) for q, error in reached if target.is_reached_at(q, error)
+    ]

@@ -8,6 +8,7 @@ from ... import kernel
 from ...kernel import Floats
 from ...rigid_motion import exponential, inverse
 from .closed_forms import room_for
+from .problem.plan import NOT_REAL
 from .problem.problem import IkProblem
 from .problem.screws import Screws, screws_of
 from .problem.target import residual_of
@@ -15,8 +16,6 @@ from .search import BATCH, DistinctSolutions, distinct, refined, refinement, sta
 
 # So far targets are moved beside a degenerate one, as shares of the length and in rad.
 BESIDE = (1e-6, 1e-4)
-# Imaginary parts (rad or m) that no real solution has, which refinement then proves.
-NOT_REAL = 1e-6
 
 
 class Eliminated(NamedTuple):

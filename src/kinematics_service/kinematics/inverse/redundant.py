@@ -15,7 +15,6 @@ from ...robot.robot import Robot
 from .answer import family_of, not_exact, representatives, result_of
 from .curve_search import curves_of
 from .families import SolutionFamily, nearer, tangent
-from .problem.plan import InversePlan
 from .problem.problem import IkProblem
 from .problem.target import IkTarget
 from .result import IkFamily, IkResult
@@ -25,19 +24,14 @@ from .self_motion.best_posture import on_turns_near
 from .self_motion.curve import SolutionCurve
 from .self_motion.sliced_arm import SlicedArm, sliced_arm_of
 
-# Combinations of full turns of the joints that are listed along a curve: two seconds. Seven
-# joints with limits of three turns have as many.
-MAX_TURN_COMBINATIONS = 2**14
 # Number of starts inside the limits, at first and if those fail.
 FEW, MANY = 24, 240
 
 
 def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
     """Return the result of a redundant arm: the curves that were found, or one pose."""
-    robot, target, plan, *_ = problem
-    turns = _combinations_of_turns(plan)
-    few = problem.curves and turns <= MAX_TURN_COMBINATIONS
-    arm = sliced_arm_of(robot, target.rows, target.axis) if few else None
+    robot, target, *_ = problem
+    arm = sliced_arm_of(robot, target.rows, target.axis) if problem.curves else None
     curves = () if arm is None else curves_of(problem, arm)
     if curves and arm is not None:
         alone = _near_alone(problem, arm, curves)
@@ -45,13 +39,6 @@ def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
     family, best = redundant_family(problem)
     alone = () if family is None else (family,)
     result = result_of(problem, no_solutions(robot), alone, 'search', best, respect_limits)
-    if problem.curves and not few:
-        result = replace(
-            result,
-            reason=f'{result.reason}; its curves are not looked for, since the joint limits leave '
-            f'{turns:.3g} combinations of full turns, more than '
-            f'{MAX_TURN_COMBINATIONS:,}: narrow them',
-        )
     return replace(result, complete='partial') if alone else result
 
 
@@ -68,13 +55,6 @@ def _near_alone(
         return ()
     motions = tangent(problem, near, dimension(robot, target))
     return (SolutionFamily(near, error, motions, False),)
-
-
-def _combinations_of_turns(plan: InversePlan) -> float:
-    # At most, of joints that turn and have two limits.
-    turns = np.isfinite(plan.limits).all(axis=1) & np.isfinite(plan.periods)
-    ways = np.ptp(plan.limits[turns], axis=1) / plan.periods[turns]
-    return float(np.prod(np.floor(ways) + 1.0))
 
 
 def _of_curves(

@@ -209,7 +209,8 @@ class IkResult(Sequence[IkSolution]):
     method
         `closed form` and `algebraic`: all there are (the latter counts the complex solutions of
         six joints, too, until none is missing; an arm with a closed form has them so where that is
-        in doubt). `search`: all that many starts found.
+        in doubt). `search`: all that many starts found. Five joints are six that hold an added
+        turn at 0.
     nearest
         The nearest pose, where no solution is inside the limits; of a family its representative.
     complete

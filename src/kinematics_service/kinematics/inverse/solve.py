@@ -4,7 +4,8 @@ families.
 """
 
 import functools
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,8 +13,11 @@ import numpy.typing as npt
 
 from ... import kernel
 from ...kernel import Floats
+from ...rigid_motion import exponential
 from ...robot.robot import AnyRobot, Robot, as_robot
+from ...robot.task import ROW_NAMES
 from ..arguments import seed_of
+from ..forward import forward_kinematics
 from .answer import (
     LEFT_FREE,
     answer,
@@ -39,7 +43,7 @@ from .elimination import (
 )
 from .families import SUSPECT, isolated_or_not, tangent
 from .multiple import with_multiplicities
-from .problem.plan import elimination_of, plan_for
+from .problem.plan import as_six, elimination_of, plan_for
 from .problem.problem import IkProblem, near_or_middle
 from .problem.target import ik_target_of, poses_of
 from .redundant import dimension, into_limits, redundant_result
@@ -50,6 +54,7 @@ from .search import (
     distinct,
     no_solutions,
     reached,
+    refined,
     refinement,
     search,
     starts,
@@ -59,6 +64,10 @@ from .search import (
 TOLERANCE = 1e-6
 # Number of starts tried for one solution before the search for all.
 STARTS = 256
+# Candidates less far from solutions (rad) lead each to its own, as in kernel/inverse/solving.py.
+CANDIDATE_ERROR = 1e-2
+# How five joints are solved, in this order.
+FIVE_JOINTS: tuple[Method, ...] = ('closed form', 'algebraic')
 
 
 def inverse_kinematics(
@@ -230,11 +239,46 @@ def _all(problem: IkProblem, respect_limits: bool) -> IkResult:
             return _proved(problem, closed, 'closed form', respect_limits)
         return _unsure(problem, closed, respect_limits)
     if plan.six_joints is None:
-        return _searched(problem, respect_limits)
+        five = _result_of_five(problem, respect_limits)
+        return _searched(problem, respect_limits) if five is None else five
     eliminated = eliminated_solutions(problem, plan.six_joints)
     if not eliminated.all_found:
         return _degenerate(problem, plan.six_joints, eliminated, respect_limits)
     return _all_eliminated(problem, plan.six_joints, eliminated, respect_limits)
+
+
+def _result_of_five(problem: IkProblem, respect_limits: bool) -> IkResult | None:
+    # Five joints are six that hold an added turn at 0. The proof is of the pose nearest to the
+    # target that the arm has; without a proof it returns None.
+    robot, target, plan, *_ = problem
+    known = target.rows == ROW_NAMES and not plan.redundant and not len(plan.idle)
+    if not known or target.tolerance > CANDIDATE_ERROR**2:
+        return None
+    arms = ((way, arm) for way in FIVE_JOINTS for arm in as_six(robot, way == 'algebraic'))
+    for way, arm in arms:
+        pose = target.pose
+        for _ in range(2):
+            q, off = arm.candidates(pose)
+            held = np.abs(np.remainder(q[:, 5] + np.pi, 2 * np.pi) - np.pi) < CANDIDATE_ERROR
+            found, _ = distinct(target, plan, refined(target, plan, q[held, :5]))
+            if len(found.q):
+                pose = forward_kinematics(robot, found.q[0])
+        beside = [arm.candidates(one) for one in _poses_beside(pose, target.tolerance)]
+        regular = all(len(one) == len(q) for one, _ in beside)
+        if regular and off < CANDIDATE_ERROR and len(found.q) == np.count_nonzero(held):
+            best = LeastError(problem.near, np.inf)
+            return answer(problem, reached(target, found), way, best, respect_limits)
+    return None
+
+
+def _poses_beside(pose: Floats, tolerance: float) -> Iterator[Floats]:
+    # A border within the tolerance in some direction is within sqrt(6) times it in one of six: the
+    # number of solutions differs there.
+    for way in np.vstack([np.eye(6), -np.eye(6)]) * math.sqrt(6.0) * tolerance:
+        moved = pose.copy()
+        moved[:3, 3] += way[:3]
+        moved[:3, :3] = exponential(way[3:]) @ moved[:3, :3]
+        yield moved
 
 
 def _all_eliminated(

@@ -8,13 +8,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from ...estimation import estimator
 from ...estimation.input_checks import JointMessages, arrival_jitter, input_faults, zeros_of
 from ...estimation.status_text import StatusText
 from ...robot.measures import Level
 from ...typography import counted
 from .best_subscription import BestSubscription
-from .unmatched_names import unmatched_in_words
+from .unmatched_names import shown, unmatched_in_words
 
 REJECTED = (
     estimator.UNREADABLE,
@@ -30,6 +32,8 @@ RARE = (estimator.NOT_CLOSED, estimator.TOO_FAST)
 INTERNAL_ERROR = 'internal error'
 # Time for which a loss is warned of, s.
 RECENT = 10.0
+# More steps back of stamps within `RECENT` are a fault: a recording restarts less often.
+RESET_LIMIT = 3
 LEFT_OUT = 'left out'
 
 
@@ -68,8 +72,8 @@ class InputState(NamedTuple):
         Now, steady clock.
     publishers
         Full names of the nodes that publish joint states.
-    lost_of_late
-        Messages lost within `RECENT`.
+    lost_of_late, resets_of_late
+        Messages lost, and resets, within `RECENT`.
     at_least
         `at least `, to be put before the numbers of lost messages; empty if they are exact.
     work
@@ -90,6 +94,7 @@ class InputState(NamedTuple):
     arrival: int
     publishers: Sequence[str]
     lost_of_late: int
+    resets_of_late: int
     at_least: str
     work: Work
     velocity_source: str
@@ -154,18 +159,8 @@ def _verdict(
 ) -> tuple[Level, str]:
     if heard.silent:
         return Level.OK, heard.silent
-    if missing := ', '.join(arm.missing(heard.arrival)):
-        if unmatched := unmatched_in_words(arm, topic):
-            return Level.ERROR, unmatched
-        if math.isinf(arm.age(heard.arrival)) and not heard.counts[estimator.ACCEPTED]:
-            count = len(heard.publishers)
-            what = 'no joint state was received'
-            why = counted(count, 'publisher') if count else 'no publisher'
-            if heard.counts:
-                what = 'no complete joint state was received'
-                why = ', '.join(f'{reason}: {count}' for reason, count in heard.counts.items())
-            return Level.ERROR, f'{what} on {topic} ({why}): missing {missing}'
-        return Level.ERROR, '; '.join([f'joint states are stale: missing {missing}', *warnings])
+    if incomplete := incomplete_in_words(arm, topic, heard, warnings):
+        return Level.ERROR, incomplete
     if warnings:
         return Level.WARN, '; '.join(warnings)
     unstamped = ''.join(f'; {text}' for text in [unstamped_in_words(arm, heard)] if text)
@@ -174,6 +169,31 @@ def _verdict(
     if heard.velocity_source == 'none':
         return Level.OK, f'fine, but without velocities: no twist{unstamped}'
     return Level.OK, 'fine'
+
+
+def incomplete_in_words(
+    arm: estimator.Estimator, topic: str, heard: InputState, warnings: Sequence[str]
+) -> str:
+    """Return which joints have no position, and why; empty if all have one."""
+    missing = ', '.join(arm.missing(heard.arrival))
+    if not missing:
+        return ''
+    if unmatched := unmatched_in_words(arm, topic):
+        return unmatched
+    if not heard.counts:
+        count = len(heard.publishers)
+        why = counted(count, 'publisher') if count else 'no publisher'
+        return f'no joint state was received on {topic} ({why}): missing {missing}'
+    text = f'joint states are stale: missing {missing}'
+    if math.isinf(arm.age(heard.arrival)) and not heard.counts[estimator.ACCEPTED]:
+        why = ', '.join(f'{reason}: {count}' for reason, count in heard.counts.items())
+        text = f'no complete joint state was received on {topic} ({why}): missing {missing}'
+    known = {*arm.names, *(one.name for one in arm.robot.description.mimics)}
+    if unknown := {name for one in heard.messages for name in one.names if name not in known}:
+        text += f'; messages name {shown(sorted(unknown))}, too: joint_names maps other names'
+    if heard.counts[estimator.NO_POSITION]:
+        text += '; messages have no position: integrate_velocities counts on from velocities'
+    return '; '.join([text, *warnings])
 
 
 def unstamped_in_words(arm: estimator.Estimator, heard: InputState) -> str:
@@ -209,6 +229,20 @@ def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
         yield f'beyond the limits: {", ".join(beyond)}'
     if heard.lost_of_late:
         yield f'{heard.at_least}{heard.lost_of_late} messages lost within {RECENT:g} s'
+    if heard.resets_of_late > RESET_LIMIT:
+        yield (
+            f'stamps stepped back by more than joint_state_timeout {heard.resets_of_late} times '
+            f'within {RECENT:g} s: two clocks, or a recording in a loop; synchronize the clocks '
+            'of all that publish joint states'
+        )
+    for group in heard.messages:
+        every = 1e-9 * float(np.median(np.diff(group.arrivals))) if len(group.q) > 1 else 0.0
+        timeout = 1e-9 * arm.settings.timeout
+        if every > timeout and not set(arm.names).isdisjoint(group.names):
+            yield (
+                f'a joint state comes every {every:.3g} s, but joint_state_timeout is '
+                f'{timeout:.3g} s: set it to {2.0 * every:.2g}'
+            )
     if heard.simulated == 0 and heard.news[estimator.NOT_STAMPED]:
         yield 'no twist without stamps: no /clock was received; publish it or unset use_sim_time'
     if arm.integration.seconds:

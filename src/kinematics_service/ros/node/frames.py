@@ -13,7 +13,7 @@ from ...diagnosis.calibration.zero_jump import NEWEST, JumpDetector, Watched
 from ...diagnosis.frame_check.diagnosis import FrameDiagnosis, diagnose_frames
 from ...diagnosis.frame_check.errors import PoseLimit
 from ...diagnosis.frame_check.judgement import FrameLimits
-from ...diagnosis.frame_check.other_robots import FirstLook, first_look, left_by
+from ...diagnosis.frame_check.other_robots import OtherRobot, left_by, other_robot
 from ...errors import KinematicsError
 from ...estimation.status_text import StatusText
 from ...kernel import Floats
@@ -46,7 +46,9 @@ class Examined:
     since_jump
         The last one of the poses since a jump.
     detector, watched
-        The test for jumps and its result; None as long as a cause is named.
+        The test for jumps and its result; None if the first poses do not fit the robot file.
+    other
+        Which bundled robot explains the poses, if this one does not.
     """
 
     unseen: int
@@ -55,6 +57,7 @@ class Examined:
     since_jump: FrameDiagnosis | str = ''
     detector: JumpDetector | None = None
     watched: Watched | None = None
+    other: OtherRobot | None = None
 
 
 def examined(
@@ -91,14 +94,21 @@ def restarted(
     way: list[tuple[int, Floats]],
 ) -> Examined:
     """Return what the newest poses say alone; a test goes on if it has the same level before."""
-    found = diagnosed(robot, newest.at(slice(-NEWEST, None)), way)
-    if isinstance(found, str) or found.cause is not None or robot.chain.loops:
-        return Examined(0, newest.at(slice(-NEWEST, None)), found)
-    if before and before.detector and not isinstance(before.diagnosis, str):
-        one, other = (judge_of(limits).level(x) for x in (before.diagnosis, found))
-        if one == other != Level.ERROR:
-            return replace(before, unseen=0, diagnosis=found)
+    recent, judge = newest.at(slice(-NEWEST, None)), judge_of(limits)
+    found = diagnosed(robot, recent, way)
+    if isinstance(found, str) or robot.chain.loops:
+        return Examined(0, recent, found)
+    level, given = judge.level(found), (robot, found.errors, recent.q, recent.poses, judge.warn)
+    other = None if level == Level.OK else other_robot(*given)
+    if found.cause is not None or other:
+        return Examined(0, recent, found, other=other)
+    last = before.diagnosis if before and before.detector else ''
+    if before and not isinstance(last, str) and judge.level(last) == level != Level.ERROR:
+        return replace(before, unseen=0, diagnosis=found)
     detector = JumpDetector(robot, newest.at(slice(FIRST)))
+    left = left_by(robot, detector.begun_with.q, detector.begun_with.poses)
+    if left is None or not left.within(judge.explained):
+        return Examined(0, recent, found)
     watched = detector.observe(newest.at(slice(FIRST, None)))
     return Examined(0, newest, found, detector=detector, watched=watched)
 
@@ -124,11 +134,6 @@ def diagnosed(
         return str(error)
 
 
-def looked_at(robot: Robot, limits: ReferenceLimits, poses: CollectedPoses) -> FirstLook | None:
-    """Return whether the first few poses are of this robot; None if a loop does not close."""
-    return first_look(robot, poses.q, poses.poses, judge_of(limits).warn)
-
-
 def judge_of(limits: ReferenceLimits) -> FrameLimits:
     """Return the limits as the frame check has them."""
     return FrameLimits(
@@ -147,7 +152,9 @@ def frames_status(known: Examined, limits: ReferenceLimits) -> StatusText:
     if isinstance(found, str):
         return StatusText(Level.WARN, found, ())
     level, sentence = judge.level(found), judge.sentence(found)
-    if level != Level.OK and found.cause is None:
+    if known.other and found is known.diagnosis:
+        level, sentence = Level.ERROR, f'{sentence}; {known.other.in_words()}'
+    elif level != Level.OK and found.cause is None:
         sentence = f'{sentence}: {ADVICE}'
     values = [
         ('poses', str(found.count)),

@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-from ...estimation.estimator import Estimator
+from ...estimation.estimator import RESETS, Estimator
 from ...estimation.input_checks import messages_of
 from ...estimation.status_text import StatusText
 from ..messages.graph import kinematics_nodes
@@ -20,6 +20,7 @@ from .diagnostics import (
     RECENT,
     InputState,
     Work,
+    incomplete_in_words,
     input_status,
     input_warnings,
     message_warnings,
@@ -27,7 +28,6 @@ from .diagnostics import (
 )
 from .input import Input
 from .steady_time import Throttle, steady_timer
-from .unmatched_names import unmatched_in_words
 
 PERIOD = 1.0
 # After a stall the timer makes up for its calls, some at once: a rate over a shorter time means
@@ -44,8 +44,16 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
 
     `given`: its name before names are remapped.
     """
-    publishers = node.count_publishers(topic)
-    who = 'its publishers are silent' if publishers else 'nobody publishes it'
+    kinds = {
+        kind
+        for name, kinds in node.get_topic_names_and_types()
+        if name == topic
+        for kind in kinds
+        if kind != JOINT_STATES
+    }
+    who = 'its publishers are silent' if node.count_publishers(topic) else 'nobody publishes it'
+    if kinds:
+        who = f'it is published as {", ".join(sorted(kinds))}, not as {JOINT_STATES}'
     # The joint states that a kinematics node publishes are goals.
     nodes = tuple(f'{name}/' for name in kinematics_nodes(node))
     own = {topic, *(publisher.topic_name for publisher in node.publishers)}
@@ -78,6 +86,11 @@ def _name_of(info: TopicEndpointInfo) -> str:
     return f'{info.node_namespace.rstrip("/")}/{info.node_name}'
 
 
+def without_numbers(sentence: str) -> str:
+    """Return the cause: sentences that differ in numbers or behind their colon have the same."""
+    return re.sub(r'[\d.]+', '', sentence.partition(':')[0])
+
+
 class Health:
     """
     Counts work and publishes the state of the input once a second.
@@ -106,42 +119,41 @@ class Health:
         self._others = others
         self._velocity_source, self._silent = velocity_source, silent
         self._counts_said: Counter[str] = Counter()
-        self._begun = self._said = self._matched = time.monotonic()
+        self._said = self._answered = time.monotonic()
         self._throttle, self._once = Throttle(AGAIN), Throttle(math.inf)
         self.warnings: list[str] = []
-        # Times of diagnostics, s, and the number of messages lost by then.
-        self._losses: deque[tuple[float, int]] = deque([(self._said, 0)])
+        # Times of diagnostics, s, and the numbers of messages lost and of resets by then.
+        self._losses: deque[tuple[float, int, int]] = deque([(self._said, 0, 0)])
         self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, DIAGNOSTICS_QOS)
         steady_timer(node, PERIOD, self.say_when_due)
 
-    def _lost_of_late(self, now: float, lost: int) -> int:
+    def _of_late(self, now: float, lost: int, resets: int) -> tuple[int, int]:
+        # Messages lost and resets within `RECENT`.
         losses = self._losses
-        losses.append((now, lost))
+        losses.append((now, lost, resets))
         while now - losses[0][0] > RECENT:
             losses.popleft()
-        return lost - losses[0][1]
+        return lost - losses[0][1], resets - losses[0][2]
 
-    def _explain_silence(self, now: float, counts: Counter[str]) -> None:
+    def _explain_silence(self, now: float, heard: InputState) -> None:
         # The node's own terminal is where people look.
         topic = self._subscription.topic_name
-        if unmatched := unmatched_in_words(self._estimator, topic):
-            since, kind = self._matched, 'names'
-        else:
-            self._matched, since, kind = now, self._begun, 'no joint states'
-        has_reason = unmatched or not counts.total() and not self._silent()
-        if has_reason and now - since >= PATIENCE and self._throttle.passes(kind):
-            given = self._subscription.given_topic
-            why = unmatched or why_no_joint_states(self._node, topic, given)
-            self._node.get_logger().warning(why)
+        why = heard.silent or incomplete_in_words(self._estimator, topic, heard, self.warnings)
+        if heard.silent or not why:
+            self._answered = now
+        elif now - self._answered >= PATIENCE:
+            if not heard.counts:
+                given = self._subscription.given_topic
+                why = why_no_joint_states(self._node, topic, given)
+            if self._throttle.passes(without_numbers(why)):
+                self._node.get_logger().warning(why)
 
     def _log(self, unstamped: str, logged: Sequence[str]) -> None:
         logger = self._node.get_logger()
         if unstamped and self._once.passes('unstamped'):
             logger.info(f'joint states: {unstamped}')
         for sentence in self.warnings:
-            # Sentences that differ in numbers or behind their colon have the same cause.
-            cause = re.sub(r'[\d.]+', '', sentence.partition(':')[0])
-            if sentence not in logged and self._throttle.passes(cause):
+            if sentence not in logged and self._throttle.passes(without_numbers(sentence)):
                 logger.warning(f'joint states: {sentence}')
 
     def say_when_due(self) -> None:
@@ -156,9 +168,8 @@ class Health:
         publishers = node.get_publishers_info_by_topic(subscription.given_topic)
         subscription.settle(publishers)
         lost = subscription.lost or 0
-        lost_of_late = self._lost_of_late(now, lost)
         counts, work = Counter(estimator.counts), self.work
-        self._explain_silence(now, counts)
+        lost_of_late, resets_of_late = self._of_late(now, lost, counts[RESETS])
         namesakes = namesakes_in_words(node)
         if namesakes and self._throttle.passes('namesakes'):
             node.get_logger().warning(namesakes)
@@ -173,6 +184,7 @@ class Health:
             arrival,
             names,
             lost_of_late,
+            resets_of_late,
             'at least ' if lost and subscription.lost_is_lower_bound else '',
             work,
             self._velocity_source(),
@@ -183,6 +195,7 @@ class Health:
         logged = list(message_warnings(heard))
         self.warnings = [*input_warnings(estimator, heard), *logged]
         self._log(unstamped_in_words(estimator, heard), logged)
+        self._explain_silence(now, heard)
         if not self._publisher.get_subscription_count():
             return
         warnings = [namesakes, *self.warnings] if namesakes else self.warnings

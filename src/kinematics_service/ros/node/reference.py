@@ -6,6 +6,7 @@ or lag (`diagnosis/calibration/zero_jump.py`). While they do not fit, the newest
 """
 
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -24,18 +25,22 @@ from ..messages.messages import stamp_of
 from ..messages.target_messages import pose_of
 from ..messages.topics import REFERENCE_POSE, TARGET_POSE_QOS, overridable
 from ..parameters.settings import ReferenceLimits
+from .steady_time import Throttle
 
 if TYPE_CHECKING:
     from ...diagnosis.calibration.collecting import PoseCollector
-    from ...diagnosis.frame_check.other_robots import FirstLook
     from .frames import Examined
 
 # Poses kept in step with the joints, at most.
 MOST = 256
 # The joints' path is kept in steps of this (ns), and this number of them, to find a lag.
 WAY_STEP, WAY = 10_000_000, 6_000
-# Different poses that show whether this is the robot of the file.
-FIRST_LOOK = 10
+# The status is WARN if no pose arrived, or none was used, for this time, s.
+PATIENCE = 5.0
+# Stamps that differ by more (s) are of two clocks: no source of poses is as late.
+CLOCK_DIFFERENCE = 1.0
+# The log repeats that the level rises after this time, s.
+AGAIN = 5.0
 
 
 class Reference:
@@ -44,7 +49,7 @@ class Reference:
 
     Both must have the same clock. The work has a thread of its own: it takes 20 ms for a diagnosis
     and 1 ms for a new pose.
-    The first few poses are compared as they are, and the log says whether they are of this robot.
+    The log has the first result, and each that is worse.
 
     Parameters
     ----------
@@ -69,11 +74,11 @@ class Reference:
         self._node, self._robot, self._limits = node, robot, limits
         self._poses: PoseCollector | None = None
         self._way: deque[tuple[int, Floats]] = deque(maxlen=WAY)
-        self._is_looked_at = False
         self._refused = ''
+        self._noted_at = 0.0
+        self._level, self._throttle = -1, Throttle(AGAIN)
         self._thread: threading.Thread | None = None
         self._examined: Examined | None = None
-        self._first_look: FirstLook | None = None
         self._subscription = node.create_subscription(
             PoseStamped,
             REFERENCE_POSE,
@@ -89,10 +94,10 @@ class Reference:
 
     def forget(self) -> None:
         """Start again: the stamps or the arm have changed."""
-        self._examined = self._first_look = None
+        self._examined = None
         self.is_there = False
         self._way.clear()
-        self._poses, self._is_looked_at = None, False
+        self._poses, self._level = None, -1
         self._thread = None  # what it finds is about the time before
 
     def _on_pose(self, data: bytes) -> None:
@@ -102,46 +107,70 @@ class Reference:
         except (RefusedTargetError, WireError) as error:
             self._refused = str(error)
             return
-        self.is_there = True
+        now = time.monotonic()
         if self._poses is None:
             # Imported if there is a second source: most nodes have none.
             from ...diagnosis.calibration.collecting import PoseCollector
 
             self._poses = PoseCollector(self._robot(), MOST)
-        self._poses.note_pose(stamp, pose)
+            self._used_at, self._arrived, self._unmatched = now, 0, 0
+        self.is_there = True
+        poses = self._poses
+        poses.note_pose(stamp, pose)
+        self._arrived += 1
+        is_stale = not self._way or now - self._noted_at > CLOCK_DIFFERENCE
+        self._ahead = 0.0 if is_stale else 1e-9 * (stamp - self._way[-1][0])
+        is_matched = poses.different > 0 and poses.unmatched == self._unmatched
+        if is_stale or is_matched and self._ahead < CLOCK_DIFFERENCE:
+            # Without joint states, no pose can be used: the status `input` says so.
+            self._used_at, self._arrived = now, 0
+        self._unmatched = poses.unmatched
 
     def note(self, answer: EstimatorOutput) -> None:
         """Take a new state of the arm; a pose is compared once states around it are known."""
         if self._poses is None:
             return
+        self._noted_at = time.monotonic()
         self._poses.note_state(answer.stamp, answer.state.q)
         if not self._way or answer.stamp - self._way[-1][0] >= WAY_STEP:
             self._way.append((answer.stamp, answer.state.q))
-        if self._poses.different >= FIRST_LOOK and not self._is_looked_at:
-            # Imported if there is a second source: most nodes have none.
-            from .frames import looked_at
-
-            self._is_looked_at = True
-            poses = self._poses.collected()
-            self._begin('_first_look', looked_at, self._robot(), self._limits(), poses)
-        if self._first_look is not None:
-            level, sentence = self._first_look
-            self._first_look = None
-            log = self._node.get_logger()
-            say = log.info if level == Level.OK else log.warning
-            say(f'poses of {self.topic_name}: {sentence}')
-
-    def _begin(self, result: str, work: Callable[..., object], *arguments: object) -> None:
-        def run() -> None:
-            found = work(*arguments)
-            if threading.current_thread() is self._thread:
-                setattr(self, result, found)
-
-        self._thread = threading.Thread(target=run, daemon=True)
-        self._thread.start()
 
     def status_text(self) -> StatusText | None:
-        """Return the status of the frames, None if there is no second source."""
+        """Return the status, None without a source; log the first level and each that is worse."""
+        found = self._compared()
+        if found is None or self._poses is None:
+            return found
+        if why := self._why_unused():
+            last = f'{why}; the last result is: {found.sentence}'
+            found = StatusText(max(Level.WARN, found.level), last, found.values)
+        is_collecting = self._examined is None and found.level == Level.OK
+        rises, text = found.level > self._level, f'poses of {self.topic_name}: {found.sentence}'
+        if is_collecting or rises and not self._throttle.passes('frames'):
+            return found
+        self._level = found.level
+        if rises and found.level == Level.OK:
+            self._node.get_logger().info(text)
+        elif rises:
+            self._node.get_logger().warning(text)
+        return found
+
+    def _why_unused(self) -> str:
+        # Why no pose was used of late; empty if one was.
+        if (silence := time.monotonic() - self._used_at) < PATIENCE:
+            return ''
+        if not self._arrived:
+            why = f'no pose of the second source for {silence:.0f} s'
+            return f'{why}; one was refused: {self._refused}' if self._refused else why
+        arrived = f'{self._arrived} poses arrived, none was used'
+        if abs(self._ahead) < CLOCK_DIFFERENCE:
+            return f'{arrived}: no joint states are within 0.1 s of their stamps'
+        side = f'{abs(self._ahead):.0f} s {"after" if self._ahead > 0.0 else "before"}'
+        return (
+            f'{arrived}: their stamps are {side} those of the joint states: synchronize the clocks'
+        )
+
+    def _compared(self) -> StatusText | None:
+        # The last result.
         if self._poses is not None:
             # Imported if there is a second source: most nodes have none.
             from .frames import FIRST, examined, frames_status
@@ -150,12 +179,20 @@ class Reference:
             busy = self._thread is not None and self._thread.is_alive()
             if count > FIRST and not busy and (new := self._poses.taken()).stamps:
                 known = self._robot(), limits, self._examined, new, list(self._way)
-                self._begin('_examined', examined, *known)
+
+                def examine() -> None:
+                    found = examined(*known)
+                    if threading.current_thread() is self._thread:
+                        self._examined = found
+
+                self._thread = threading.Thread(target=examine, daemon=True)
+                self._thread.start()
             if self._examined is not None:
                 # Judged each time: the limits may have changed.
                 return frames_status(self._examined, limits)
             if not self._refused:
-                return StatusText(Level.OK, f'{count} of {FIRST} different poses collected', ())
+                text = f'{min(count, FIRST)} of {FIRST} different poses collected'
+                return StatusText(Level.OK, text, ())
         if not self._refused:
             return None
         return StatusText(Level.WARN, f'pose of {self.topic_name} refused: {self._refused}', ())

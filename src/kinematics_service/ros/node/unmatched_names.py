@@ -36,19 +36,22 @@ def _in_words(robot: Robot, lists: tuple[tuple[str, ...], ...]) -> str:
     names = list(dict.fromkeys(name for one in lists for name in one))
     remedies = ' or '.join(_remedies(robot, lists, list(filter(PLAIN.fullmatch, names))))
     remedy = f'try {remedies}' if remedies else 'the parameter joint_names maps any names'
-    return f'they name {_shown(names)}; expected {_shown(robot.joint_names)}; {remedy}'
+    if not remedies and len(names) < robot.dof:
+        remedy = 'these are too few for its joints: is another device on this topic?'
+    return f'they name {shown(names)}; expected {shown(robot.joint_names)}; {remedy}'
 
 
-def _shown(names: Sequence[str]) -> str:
-    shown = [name if PLAIN.fullmatch(name) else ascii(name[:60]) for name in names]
-    return listed(shown, LISTED) or 'nothing'
+def shown(names: Sequence[str]) -> str:
+    """Return some of the names, quoted if they are not plain."""
+    plain = (name if PLAIN.fullmatch(name) else ascii(name[:60]) for name in names)
+    return listed(list(plain), LISTED) or 'nothing'
 
 
 def _remedies(robot: Robot, lists: Sequence[Sequence[str]], heard: list[str]) -> Iterator[str]:
     own = [joint.name for joint in robot.description.joints]
     if prefixes := _prefixes(own, heard):
         for one in prefixes:
-            yield f'-p joint_prefix:={one}' if one else '-p "joint_prefix:=\'\'" alone'
+            yield f'-p joint_prefix:={one}' if one else 'without joint_prefix and joint_names'
         return
     others = [
         (len(joints), not prefix, f'--robot {name}' + (prefix and f' -p joint_prefix:={prefix}'))

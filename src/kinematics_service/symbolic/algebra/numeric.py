@@ -3,11 +3,12 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
-from ...kernel import Floats
+from ...kernel import Floats, Integers
 from .arithmetic import Arithmetic
 from .laurent import Laurent, from_terms
 
@@ -139,19 +140,46 @@ def sum_of(value: Laurent, arithmetic: Arithmetic) -> Sum:
     return Sum(c, turns.T, exponents[:, lengths])
 
 
-def values_together(
-    polynomials: Sequence[Laurent], arithmetic: Arithmetic
-) -> Callable[[Floats], Floats]:
-    """Return polynomials as one function of poses (N, n), shape (N, polynomials)."""
+class Monomials(NamedTuple):
+    """
+    Polynomials by their monomials.
+
+    Attributes
+    ----------
+    whole
+        The sum of all monomials.
+    places, factors : shape (k,)
+        The monomials of each polynomial, one polynomial's behind the other's, and their factors.
+    starts : shape (m,)
+        First place of each polynomial.
+    """
+
+    whole: Laurent
+    places: Integers
+    factors: npt.NDArray[np.complex128]
+    starts: Integers
+
+    def values(self, terms: Any) -> Floats:
+        """Return the polynomials (N, m) of the terms (N, monomials) of their sum."""
+        parts = terms[:, self.places] * self.factors
+        return np.asarray(np.add.reduceat(parts, self.starts, axis=1).real)
+
+
+def monomials_of(polynomials: Sequence[Laurent]) -> Monomials:
+    """Return polynomials by their monomials; those of matrices share most of them."""
     every = dict.fromkeys((e for value in polynomials for e in value.terms()), (1, 0))
     whole = from_terms(polynomials[0].ring, every)
     monomials = {e: k for k, e in enumerate(whole.terms())}
-    C = np.zeros((len(monomials), len(polynomials)), dtype=complex)
-    for j, value in enumerate(polynomials):
-        for e, (a, b) in value.terms().items():
-            C[monomials[e], j] = complex(a, b) / value.divisor
-    terms = sum_of(whole, arithmetic).terms
-    return lambda q: np.asarray((terms(q) @ C).real)
+    places: list[int] = []
+    factors: list[complex] = []
+    starts: list[int] = []
+    for value in polynomials:
+        starts.append(len(places))
+        # A polynomial without terms is 0 times one.
+        for e, (a, b) in value.terms().items() or [(next(iter(monomials)), (0, 0))]:
+            places.append(monomials[e])
+            factors.append(complex(a, b) / value.divisor)
+    return Monomials(whole, np.array(places), np.array(factors), np.array(starts))
 
 
 def poses_on(functions: Sequence[DifferentiableFunction], starts: Floats, scale: Floats) -> Floats:

@@ -126,6 +126,20 @@ def reversed_screws(screws: Screws) -> Screws:
     )
 
 
+def with_turn(screws: Screws, axis: Floats, point: Floats) -> Screws:
+    """Return the screws with one more, which turns about an axis (3,) and is its own joint."""
+    n = len(screws.axes)
+    coupling = np.eye(n + 1)
+    coupling[:n, :n] = screws.coupling
+    return replace(
+        screws,
+        axes=np.vstack([screws.axes, axis]),
+        points=np.vstack([screws.points, point]),
+        slides=(*screws.slides, False),
+        coupling=coupling,
+    )
+
+
 def with_links_merged(screws: Screws) -> Screws:
     """
     Return screws that move the tool's origin alike, its last parallel rotations made two.

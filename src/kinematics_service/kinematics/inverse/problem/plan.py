@@ -4,7 +4,9 @@ The plan of an arm's inverse: recognised once from its screws, then the same for
 
 import functools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +26,7 @@ from .chain_geometry import (
     with_feet,
     with_links_merged,
     with_parallel_axes,
+    with_turn,
 )
 from .screws import Screws, screws_of
 from .six_joints import six_joints_of
@@ -35,8 +38,13 @@ RANK = 1e-9
 WHOLE = 1e-12
 # What products of some ten matrices, and the steps of a closed form, are off by as a share.
 ROUND_OFF = 2e-15
+# Imaginary parts (rad or m) that no real solution has, which refinement then proves.
+NOT_REAL = 1e-6
 # Screws that a joint moves by ratios of no such whole numbers never come back together.
 MOST_TURNS = 1000
+# Axes of turns added to five joints, unit vectors that are parallel to no axis of usual arms. At a
+# pose where one makes the six joints singular, the other does not.
+ADDED_AXES = np.array([[0.48, 0.6, 0.64], [0.64, -0.48, 0.6]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,13 +246,102 @@ def _closed_form(screws: Screws, robot: Robot, whole: bool) -> kernel.ClosedForm
         return None
     for backwards in (False, True):
         form = reversed_screws(screws) if backwards else screws
-        wrist = meeting_point(form, (3, 4, 5))
-        if wrist is not None and _solvable(form):
-            form = with_feet(through(form, (3, 4, 5), wrist))
-            return _closed(kernel.SPHERICAL_WRIST, form, wrist, backwards)
-        if found := with_parallel_axes(form):
-            return _closed(kernel.PARALLEL_AXES, *found, backwards)
+        if found := _geometry_of_six(form):
+            return _closed(*found, backwards)
     return None
+
+
+def _geometry_of_six(form: Screws) -> tuple[int, Screws, Floats] | None:
+    # The way to a closed form, the screws made exact, and the point that is solved first.
+    wrist = meeting_point(form, (3, 4, 5))
+    if wrist is not None and _solvable(form):
+        return kernel.SPHERICAL_WRIST, with_feet(through(form, (3, 4, 5), wrist)), wrist
+    found = with_parallel_axes(form)
+    return found and (kernel.PARALLEL_AXES, *found)
+
+
+class SixSolver(NamedTuple):
+    """
+    Six screws, and how all their solutions are found.
+
+    Attributes
+    ----------
+    form
+        The closed form, or how the solutions are found by elimination.
+    to_joints : shape (6, 6)
+        Joint positions from those of the screws.
+    home_inverse : shape (4, 4)
+        Inverse of the tool's pose at rest.
+    backwards
+        Whether the screws are ordered from tool to base.
+    """
+
+    form: kernel.ClosedForm | kernel.SixJoints
+    to_joints: Floats
+    home_inverse: Floats
+    backwards: bool = False
+
+    def candidates(self, pose: Floats) -> tuple[Floats, float]:
+        """Return candidates (m, 6) for a pose (4, 4), and how far they are from solutions, rad."""
+        motion = pose @ self.home_inverse
+        motion = np.ascontiguousarray(inverse(motion) if self.backwards else motion)
+        if isinstance(self.form, kernel.SixJoints):
+            roots, said = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
+            roots = roots[: kernel.complex_solutions(self.form, motion, roots, said)]
+            psi = roots[np.all(np.abs(roots[:, :, 1]) < NOT_REAL, axis=1), :, 0]
+            return psi @ self.to_joints.T, 0.0 if said[2] else math.inf
+        psi, off = np.empty((kernel.MOST_CANDIDATES, 6)), np.empty(1)
+        psi = psi[: kernel.inverse_candidates(self.form, motion, np.zeros(6), psi, off)]
+        return psi @ self.to_joints.T, float(off[0])
+
+
+def closed_solvers(screws: Screws) -> Iterator[SixSolver]:
+    """Yield the closed forms of six screws, from base to tool and from tool to base."""
+    for backwards in (False, True):
+        given = reversed_screws(screws) if backwards else screws
+        if geometry := _geometry_of_six(given):
+            yield _solver(_closed(*geometry, backwards), geometry[1], backwards)
+
+
+def eliminating_solver(screws: Screws, poses: Floats) -> SixSolver | None:
+    """Return the elimination of six screws, ranked at poses (m, 4, 4) that they can have."""
+    form = six_joints_of(screws, poses)
+    return None if form is None else _solver(form, screws, False)
+
+
+def _solver(
+    form: kernel.ClosedForm | kernel.SixJoints, screws: Screws, backwards: bool
+) -> SixSolver:
+    to_joints = np.asarray(np.linalg.inv(screws.coupling), np.float64)
+    return SixSolver(form, to_joints, inverse(screws.home), backwards)
+
+
+@functools.lru_cache(maxsize=128)
+def as_six(robot: Robot, eliminated: bool) -> tuple[SixSolver, ...]:
+    """
+    Return five joints as six: an added turn is the last, and the caller holds it at 0.
+
+    The turn makes a closed form (Pieper 1968): it completes a spherical wrist, or it is the last
+    joint behind three parallel axes. `eliminated`: by elimination instead.
+    """
+    if robot.chain.loops or robot.dof != 5:
+        return ()
+    screws = screws_of(robot.chain)
+    if not one_to_one(screws, robot):
+        return ()
+    if eliminated:
+        q = np.ascontiguousarray(seeded_poses(robot.limits, robot.prismatic)[:POSES])
+        solver = eliminating_solver(with_turn(screws, *ADDED_AXES), forward_kinematics(robot, q))
+        return () if solver is None else (solver,)
+    found = []
+    for backwards in (False, True):
+        given = reversed_screws(screws) if backwards else screws
+        wrist = meeting_point(given, (3, 4))
+        for axis in ADDED_AXES:
+            six = with_turn(given, axis, given.points[4] if wrist is None else wrist)
+            if geometry := _geometry_of_six(six):
+                found.append(_solver(_closed(*geometry, backwards), geometry[1], backwards))
+    return tuple(found)
 
 
 @functools.lru_cache(maxsize=128)

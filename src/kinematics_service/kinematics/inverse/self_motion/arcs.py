@@ -1,9 +1,7 @@
 """The arcs of a curve of solutions that are inside the joint limits, full turns told apart."""
 
 import functools
-import itertools
 import math
-import operator
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -18,11 +16,11 @@ from ...clearance import clearances
 from ..problem.plan import InversePlan
 from .curve import CurvePieces, SolutionCurve, pieces_of, places_of
 from .sliced_arm import SlicedArm
+from .turns import PieceRun, Turns, runs_of
 
 SIDES = ('lower', 'upper')
 # Golden sections to the best pose of an arc: a tenth of a rad becomes 1e-9.
 GOLDEN, SECTIONS = 0.6180339887498949, 38
-Turns = tuple[int, ...]
 
 
 class JointCurve:
@@ -73,35 +71,8 @@ class JointCurve:
         pieces = pieces_of(self.path, _bounds_of(self.plan), self.curve.closed)
         if pieces is None:
             return ()
-        # Those that differ by full turns have the same pieces.
-        found: dict[tuple[int, int], list[tuple[Turns, bool]]] = {}
-        for first, count, turns, closed in self._paths(_turns_inside(pieces.turns)):
-            found.setdefault((first, count), []).append((turns, closed))
-        return tuple(
-            self._arc(pieces, *key, *windings[0], len(windings)) for key, windings in found.items()
-        )
-
-    def _paths(self, inside: list[set[Turns]]) -> list[tuple[int, int, Turns, bool]]:
-        # Of each arc its first piece, how many it has, its turns, and whether it closes.
-        nodes = [(i, turns) for i, lifts in enumerate(inside) for turns in sorted(lifts)]
-        known = set(nodes)
-        after = {node: self._next(*node, len(inside)) for node in nodes}
-        entered = {node for node in after.values() if node in known}
-        paths, seen = [], set()
-        # Those that nothing leads to begin an arc; the others are on closed ones.
-        for node in [*(node for node in nodes if node not in entered), *nodes]:
-            count, at = 0, node
-            while at in known and at not in seen:
-                seen.add(at)
-                count, at = count + 1, after[at]
-            if count:
-                paths.append((*node[:1], count, node[1], at == node))
-        return paths
-
-    def _next(self, i: int, turns: Turns, pieces: int) -> tuple[int, Turns]:
-        if i + 1 < pieces or not self.curve.closed:
-            return i + 1, turns
-        return 0, tuple(map(operator.add, turns, self._turns_of_lap))
+        runs = runs_of(pieces.turns, self.curve.closed, self._turns_of_lap)
+        return tuple(self._arc(pieces, run) for run in runs)
 
     @functools.cached_property
     def _turns_of_lap(self) -> Turns:
@@ -109,11 +80,8 @@ class JointCurve:
         limited = np.isfinite(self.plan.limits).all(axis=1)
         return tuple(np.where(limited, np.round(laps), 0.0).astype(int).tolist())
 
-    def _arc(
-        self, pieces: CurvePieces, first: int, count: int, turns: Turns, closed: bool, wound: int
-    ) -> 'IkArc':
-        # Of so many pieces, lap after lap.
-        plan, last, laps = self.plan, first + count, 0
+    def _arc(self, pieces: CurvePieces, run: PieceRun) -> 'IkArc':
+        plan, first, last, laps = self.plan, run.first, run.first + run.pieces, 0
         if self.curve.closed:
             laps, last = divmod(last, len(pieces.begins))
         table, begin, stop = pieces.table, pieces.begins[first], pieces.begins[last] + 1
@@ -122,10 +90,12 @@ class JointCurve:
             parts = [table[begin:-1], *[table[:-1]] * (laps - 1), table[:stop]]
             lap = table[-1] - table[0]
             rows = np.concatenate([part + k * lap for k, part in enumerate(parts)])
-        offset = _turn_of(plan) * turns
+        offset = _turn_of(plan) * run.turns
         q, s, places = rows[:, 2:] + offset, rows[:, 1] - rows[0, 1], rows[:, 0].copy()
-        ends = () if closed else (self._end(pieces, first, q[0]), self._end(pieces, last, q[-1]))
-        return IkArc(q, s, not ends, ends, wound, self, places, offset)
+        ends = (
+            () if run.closed else (self._end(pieces, first, q[0]), self._end(pieces, last, q[-1]))
+        )
+        return IkArc(q, s, not ends, ends, run.windings, self, places, offset)
 
     def _end(self, pieces: CurvePieces, k: int, q: Floats) -> 'IkArcEnd':
         joint, side = pieces.ends[k]
@@ -145,12 +115,6 @@ def _bounds_of(plan: InversePlan) -> Floats:
 @functools.lru_cache(maxsize=128)
 def _turn_of(plan: InversePlan) -> Floats:
     return np.where(np.isfinite(plan.periods), plan.periods, 0.0)
-
-
-def _turns_inside(turns: list[list[list[int]]]) -> list[set[Turns]]:
-    # Of each piece the numbers of periods that bring all joints inside their limits.
-    ranges = ([range(first, last + 1) for first, last in piece] for piece in turns)
-    return [set(itertools.product(*ways)) for ways in ranges]
 
 
 class IkArcEnd(NamedTuple):

@@ -10,7 +10,7 @@ from ....robot.robot import Robot
 from ...clearance import clearances
 from ..problem.plan import InversePlan, plan_for
 from ..problem.target import IkTarget
-from .arcs import IkArc, JointCurve
+from .arcs import IkArc, JointCurve, squares_of
 from .curve import traced
 from .sliced_arm import sliced_arm_of
 
@@ -136,8 +136,8 @@ def on_turns_near(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
     turns = np.round((q - arc.q) / plan.periods)
     periods = np.where(np.isfinite(plan.periods), plan.periods, 0.0)
     away = (q - arc.q - turns * periods) / plan.scales
-    for one in np.unique(turns[np.linalg.norm(away, axis=1) < APART], axis=0):
-        moved = arc.turned(one * periods)
+    for one in sorted(set(map(tuple, turns[squares_of(away) < APART**2].tolist()))):
+        moved = arc.turned(np.array(one) * periods)
         if moved.margins().min() > -ON_ARC:
             yield moved
 

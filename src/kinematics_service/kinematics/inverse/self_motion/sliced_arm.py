@@ -19,9 +19,9 @@ from ....rigid_motion import inverse, turn_about
 from ....robot.robot import Robot
 from ....robot.task import ROW_NAMES, seeded_poses
 from ...forward import forward_kinematics
-from ..problem.plan import one_to_one
+from ..problem.chain_geometry import with_turn
+from ..problem.plan import SixSolver, closed_solvers, eliminating_solver, one_to_one
 from ..problem.screws import Screws, screws_of
-from ..problem.six_joints import six_joints_of
 from ..problem.target import TOOL_AXES, IkTarget
 
 # Any rotation with which the three joints about the tool's origin are regular.
@@ -37,11 +37,11 @@ class Slices(NamedTuple):
     joint
         Which of the screws is held.
     six
-        The others, as six joints.
+        The others, and for a position three about the tool's origin.
     """
 
     joint: int
-    six: kernel.SixJoints
+    six: SixSolver
 
 
 class SlicedArm(NamedTuple):
@@ -105,8 +105,8 @@ class SlicedArm(NamedTuple):
         return np.asarray(target.pose @ inverse(self.screws.home))
 
     def solutions(self, slices: Slices, target: IkTarget, position: float) -> Floats:
-        """Return the complex solutions (m, n, 2) of a slice, the joint held at a position."""
-        n, held = len(self.table), slices.joint
+        """Return positions of the screws (m, n) in a slice, the joint held at a position."""
+        held = slices.joint
         turn = _motion_of(self.screws, held, -position)
         motion = self._motion(target)
         motion = turn @ motion if held == 0 else motion @ turn
@@ -114,24 +114,8 @@ class SlicedArm(NamedTuple):
             goal = motion[:3, :3] @ self.screws.tool + motion[:3, 3]
             motion[:3, :3] = TURN
             motion[:3, 3] = goal - TURN @ self.screws.tool
-        psi, said = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
-        count = kernel.complex_solutions(slices.six, np.ascontiguousarray(motion), psi, said)
-        found = np.zeros((count, n, 2))
-        found[:, held, 0] = position
-        found[:, np.arange(n) != held] = psi[:count, : n - 1]
-        return found if self.whole else _distinct(found)
-
-
-def _distinct(found: Floats) -> Floats:
-    # Two solutions of the three joints about the tool go with each of the others.
-    kept: list[Floats] = []
-    for one in found:
-        # Imaginary parts that are far apart would overflow.
-        away = (one - other for other in kept)
-        ways = (np.exp(1j * to[:, 0] + np.minimum(-to[:, 1], 1.0)) for to in away)
-        if all(np.max(np.abs(way - 1.0)) > 1e-6 for way in ways):
-            kept.append(one)
-    return np.array(kept).reshape(-1, *found.shape[1:])
+        psi, _ = slices.six.candidates(motion)
+        return np.insert(psi[:, : len(self.table) - 1], held, position, axis=1)
 
 
 @functools.lru_cache(maxsize=128)
@@ -143,7 +127,8 @@ def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm |
     if not one_to_one(screws, robot):
         return None
     if axis and rows == ROW_NAMES[:3]:
-        screws = _with_turn_about(screws, axis)
+        along = screws.home[:3, TOOL_AXES.index(axis)]
+        screws = with_turn(screws, along, screws.tool)
     whole = bool(axis) or rows == ROW_NAMES
     if len(screws.axes) != (7 if whole else 4) or (not whole and rows != ROW_NAMES[:3]):
         return None
@@ -165,15 +150,17 @@ def _slices(arm: SlicedArm, robot: Robot, held: int) -> Slices | None:
         axes, points = np.vstack([axes, np.eye(3)]), np.vstack([points, [screws.tool] * 3])
         slides += (False, False, False)
     six = Screws(axes, points, slides, np.eye(6), np.eye(4))
-    motions = []
-    for q in seeded_poses(robot.limits, robot.prismatic)[:8]:
-        T = forward_kinematics(robot, q) @ inverse(screws.home)
-        if not arm.whole:
-            T[:3, :3] = T[:3, :3] @ TURN
-        turn = _motion_of(screws, held, -float(arm.to_screws(q)[held]))
-        motions.append(turn @ T if held == 0 else T @ turn)
-    form = six_joints_of(six, np.array(motions))
-    return None if form is None else Slices(held, form)
+    solver = next(closed_solvers(six), None)
+    if solver is None:
+        motions = []
+        for q in seeded_poses(robot.limits, robot.prismatic)[:8]:
+            T = forward_kinematics(robot, q) @ inverse(screws.home)
+            if not arm.whole:
+                T[:3, :3] = T[:3, :3] @ TURN
+            turn = _motion_of(screws, held, -float(arm.to_screws(q)[held]))
+            motions.append(turn @ T if held == 0 else T @ turn)
+        solver = eliminating_solver(six, np.array(motions))
+    return None if solver is None else Slices(held, solver)
 
 
 def _motion_of(screws: Screws, k: int, position: float) -> Floats:
@@ -184,17 +171,3 @@ def _motion_of(screws: Screws, k: int, position: float) -> Floats:
     T[:3, :3] = turn_about(screws.axes[k], position)
     T[:3, 3] = screws.points[k] - T[:3, :3] @ screws.points[k]
     return T
-
-
-def _with_turn_about(screws: Screws, axis: str) -> Screws:
-    along = screws.home[:3, TOOL_AXES.index(axis)]
-    n = len(screws.axes)
-    coupling = np.eye(n + 1)
-    coupling[:n, :n] = screws.coupling
-    return Screws(
-        axes=np.vstack([screws.axes, along]),
-        points=np.vstack([screws.points, screws.tool]),
-        slides=(*screws.slides, False),
-        coupling=coupling,
-        home=screws.home,
-    )

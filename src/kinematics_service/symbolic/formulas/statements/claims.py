@@ -17,7 +17,9 @@ from ....kinematics.forward import jacobian
 from ....kinematics.task_jacobian import task_jacobian
 from ....robot.robot import Robot
 from ...algebra.numeric import poses_on
-from ...derivation import determinant_factors
+from ...derivation import DeterminantFactors, determinant_factors, exact_of
+from ...sampled_poses import PoseSampler
+from ...singular_set import numbers_in_words
 from ..arm.numbers import DEGREE, Evaluation, Floats
 from .names import FormulaNames
 from .poses import SEED, poses_for
@@ -61,21 +63,67 @@ class _ZeroCondition:
         return np.stack(differences, axis=-1) / (2.0 * DIFFERENCE_STEP)
 
 
+@dataclass(frozen=True)
+class _ArmOfLetters:
+    # The arm with one value of each letter, in its names, too; an arm that is not derived has no
+    # sampler.
+    robot: Robot
+    names: FormulaNames
+    sampler: PoseSampler | None
+
+    def smallness(self, q: Floats) -> Floats:
+        # Of N poses (N, n), rad and m: their last singular value, relative to the largest.
+        sampler, task = self.sampler, self.robot.task
+        J_t, rank = task_jacobian(task, jacobian(self.robot, q)), task.generic_rank
+        if sampler is not None and len(q):
+            J_t = sampler.arm(q[:, list(sampler.moving)] / sampler.to_si).J_t
+            rank = sampler.generic_rank
+        values = np.linalg.svd(J_t, compute_uv=False)
+        return np.asarray(values[..., rank - 1] / values[..., 0])
+
+
 def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement]) -> list[Claim]:
-    """Return for each claimed family whether it is singular, and last whether all are claimed."""
-    judged = [_sound(robot, names, claim) for claim in claims]
-    if robot.task.structurally_deficient or len(robot.task.rows) != robot.dof:
-        return judged
+    """
+    Return for each claimed family whether it is singular, and last whether all are claimed.
+
+    Both hold if they do at two random values of each letter; a remark says what is special about
+    the numbers of the file.
+    """
+    task = robot.task
+    square = not task.structurally_deficient and len(task.rows) == robot.dof
     try:
-        return [*judged, _whole(robot, names, claims)]
+        exact = exact_of(robot)
+        factors = determinant_factors(exact) if square else None
     except DerivationError as error:
+        judged = [_sound(_ArmOfLetters(robot, names, None), claim) for claim in claims]
         undecided = f'it is not decided whether other poses are singular: {error}'
-        return [*judged[:-1], replace(judged[-1], remarks=(*judged[-1].remarks, undecided))]
+        remarks = (*judged[-1].remarks, undecided) if square else judged[-1].remarks
+        return [*judged[:-1], replace(judged[-1], remarks=remarks)]
+    by_file = exact.sampler
+    arms = [_arm_of(one, by_file, names) for one in (*by_file.in_random_letters, by_file)]
+
+    def judge(claim: Statement | None) -> Claim:
+        if claim is not None:
+            verdicts = [_sound(arm, claim) for arm in arms]
+        else:
+            verdicts = [_whole(arm, factors, claims) for arm in arms if factors]
+        worst = next((one for one in verdicts if not one.holds), verdicts[-1])
+        if worst.holds or not verdicts[-1].holds:
+            # Its poses are those of the numbers of the file.
+            return verdicts[-1]
+        numbers = numbers_in_words(exact.arithmetic.names)
+        special = f'with {numbers} of this file it agrees, with other values not'
+        return replace(worst, remarks=(*worst.remarks, special))
+
+    return [judge(claim) for claim in (*claims, None) if claim or factors]
 
 
-def _smallness(robot: Robot, q: Floats) -> Floats:
-    values = np.linalg.svd(task_jacobian(robot.task, jacobian(robot, q)), compute_uv=False)
-    return np.asarray(values[..., robot.task.generic_rank - 1] / values[..., 0])
+def _arm_of(sampler: PoseSampler, by_file: PoseSampler, names: FormulaNames) -> _ArmOfLetters:
+    # The letters of the table have other units than those of the sampler.
+    usual = by_file.arithmetic.names.values
+    factors = {s.name: v / usual[s] for s, v in sampler.arithmetic.names.values.items() if v}
+    given = {s: v * factors.get(s.name, 1.0) for s, v in names.table.given.items()}
+    return _ArmOfLetters(sampler.robot, FormulaNames(replace(names.table, given=given)), sampler)
 
 
 def _draws(robot: Robot, names: FormulaNames, claim: Statement) -> Floats:
@@ -90,10 +138,11 @@ def _in_words(names: FormulaNames, pose: Floats) -> str:
 # Soundness: poses of the family are singular
 
 
-def _sound(robot: Robot, names: FormulaNames, claim: Statement) -> Claim:
-    q = _draws(robot, names, claim)
+def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
+    names = arm.names
+    q = _draws(arm.robot, names, claim)
     integers = np.random.default_rng(SEED).integers(-2, 3, len(q)).astype(float)
-    free = np.ones(robot.dof)
+    free = np.ones(arm.robot.dof)
     for joint, value in claim.conditions:
         if joint >= 0:
             q[:, joint] = _value(names, claim, value, integers)(q) * _unit(names, claim, joint)
@@ -111,7 +160,7 @@ def _sound(robot: Robot, names: FormulaNames, claim: Statement) -> Claim:
     if not len(q):
         remark = f'no pose of this family was found in {DRAWS} draws: it has no real values there'
         return Claim(claim.name, claim.line, False, (remark,))
-    singular = _smallness(robot, q) < SINGULAR_VALUE_RATIO
+    singular = arm.smallness(q) < SINGULAR_VALUE_RATIO
     if singular.all():
         return Claim(claim.name, claim.line, True, ('every pose of this family is singular',))
     pose = _in_words(names, q[int(np.argmin(singular))])
@@ -145,12 +194,8 @@ def _unit(names: FormulaNames, claim: Statement, joint: int) -> float:
 # Completeness: zeros of each factor are claimed
 
 
-def _is_claimed(names: FormulaNames, claims: Sequence[Statement], q: Floats) -> Any:
-    # Which of N poses belong to a claimed family, shape (N,).
-    return np.any([_belongs(names, claim, q) for claim in claims], axis=0)
-
-
 def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> Any:
+    # Which of N poses belong to a claimed family, shape (N,).
     holds = np.ones(len(q), dtype=bool)
     for joint, value in claim.conditions:
         gaps = [
@@ -180,14 +225,15 @@ def _gap(
     return np.where(np.isfinite(gap), gap, np.inf)
 
 
-def _whole(robot: Robot, names: FormulaNames, claims: Sequence[Statement]) -> Claim:
-    name, line = 'the singular set', claims[-1].line
-    factors = determinant_factors(robot)
-    starts = factors.sampler.random(DRAWS)
-    for function, expression in zip(factors.functions, factors.expressions):
-        zeros = factors.sampler.whole(poses_on([function], starts, np.ones(robot.dof)))
-        left_out = zeros[~_is_claimed(names, claims, zeros)]
-        left_out = left_out[_smallness(robot, left_out) < SINGULAR_VALUE_RATIO]
+def _whole(arm: _ArmOfLetters, factors: DeterminantFactors, claims: Sequence[Statement]) -> Claim:
+    name, line, names, sampler = 'the singular set', claims[-1].line, arm.names, arm.sampler
+    assert sampler is not None  # it is derived
+    starts = sampler.random(DRAWS)
+    for function, expression in zip(factors.functions(sampler), factors.expressions):
+        zeros = sampler.whole(poses_on([function], starts, np.ones(starts.shape[1])))
+        claimed = [_belongs(names, claim, zeros) for claim in claims]
+        left_out = zeros[~np.any(claimed, axis=0)]
+        left_out = left_out[arm.smallness(left_out) < SINGULAR_VALUE_RATIO]
         if len(left_out):
             remark = (
                 f'not complete: {expression} = 0 at {_in_words(names, left_out[0])}, which is '

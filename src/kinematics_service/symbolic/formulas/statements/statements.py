@@ -216,7 +216,10 @@ class _Reader:
             return self._made('quantity', raw, value, quantity=quantity)
         left = self._value(raw.left, context)
         if is_matrix(left) or is_matrix(value):
-            raise raw.left.at.fault('a matrix needs a name on the left side')
+            raise raw.left.at.fault(
+                'a matrix needs a name on the left side: write NAME = ..., such as '
+                'T_02 = T_01*T_12, or a matrix of as many rows and columns on both sides'
+            )
         return self._made('equation', raw, value, left=left)
 
     def _made(self, kind: str, raw: Raw, value: Any, **more: Any) -> Statement:

@@ -228,7 +228,15 @@ def _depth(line: str) -> int:
 
 def _equations(chunk: _Chunk, settings: Settings, local: bool = False) -> Iterator[Raw]:
     for part in _split(tokens_of(chunk.text, chunk.line, chunk.column), (';', ',')):
-        yield _equation(part, settings, local, chunk.by_lines)
+        raw = _equation(part, settings, local, chunk.by_lines)
+        left, right = raw.left, raw.right
+        if left.kind == right.kind == "'":
+            left, right = left.parts[0], right.parts[0]
+        if left.kind == right.kind == 'matrix' and left.rows == right.rows:
+            entries = zip(left.parts, right.parts)
+            yield from (replace(raw, left=one, right=other) for one, other in entries)
+        else:
+            yield raw
 
 
 def _split(tokens: Sequence[FormulaToken], at: Sequence[str]) -> list[list[FormulaToken]]:

@@ -67,9 +67,10 @@ BEFORE = re.compile(
 )
 ADVICE = {
     '|': ': write det(J) for a determinant',
-    '±': ': write a formula for each of the two solutions',
     '_': ': an index comes before a power, as in L_1^2',
 }
+# `+-` is one of two signs, or the sign of a number that is added.
+PLUS_MINUS = re.compile(r'[±∓]|\\(?:pm|mp)(?![A-Za-z])|\+/?-')
 MOST_TOKENS = 50_000
 
 
@@ -155,6 +156,13 @@ def _tokens_of_line(text: str, line: int, column: int) -> Iterator[FormulaToken]
 
 def _token(text: str, at: int, line: int = 0, column: int = 0) -> tuple[str, str, int]:
     # The kind, the word and where it ends; an empty kind is what has no meaning.
+    if found := PLUS_MINUS.match(text, at):
+        raise FormulaError(
+            f"'{found[0]}' is two signs: write the line once with + and once with -; to add a "
+            'negative number, write + (-1)',
+            line,
+            column + at,
+        )
     for kind, pattern, plain in TOKENS:
         if found := pattern.match(text, at):
             word = found[0] if plain is None else plain
