@@ -1,7 +1,7 @@
 """
 The distance to the nearest singular pose against many more starts and brute force.
 
-    python bench/distance.py [--poses 2000] [--saddles 500] [--force 0] [arm ...]
+    python bench/distance.py [--poses 2000] [--saddles 500] [--force 0] [--seed 7] [arm ...]
 
 prints a line for each arm: of its random poses and saddles, by their true distance, how many are
 found more than 5 % too far, and how many there are; those within 0.03 rad that are called OK;
@@ -80,11 +80,11 @@ def searched(robot, q, search, in_order=False):
     return measures[:, kernel.DISTANCE], seconds
 
 
-def judged(robot, poses, saddles, force):
+def judged(robot, poses, saddles, force, seed):
     """Return the numbers of a line."""
     low, high = np.clip(robot.limits, -np.pi, np.pi).T
-    random = np.random.default_rng(7).uniform(low, high, (poses, robot.dof))
-    q = np.concatenate([random, brute_force.saddles(robot, saddles)])
+    random = np.random.default_rng(seed).uniform(low, high, (poses, robot.dof))
+    q = np.concatenate([random, brute_force.saddles(robot, saddles, seed)])
     robot.arm.atlas()
     found, seconds = searched(robot, q, kernel.NearestSearch(robot.arm))
     more, _ = searched(robot, q, kernel.NearestSearch(robot.arm, SAMPLES))
@@ -109,6 +109,7 @@ def main():
     parser.add_argument('--poses', type=int, default=2000)
     parser.add_argument('--saddles', type=int, default=500)
     parser.add_argument('--force', type=int, default=0)
+    parser.add_argument('--seed', type=int, default=7)
     options = parser.parse_args()
     ranges = ''.join(f'{f"{low:g}-{high:g}":>12s}' for low, high in zip(RANGES, RANGES[1:]))
     print(f'{"arm":28s}{ranges}{"OK":>4s}{"random":>8s}{"500 Hz":>8s}{"slowest":>8s}')
@@ -116,7 +117,8 @@ def main():
     for name, robot in arms():
         if options.arms and not any(name.startswith(given) for given in options.arms):
             continue
-        counts, lost, microseconds = judged(robot, options.poses, options.saddles, options.force)
+        given = options.poses, options.saddles, options.force, options.seed
+        counts, lost, microseconds = judged(robot, *given)
         texts = ''.join(f'{f"{far}/{all_}":>12s}' for far, all_ in counts)
         print(f'{name:28s}{texts}{lost:4d}' + ''.join(f'{us:8.0f}' for us in microseconds))
         total, ok = total + counts, ok + lost

@@ -351,14 +351,15 @@ def test_a_singular_pose_that_is_found_is_as_far_as_it_says():
 @pytest.mark.parametrize(
     'q', [[1.256, 0.049, -0.069], [0.942, 1.107, 0.217], [0.82, -0.55, -0.177]]
 )
-def test_what_a_closed_arm_has_within_1_rad_is_no_nearer_than_rays_find(q):
+def test_a_closed_arm_that_is_near_no_singular_pose_has_none(q):
     # The first order says 0.38, 0.42 and 0.78 rad; along 400 rays the nearest is 0.89 rad away.
     robot = robot_of('flexpicker')
     in_order = singularity_of(
         measured_in_order(ks.evaluate(robot, [q]), kernel.NearestSearch(robot.arm))
     )
     for found in (ks.singularity(robot, q), ks.singularity(robot, [q]), in_order):
-        assert found.distance >= 0.85
+        assert found.distance == 1.0
+    assert flat_loop(robot, ks.singularity(robot, q)) == ''
 
 
 def rays(n):
@@ -397,7 +398,7 @@ def test_a_distance_is_to_a_singular_pose_and_about_to_the_nearest(name):
                     nearest = away
                     break
         assert found.distance > nearest - 0.04
-        assert found.distance < 1.1 * nearest + 0.02
+        assert found.distance < 1.1 * nearest
         checked += 1
         if checked == 3:
             return

@@ -346,6 +346,17 @@ def test_it_stops_no_earlier_than_it_must():
     assert ways[slowed[0], 1] == pytest.approx(must, abs=2 * 1.5 * STEP)
 
 
+def test_flat_positions_that_the_motion_passes_by_slow_nothing():
+    robot = robot_of('four_bar_arm')
+    joints = [dataclasses.replace(one, acceleration=6.0) for one in robot.description.joints]
+    robot = build_robot(dataclasses.replace(robot.description, joints=tuple(joints)))
+    q, command = np.array([-1.89343, 1.996752, -1.668373]), np.array([0.547266, -0.061974, 1.0])
+    # All that a stop takes, and a tenth more.
+    ahead = q + np.linspace(0.0, 1.1 * (0.05 + 0.5 / 6.0), 40)[:, None] * command
+    assert np.min(ks.singularity(robot, ahead).distance) > 2.0 * robot.thresholds.stop
+    assert ks.scale(robot, q, command, horizon=0.05).value == 1.0
+
+
 def test_a_motion_is_proved_if_the_clearance_covers_the_way_of_its_stop():
     robot = robot_of('planar_2r')
     # The elbow is straight at 0, and 0.1 s of reaction lead 0.1 rad towards it.

@@ -15,11 +15,11 @@ from ..estimation.status_text import (
     structure_in_words,
 )
 from ..kernel import Floats
-from ..kinematics.singularity import Singularity, flat_loop
+from ..kinematics.singularity import Singularity, flat_loop, none_found
 from ..kinematics.tool_state import ToolState
 from ..printing import Output, attributes, facts, heading, number, numbers, plain, table
 from ..robot.file.parts.loop_groups import group_in_words
-from ..robot.measures import MEASURES, Level, Measure, Thresholds, why_unsearched
+from ..robot.measures import MEASURES, Level, Measure, Thresholds
 from ..robot.robot import Robot
 
 LEVEL_STYLES = {Level.OK: 'bold green', Level.WARN: 'bold yellow', Level.ERROR: 'bold red'}
@@ -210,15 +210,13 @@ def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> st
 
 
 def _distance_words(robot: Robot, singularity: Singularity) -> str:
-    if unsearched := why_unsearched(robot.dof):
-        return f'unknown: {unsearched}'
     shown = f'{singularity.distance:.4g} rad'
     if singularity.rank < singularity.generic_rank:
         return f'{shown}: this pose is singular'
     if singularity.nearest_singular is not None:
         away, end = in_degrees(singularity.distance), _end_words(robot, singularity)
         return f'{shown}: {away} of joint motion to {end}, see below'
-    return MEASURES['distance'].farther(singularity.distance) or shown
+    return none_found(singularity) or shown
 
 
 def _motion_words(robot: Robot, singularity: Singularity) -> str:

@@ -8,7 +8,14 @@ import numpy as np
 
 from .. import kernel
 from ..kernel import Floats
-from ..kinematics.singularity import Singularity, flat_loop, nearest_factor, watched_value
+from ..kinematics.singularity import (
+    Singularity,
+    flat_loop,
+    nearest_factor,
+    none_found,
+    unsearched,
+    watched_value,
+)
 from ..robot.file.parts.loop_groups import closed_together, group_in_words, group_key
 from ..robot.measures import MEASURES, Level, Measure
 from ..robot.robot import Robot
@@ -66,12 +73,11 @@ def joints_in_words(names: Sequence[str], motion: Floats) -> str:
     return text.strip()
 
 
-def _watched_in_words(measure: Measure, value: float) -> str:
+def _watched_in_words(measure: Measure, value: float, singularity: Singularity) -> str:
     if measure.unit != 'rad':
         return f'{measure.name} {value:.3g}'
-    return (
-        measure.farther(value) or f'{measure.name} {value:.3g} rad ({math.degrees(value):.1f} deg)'
-    )
+    shown = f'{measure.name} {value:.3g} rad ({math.degrees(value):.1f} deg)'
+    return none_found(singularity) or shown
 
 
 def _tendency(singularity: Singularity, robot: Robot) -> str:
@@ -104,7 +110,7 @@ def singularity_status(
     names = [joint_prefix + name for name in robot.joint_names]
     measure = MEASURES[robot.thresholds.measure]
     value = watched_value(robot, singularity)
-    shown = f'{_watched_in_words(measure, value)}, '
+    shown = f'{_watched_in_words(measure, value, singularity)}, '
     volume = f'manipulability {singularity.manipulability:.3g}'
     if singularity.determinant is not None:
         volume = f'det(J) = {singularity.determinant:.3g}'
@@ -113,7 +119,8 @@ def singularity_status(
     fight = joints_in_words(names, singularity.joint_motion)
     tendency = _tendency(singularity, robot)
     if level == Level.OK:
-        sentence = f'not near a singularity: {shown}{volume}'
+        known = measure.unit != 'rad' or not unsearched(singularity)
+        sentence = f'{"not near a singularity: " if known else ""}{shown}{volume}'
     else:
         named = _nearest_factor(robot, singularity)
         meaning = lost_hold(loop) if loop else f'losing {lost} in {base_frame}'

@@ -89,8 +89,8 @@ class MotionScale(FrozenArrays):
     values, margins, times : shape (..., K)
         The share, the margin and the time of each.
     proved : shape (...)
-        Whether the clearance shows that no singular pose is on the way of a stop. Where it is
-        false, one may be ahead that was not found; it is for every motion of closed loops.
+        Whether the clearance proves that no singular pose is on the way of a stop. If not, one
+        may be ahead that was not found. False for every motion of closed loops.
     """
 
     value: Any
@@ -335,6 +335,6 @@ def _seen_from(robot: Robot, q: Floats) -> tuple[Singularity, npt.NDArray[np.boo
 
 
 def _towards(away: Floats, rates: Floats) -> Floats:
-    # Speeds towards the nearest singular poses; not a number where none was found.
+    # Speeds towards the nearest singular poses; not a number if none was found.
     normal = away / np.linalg.norm(away, axis=-1, keepdims=True)
     return np.asarray(-np.sum(rates * normal, axis=-1))

@@ -12,7 +12,7 @@ from .. import kernel
 from ..kernel import Floats
 from ..notebook import as_html
 from ..robot.measure_places import MeasurePlaces
-from ..robot.measures import MEASURES, Level
+from ..robot.measures import MEASURES, Level, why_unsearched
 from ..robot.robot import AnyRobot, Robot, as_robot
 from . import singularity_rates as measure_rates
 from .clearance import clearances
@@ -43,7 +43,8 @@ class Singularity:
     distance
         Joint motion to the nearest singular pose that was found, rad, 0 to 1 (prismatic joints
         divided by the length): to `nearest_singular`; 1 means that none was found within 1 rad. It
-        is an upper bound of the true distance; `clearance` is a lower bound.
+        is an upper bound of the true distance; `clearance` is a lower bound. Above 16 joints, and
+        for positions beyond 1e5 rad, no search is made.
     nearest_singular : shape (..., n), rad or m
         The singular pose nearest to this one, found by Newton's method and evaluated: None where
         none was found or looked for; in a batch, NaN. Limits of joints do not count. Of an arm
@@ -98,7 +99,7 @@ class Singularity:
             counts = ((level.name, int(np.sum(self.level == level))) for level in Level)
             words = ', '.join(f'{count} {name}' for name, count in counts if count)
             return f'Singularity({np.size(self.level)} poses: {words or "none"})'
-        distance = MEASURES['distance'].farther(self.distance) or f'{self.distance:.4g} rad'
+        distance = none_found(self) or f'{self.distance:.4g} rad'
         name, value = 'determinant', self.determinant
         if value is None:
             name, value = 'manipulability', self.manipulability
@@ -284,6 +285,22 @@ def _read_only(vector: Floats) -> Floats:
 def watched_value(robot: Robot, singularity: Singularity) -> float:
     """Return the watched measure of one pose: |det| for the determinant."""
     return abs(float(getattr(singularity, robot.thresholds.measure)))
+
+
+def unsearched(singularity: Singularity) -> str:
+    """Return why no singular pose was looked for near one pose; empty if it was."""
+    state: ToolState | None = singularity.__dict__.get('_state')
+    farthest = 0.0
+    if state is not None:
+        farthest = float(np.max(np.abs(state.q / state.robot.task.column_scales)))
+    return why_unsearched(len(singularity.joint_motion), farthest)
+
+
+def none_found(singularity: Singularity) -> str:
+    """Return that no singular pose was found near one pose, or why; empty if one was found."""
+    none = MEASURES['distance'].farther(singularity.distance)
+    reason = none and unsearched(singularity)
+    return f'unknown: {reason}' if reason else none
 
 
 def nearest_factor(robot: Robot, singularity: Singularity) -> int | None:

@@ -90,14 +90,14 @@ def _singular(audit: Audit) -> Finding:
 
 
 def _away(audit: Audit) -> str:
-    # That no state is near a singular pose, said of no more than what was judged.
+    # That no state is near a singular pose: a search proves nothing.
+    who = 'planned motion' if audit.planned else 'arm'
     which = f'its {judged_in_words(audit)}'
     if audit.planned and audit.refused:
         which = f'the {judged_in_words(audit)} that could be judged'
-    if not audit.robot.loop_names:
-        return f'keeps away from singular poses at {which}'
-    # Without an atlas of closed loops a nearer one is missed more often.
-    return f'is near no singular pose at {which}, as far as it was looked for'
+    if audit.robot.thresholds.measure == 'distance':
+        return f'No singular pose was found near the {who} at {which}'
+    return f'The {who} keeps away from singular poses at {which}'
 
 
 def _singular_poses(audit: Audit) -> Finding:
@@ -109,7 +109,7 @@ def _singular_poses(audit: Audit) -> Finding:
     value = f'{measure.words} {worst:.3g} {measure.unit}'.rstrip()
     if not audit.intervals:
         nearest = measure.farther(worst) or f'the nearest is {value}'
-        text = f'{who} {_away(audit)}: {nearest} (WARN at {thresholds.warn:g}).'
+        text = f'{_away(audit)}: {nearest} (WARN at {thresholds.warn:g}).'
         return Finding(Level.OK, text)
     level = max(interval.level for interval in audit.intervals)
     interval = max(audit.intervals, key=lambda one: (one.level, -_goodness(audit, one.value)))

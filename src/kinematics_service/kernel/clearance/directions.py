@@ -21,7 +21,7 @@ class Directions:
     q, still : shape (n,)
         The pose, and no velocities.
     row
-        What evaluates it.
+        The evaluated row of the pose.
     W, sigma
         As `unit_rows` leaves them, with a row for each line.
     length, width

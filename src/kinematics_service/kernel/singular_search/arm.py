@@ -25,7 +25,7 @@ class Arm:
     warn, stop
         The thresholds.
     spans : shape (n, 3)
-        Of each joint, as `SingularAtlas` has them; all around each if they are not given.
+        Begin, reach and period of each joint, as in `SingularAtlas`; by default full turns.
     """
 
     def __init__(

@@ -19,8 +19,8 @@ from .rank_equations import RankEquations
 
 # Share of a step that is taken; it is halved each time that the loops do not close.
 DAMPING = 0.5
-# Less than this share ends the search: to find that nothing closes costs 50 times a step.
-LEAST_SHARE = 0.1
+# A smaller part of a step ends the search: to find that no loop closes takes the time of 50 steps.
+MIN_STEP_RATIO = 0.1
 # Converged: rest of the way to the flat position, rad. At the position itself no pose closes.
 FLAT_TOLERANCE = 1e-4
 # Steps: the rest of the way shrinks to 0.75 at worst, where D falls evenly.
@@ -78,7 +78,7 @@ def look(
             if equations.move_to(origin, goal):
                 break
             share *= DAMPING
-            if share < LEAST_SHARE:
+            if share < MIN_STEP_RATIO:
                 return places.INFINITY
         arrays.copy(d, n, goal)
         if length > limit:
@@ -87,7 +87,7 @@ def look(
 
 
 def _write_step(n: int, onto: float, back: float, slope: Flat, d: Flat, step: Flat) -> float:
-    # Onto the plane, and along it at most as far; returns the whole way along it.
+    # Step onto the plane, and along it by at most the same length; returns the way along it.
     for j in range(n):
         step[j] = back * slope[j] - d[j]
     slide, most = rank_equations.length_of(step, n), abs(onto) * rank_equations.length_of(slope, n)

@@ -1,9 +1,10 @@
 """
 Find the singular pose nearest to a pose: multi-start sequential projection.
 
-The starts are the pose itself, each joint both ways, and the nearest samples of the atlas. Along a
-motion the poses that were found are followed, and the starts are tried again one after the other:
-a whole search is repeated each time the joints have moved by a share of the distance.
+The starts are the zeros of the singular values by first order, mixtures of the last two
+directions, each joint both ways, and the nearest samples of the atlas. Along a motion the poses
+that were found are followed, and the starts are tried again one after the other: all of them while
+the joints move by a quarter of the distance.
 """
 
 import math
@@ -17,10 +18,9 @@ from .singular_atlas import SingularAtlas
 
 # Samples of the atlas that are starts; and if the pose is nearly singular but none was found near.
 SAMPLES = 24
-MORE_SAMPLES = 96
-# Nearly singular: the condition number; and its product with the distance, rad, mostly 5 to 50.
-CONDITION_LIMIT = 1e3
-CONDITION_DISTANCE = 100.0
+NEARLY_SINGULAR_SAMPLES = 96
+# The least distance, rad, at which a nearly singular pose is searched with more samples.
+DOUBTFUL_DISTANCE = 0.1
 # Mixtures of the last two directions that are starts.
 MIXTURES = 8
 # Steps of a projection at most.
@@ -29,10 +29,11 @@ STEPS = 14
 DROP_MARGIN = 1.3
 # Poses that are followed.
 MEMORY = 6
-# Poses are the same up to this share of their distance; a flat position is held for as long.
-SAME_SHARE = 0.1
-# A search is repeated when the joints have moved by this share of the distance.
-SEARCH_SHARE = 0.25
+# Two poses are the same if they differ by less, relative to their distance. A flat position is
+# kept while the joints move by less, relative to its distance.
+SAME_POSE_RATIO = 0.1
+# All starts are tried again while the joints move by this, relative to the distance.
+SEARCH_RATIO = 0.25
 # The least distance for it, rad: below, the level is ERROR, and one search a message is enough.
 SEARCH_FLOOR = 0.02
 
@@ -66,7 +67,7 @@ class NearestSearch:
         self.evaluations: Public[int] = 0
         self.known, self.starts, self.tried, self.follows = 0, 0, 0, False
         self.moved, self.flat_moved = 0.0, 0.0
-        n, most = self.n, max(samples, MORE_SAMPLES)
+        n, most = self.n, max(samples, NEARLY_SINGULAR_SAMPLES)
         self.last, self.u, self.nearest = arrays.rooms(n, n, n)
         self.poses, self.lengths, self.drifts = arrays.rooms(MEMORY * n, MEMORY, MEMORY)
         self.away, self.work = arrays.rooms(most, flat_loops.room(arm.chain))
@@ -90,7 +91,7 @@ class NearestSearch:
         while self._try_next():
             pass
         if self._is_odd():
-            self._pick(MORE_SAMPLES)
+            self._pick(NEARLY_SINGULAR_SAMPLES)
             while self._try_next():
                 pass
         self._polish()
@@ -103,7 +104,7 @@ class NearestSearch:
             self.look(q, row)
             return
         step = self._stand_at(q, row)
-        reach = SEARCH_SHARE * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
+        reach = SEARCH_RATIO * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
         if not step <= reach:
             self.look(q, row)
         elif step > 0.0:
@@ -123,7 +124,7 @@ class NearestSearch:
         if had > 0 and self.known == 0:
             self.look(q, row)
             return
-        reach = SEARCH_SHARE * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
+        reach = SEARCH_RATIO * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
         while self.tried * reach < self.moved * self.starts:
             if not self._try_next():
                 self.moved = 0.0
@@ -148,7 +149,7 @@ class NearestSearch:
             self._remember(0.0)
 
     def _look_for_flat_loops(self) -> None:
-        # Of each group of loops, from the pose itself.
+        # Search for the flat position of each group of loops, from the pose itself.
         self.flat_moved = 0.0
         d = self.projection.d
         for k in range(self.groups):
@@ -161,11 +162,11 @@ class NearestSearch:
             self._take_flat(k)
 
     def _hold_flat_loops(self) -> None:
-        # What was found serves until the joints have moved by a share of the distance.
+        # Keep the flat positions until the joints have moved by a tenth of the distance.
         nearest: float = places.FARTHEST
         for k in range(self.groups):
             nearest = min(nearest, self.flat_lengths[k])
-        if self.groups > 0 and self.flat_moved > SAME_SHARE * nearest:
+        if self.groups > 0 and self.flat_moved > SAME_POSE_RATIO * nearest:
             self._look_for_flat_loops()
             return
         for k in range(self.groups):
@@ -195,7 +196,7 @@ class NearestSearch:
     def _begin(self) -> None:
         # Begin another search.
         self.tried = 0
-        self._pick(MORE_SAMPLES if self.known > 0 and self._is_odd() else self.samples)
+        self._pick(NEARLY_SINGULAR_SAMPLES if self.known > 0 and self._is_odd() else self.samples)
         if not self._is_searched():
             self.tried = self.starts
 
@@ -213,7 +214,7 @@ class NearestSearch:
     def _is_odd(self) -> bool:
         # Whether the pose is nearly singular, though no singular pose was found near.
         condition = self.projection.equations.condition_number()
-        return condition > CONDITION_LIMIT and self.distance * condition > CONDITION_DISTANCE
+        return condition > places.NEARLY_SINGULAR and self.distance > DOUBTFUL_DISTANCE
 
     def _bring_next(self) -> bool:
         # Project the known pose that may be the nearest, if one may be nearer than the best.
@@ -273,7 +274,9 @@ class NearestSearch:
         if k < MIXTURES:
             turn = places.PI * (k + 0.5) / MIXTURES
             origin = self.projection.origin
-            length = start_motions.write_zero_between(self.projection.equations, origin, turn, d)
+            length = start_motions.write_zero_between(
+                self.projection.equations, origin, turn, limit, d
+            )
             return length < limit
         k -= MIXTURES
         if k >= 2 * self.n:
@@ -295,7 +298,7 @@ class NearestSearch:
             for j in range(self.n):
                 apart = self.poses[k * self.n + j] - self.u[j] - self.projection.d[j]
                 squares += apart * apart
-            if math.sqrt(squares) <= SAME_SHARE * length:
+            if math.sqrt(squares) <= SAME_POSE_RATIO * length:
                 place = k
             if self.lengths[k] > self.lengths[farthest]:
                 farthest = k

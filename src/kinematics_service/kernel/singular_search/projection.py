@@ -18,17 +18,17 @@ from .rank_equations import RankEquations
 
 # Longest step, rad: about half of the way in which a sine stays near its tangent.
 TRUST_RADIUS = 0.3
-# Converged: the norm of S as a share of the largest singular value.
+# Converged: the norm of S, relative to the largest singular value.
 SINGULAR_VALUE_RATIO = 1e-7
-# Converged: the next step onto the set, as a share of the motion.
+# Converged: the next step onto the set, relative to the motion.
 STEP_TOLERANCE = 1e-9
-# Converged along the set, as a share of the motion: the distance is at most 1e-5 too large.
+# Converged along the set, relative to the motion: the distance is at most 1e-5 too large.
 SLIDE_TOLERANCE = 5e-3
-# Bounds of the step length along the set, as a share of the whole step.
-SHORTEST_SHARE = 0.1
-LONGEST_SHARE = 2.0
+# Bounds of the step along the set, relative to the whole step of the linear equations.
+MIN_STEP_RATIO = 0.1
+MAX_STEP_RATIO = 2.0  # a set with half of the curvature
 # Steps of Newton's method after the projection: at a double zero each halves the rest.
-NEWTON_STEPS = 12
+NEWTON_STEPS = 24
 # Steps after which the linear estimate of the distance decides whether a start is dropped.
 TRIAL_STEPS = 2
 
@@ -66,9 +66,9 @@ class Projection:
         most
             Steps of the projection at most; 0 for Newton's method alone.
         tolerance
-            The motion along the set has converged at this share of the motion.
+            The motion along the set has converged at this, relative to the motion.
         """
-        n, best, left = self.n, places.INFINITY, most
+        n, best, left, ended = self.n, places.INFINITY, most, False
         self.equations.restart()
         for _ in range(2 * (most + NEWTON_STEPS)):
             if not self._linearise():
@@ -78,20 +78,18 @@ class Projection:
             share = self._share_along() if left < most else 1.0
             along = share * rank_equations.length_of(self.along, n)
             slides = left > 0 and max(along, onto) > tolerance * length
+            is_singular = self._is_singular(length, onto)
+            if is_singular and length < best:
+                best = self._take_last_step(length)
             if slides:
                 if most - left >= TRIAL_STEPS and self._estimate() > limit:
                     break
                 self._move_along(share * min(1.0, TRUST_RADIUS / along) if along > 0.0 else share)
                 left -= 1
-            elif self.equations.are_singular(SINGULAR_VALUE_RATIO):
-                is_small = onto <= STEP_TOLERANCE * length
-                if is_small or self.equations.are_singular(places.RANK_TOLERANCE):
-                    is_last = best < places.INFINITY or left > 0
-                    if length < best:
-                        best = self._take_last_step(length)
-                    if is_last or not along > tolerance * length:
-                        break
-                    left = most
+            elif is_singular:
+                if ended or left > 0 or not along > tolerance * length:
+                    break
+                ended, left = True, most
             else:
                 left = min(left, 0)
             share = min(1.0, TRUST_RADIUS / onto) if onto > 0.0 else 0.0
@@ -99,6 +97,13 @@ class Projection:
                 self.d[j] += share * self.onto[j]
         arrays.copy(self.d, n, self.found)
         return best
+
+    def _is_singular(self, length: float, onto: float) -> bool:
+        # Whether Newton's method has converged.
+        if not self.equations.are_singular(SINGULAR_VALUE_RATIO):
+            return False
+        is_small = onto <= STEP_TOLERANCE * length
+        return is_small or self.equations.are_singular(places.RANK_TOLERANCE)
 
     def _take_last_step(self, length: float) -> float:
         # The steps that change S by round-off alone; returns the length of the motion then.
@@ -127,7 +132,7 @@ class Projection:
             change += self.moved[j] * (self.before[j] - self.along[j])
         if not change > 0.0:
             return 1.0
-        return max(SHORTEST_SHARE, min(LONGEST_SHARE, squares / change))
+        return max(MIN_STEP_RATIO, min(MAX_STEP_RATIO, squares / change))
 
     def _move_along(self, share: float) -> None:
         for j in range(self.n):

@@ -19,8 +19,8 @@ from ..measures import gradient, singular_values, singularity
 from ..measures.task_rows import TaskRows
 from . import jacobian_changes
 
-# Rank of dS: singular values below this share of the largest are zero. Errors of 1e-5 in a table
-# still count.
+# Rank of dS: singular values below this, relative to the largest, are zero. Errors of 1e-5 in a
+# table still count.
 RANK_SHARE = 1e-6
 
 
@@ -63,7 +63,8 @@ class RankEquations:
         self.section, self.home = arrays.rooms(section, self.chain.frames_at)
         self.weights, self.work = arrays.rooms(6 * n, work)
         self.W, self.sigma = arrays.rooms(min(m, n) * (m + n), min(m, n))
-        self.mixed, self.spare, self.units = arrays.rooms(count * (n + count), n, n)
+        self.mixed, self.units = arrays.rooms(count * (n + count), n)
+        self.onto, self.along = arrays.rooms(n, n)
         self.rows, self.columns = arrays.whole_rooms(m, n)
         arrays.fill(self.still, n, 0.0)
         self.sigma[0] = 0.0
@@ -198,13 +199,13 @@ class RankEquations:
             self.add_tool_motion(self.rows[k], value, tool)
 
     def add_tool_motion(self, row: int, share: float, tool: Flat) -> None:
-        """Add a share of a row of the task to a tool motion (6,) in base axes."""
+        """Add a multiple of a row of the task to a tool motion (6,) in base axes."""
         half = 3 if self.task.axis[row] > 2 else 0
         for k in range(3):
             tool[half + k] += share * self.axes[3 * row + k]
 
     def are_singular(self, ratio: float) -> bool:
-        """Return whether S is below a share of the largest singular value, here or at home."""
+        """Return whether S is below a ratio of the largest singular value, here or at home."""
         return self.residual <= ratio * max(self.size, self.sigma[0])
 
     def linearise(self) -> None:

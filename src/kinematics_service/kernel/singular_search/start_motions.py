@@ -5,11 +5,18 @@ The slope of a singular value is u' dJ_t v (Golub and Van Loan, Matrix Computati
 If two are nearly zero, the nearest singular pose may lose any mixture of their directions.
 """
 
+import math
+
 from ..forward import chain_pass
 from ..layout import arrays, places
 from ..layout.arrays import Flat
 from . import jacobian_changes, rank_equations
 from .rank_equations import RankEquations
+
+# Steps of Newton's method to a pose that loses a mixture, at most.
+MIXTURE_STEPS = 6
+# Converged: the last step, relative to the motion. The next step would be its square.
+MIXTURE_TOLERANCE = 1e-5
 
 
 def write_zero_of(equations: RankEquations, r: int, d: Flat) -> float:
@@ -40,21 +47,47 @@ def write_zero_of(equations: RankEquations, r: int, d: Flat) -> float:
     return equations.sigma[r] / length
 
 
-def write_zero_between(equations: RankEquations, origin: Flat, turn: float, d: Flat) -> float:
+def write_zero_between(
+    equations: RankEquations, origin: Flat, turn: float, limit: float, d: Flat
+) -> float:
     """
-    Fill the least-norm motion d (n,) at whose end a mixture of the last two directions is lost
-    by first order, and return its length; infinite if the rank has no two.
+    Fill the motion d (n,) to the nearest pose that loses a mixture of the last two directions.
 
-    After one pivot fewer S has two rows (or columns): J_t has a rank below k where a sum of
-    them, with weights cos(turn) and sin(turn), is zero.
+    Returns its length; infinite beyond the limit, or if the generic rank is 1. After one pivot
+    fewer S has two rows (or columns): J_t has a rank below k if a sum of them, with weights
+    cos(turn) and sin(turn), is zero. Newton's method needs no small pivot for it.
     """
-    n, rank = equations.n, equations.task.generic_rank
+    n, rank, length = equations.n, equations.task.generic_rank, places.INFINITY
     if rank < 2 or rank < min(equations.m, n):
-        return places.INFINITY
+        return length
+    arrays.fill(d, n, 0.0)
     equations.restart()
-    equations.stop_after(rank - 2)
-    known = equations.move_to(origin, equations.still)
-    equations.write_slopes()
+    for _ in range(MIXTURE_STEPS):
+        length = places.INFINITY
+        equations.stop_after(rank - 2)
+        if not equations.move_to(origin, d):
+            break
+        equations.write_slopes()
+        _mix(equations, turn)
+        if not equations.write_steps(d, equations.onto, equations.along):
+            break
+        step = 0.0
+        for j in range(n):
+            change = equations.onto[j] + equations.along[j]
+            step += change * change
+            d[j] += change
+        length = rank_equations.length_of(d, n)
+        if not length < limit:
+            length = places.INFINITY
+        if not length < limit or math.sqrt(step) <= MIXTURE_TOLERANCE * length:
+            break
+    equations.stop_after(rank - 1)
+    return length
+
+
+def _mix(equations: RankEquations, turn: float) -> None:
+    # Replace the two rows (or columns) of S by their sum, and bring its slopes to orthogonal rows.
+    n = equations.n
     lines, width, other = equations.count // 2, n + equations.count, n + equations.count // 2
     by_rows = equations.lost == 2
     pair = chain_pass.sincos(turn)
@@ -74,6 +107,3 @@ def write_zero_between(equations: RankEquations, origin: Flat, turn: float, d: F
     arrays.copy(equations.S, lines, arrays.after(equations.mixed, lines * other))
     equations.count = lines
     equations.orthogonalise()
-    known = equations.write_steps(equations.still, d, equations.spare) and known
-    equations.stop_after(rank - 1)
-    return rank_equations.length_of(d, n) if known else places.INFINITY
