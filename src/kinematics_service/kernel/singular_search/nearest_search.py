@@ -160,6 +160,9 @@ class NearestSearch:
             for j in range(self.n):
                 self.flats[k * self.n + j] = self.u[j] + d[j]
             self._take_flat(k)
+        # Half of the way to a flat position the loops still close.
+        if self.groups > 0:
+            self.projection.radius = min(projection.TRUST_RADIUS, 0.5 * self.distance)
 
     def _hold_flat_loops(self) -> None:
         # Keep the flat positions until the joints have moved by a tenth of the distance.
@@ -282,10 +285,7 @@ class NearestSearch:
         if k >= 2 * self.n:
             self.atlas.write_motion(self.u, self.picked[k - 2 * self.n], d)
             return True
-        # Half of the way to a flat position the loops still close.
-        reach = min(
-            projection.TRUST_RADIUS, self.distance if self.groups == 0 else 0.5 * self.distance
-        )
+        reach = min(self.projection.radius, self.distance)
         arrays.fill(d, self.n, 0.0)
         d[k // 2] = reach if k % 2 == 0 else -reach
         return self.atlas.count == 0 or self.atlas.matters(k // 2)

@@ -41,6 +41,8 @@ class Projection:
     ----------
     origin, d : shape (n,)
         The given pose, rad or m; and the motion of the run, in rad.
+    radius
+        Longest step, rad.
     evaluations
         Number of evaluations of J so far.
     """
@@ -49,6 +51,7 @@ class Projection:
         self.n = chain.dof
         self.equations = RankEquations(chain, task, spans)
         self.evaluations: Public[int] = 0
+        self.radius: float = TRUST_RADIUS
         n = chain.dof
         self.origin, self.d, self.found, self.onto = arrays.rooms(n, n, n, n)
         self.along, self.before, self.moved = arrays.rooms(n, n, n)
@@ -84,7 +87,7 @@ class Projection:
             if slides:
                 if most - left >= TRIAL_STEPS and self._estimate() > limit:
                     break
-                self._move_along(share * min(1.0, TRUST_RADIUS / along) if along > 0.0 else share)
+                self._move_along(share * min(1.0, self.radius / along) if along > 0.0 else share)
                 left -= 1
             elif is_singular:
                 if ended or left > 0 or not along > tolerance * length:
@@ -92,7 +95,7 @@ class Projection:
                 ended, left = True, most
             else:
                 left = min(left, 0)
-            share = min(1.0, TRUST_RADIUS / onto) if onto > 0.0 else 0.0
+            share = min(1.0, self.radius / onto) if onto > 0.0 else 0.0
             for j in range(n):
                 self.d[j] += share * self.onto[j]
         arrays.copy(self.d, n, self.found)
