@@ -93,7 +93,7 @@ def test_the_warning_names_the_loop_that_is_nearly_flat(arm):
 
 def test_a_machine_whose_loops_are_closed_together_through_the_node(arm, tmp_path):
     file = tmp_path / 'delta.yaml'
-    file.write_text(without_known_poses('flexpicker') + 'singularity: {warn: 0.3}\n')
+    file.write_text(without_known_poses('flexpicker') + 'singularity: {warn: 0.5}\n')
     one = arm(str(file))
     heard = {name: one.hear(name, kind) for name, kind in KINDS.items()}
     warnings = one.hear('singularity/warning', DiagnosticStatus, LATCHED)
