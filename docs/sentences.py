@@ -38,9 +38,8 @@ TOPICS = {
     'distance for RViz and Foxglove; at most thirty a second',
     'robot_description': 'with `publish_robot_description`: a URDF made from the table',
     '/tf': 'with `publish_tf`, where tf2_msgs is installed: the tool in the base frame',
-    '~/singularity/warning': 'OK, WARN, ERROR or STALE, a sentence, key-values (where '
-    '`distance_at_least` is true, `distance` is 1 and means 1 rad or more); a node that starts '
-    'late gets the last one',
+    '~/singularity/warning': 'OK, WARN, ERROR or STALE, a sentence, key-values; a node that '
+    'starts late gets the last one',
     '~/ik/joint_states': 'for a target pose: the solution nearest to the present joint positions, '
     'or of a redundant arm what `ik.redundancy` says',
     '~/ik/solutions': 'for a target pose: the solutions inside the limits, solutions x joints, '

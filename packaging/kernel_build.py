@@ -50,11 +50,10 @@ CALLED += ['-fno-inline-small-functions', *STEP_BY_STEP]
 # The modules: the files of each, or a room whose other files are compiled in it; those that take
 # longest come first.
 UNITS = {
-    '_nearest': ('nearest',),
+    '_clearance': ('clearance',),
     '_self_motion': ('self_motion',),
     '_lanes': ('measures/task_rows', 'measures/factors', 'measures/singular_values'),
     '_six_joints': ('six_joints',),
-    '_atlas': ('nearest/atlas',),
     '_chain': ('forward/chain', 'layout/blocks'),
     '_residuals': (
         *('inverse/roots', 'inverse/three_joints', 'inverse/residuals', 'inverse/refinement'),
@@ -65,14 +64,12 @@ UNITS = {
     '_measures': ('measures',),
     '_messages': ('.',),
     '_judging': ('evaluation', 'judging'),
-    '_equations': (
-        *('nearest/jacobian_changes', 'nearest/singular_equations', 'nearest/factor_zeros'),
-    ),
     '_loops': ('loops',),
+    '_singular_search': ('singular_search',),
     '_chain_pass': ('forward/chain_pass',),
 }
 OPTIONS_OF = {
-    **dict.fromkeys(('_lanes', '_chain_pass', '_atlas'), AT_ONCE),
+    **dict.fromkeys(('_lanes', '_chain_pass'), AT_ONCE),
     **dict.fromkeys(('_messages', '_inverse', '_chain'), PLAINLY),
     '_loops': CALLED,
 }

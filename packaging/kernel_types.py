@@ -51,7 +51,6 @@ ONLY_PYTHON = (ast.GeneratorExp, ast.ListComp, ast.SetComp, ast.DictComp)
 AVX2 = {
     'chain_pass': ['sines_and_cosines'],
     'singular_values': ['orthogonalise'],
-    'atlas': ['write_squares'],
 }
 INLINE = {
     'chain_pass': ['_sincos_reduced'],

@@ -258,7 +258,6 @@ def test_a_calibrated_file_goes_on_to_every_command(tmp_path, capsys):
     warning = singularity_status(robot, found, found.level, robot.base_frame)
     assert 'elbow (approximately): sin(q3) = 0.02' in warning.sentence
     assert dict(warning.values)['factor_approximate'] == 'true'
-    assert found.decided
     nearest = found.nearest_singular
     values = ks.singularity(robot, nearest).singular_values
     assert values[-1] < 1e-9 * values[0]

@@ -9,7 +9,6 @@ import re
 import subprocess
 import sys
 import types
-from dataclasses import replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -24,10 +23,6 @@ from kinematics_service.__main__ import main
 from kinematics_service.cli import command_line, commands
 from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
 from kinematics_service.cli.commands import TYPER_WORDS
-from kinematics_service.cli.singularity_report import print_singularity
-from kinematics_service.kinematics.singularity import singularity_of
-from kinematics_service.kinematics.tool_state import evaluate
-from kinematics_service.printing import Output
 from kinematics_service.robot.bundled import GROUPS
 
 COMMANDS = ('check', 'fk', 'jacobian', 'robots', 'demo', 'echo', 'set', 'reload')
@@ -406,40 +401,29 @@ def test_fk_says_how_near_the_pose_is_in_words(capsys):
 
 
 @pytest.mark.parametrize(
-    ('elbow', 'words', 'at_least'),
+    ('elbow', 'words', 'none'),
     [
         (
             '0.9',
             'distance                 0.9 rad: 51.6 deg of joint motion to a singular pose',
             False,
         ),
-        ('1.4', 'distance                 farther than 1 rad (57 deg)\n', True),
-        ('-1.7', 'distance                 farther than 1 rad (57 deg)\n', True),
+        ('1.4', 'distance                 none found within 1 rad (57 deg)\n', True),
+        ('-1.7', 'distance                 none found within 1 rad (57 deg)\n', True),
     ],
 )
 def test_fk_says_a_distance_that_a_hand_finds_too_or_that_it_is_farther(
-    capsys, elbow, words, at_least
+    capsys, elbow, words, none
 ):
     arguments = ('fk', '--robot', 'planar_2r', '--q', f'0,{elbow}')
     text = answer(capsys, *arguments)
     assert words in text
     assert 'about' not in text
     # Only what was found has a column.
-    assert ('singular  way out' in text) != at_least
+    assert ('singular  way out' in text) != none
     found = json.loads(answer(capsys, *arguments, '--json'))['singularity']
-    assert found['distance_at_least'] is at_least
     assert found['distance'] == pytest.approx(min(abs(float(elbow)), 1.0), abs=1e-9)
-    assert list(found)[4:6] == ['distance', 'distance_at_least']
-
-
-def test_fk_says_no_distance_where_none_was_found_or_excluded(capsys):
-    out, robot = Output(), ks.load_robot('planar_2r')
-    state = evaluate(robot, [0.0, 1.4])
-    near = replace(singularity_of(state), decided=False)
-    print_singularity(out, state, near)
-    text = capsys.readouterr().out
-    assert 'not decided: no singular pose was found, but there may be one' in text
-    assert 'farther' not in text
+    assert list(found)[4:6] == ['distance', 'determinant']
 
 
 def test_fk_names_joints_beyond_their_limits(capsys):

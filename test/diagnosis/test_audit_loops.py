@@ -119,5 +119,5 @@ def test_of_a_plan_with_loops_no_more_is_said_than_of_its_samples(tmp_path, caps
     plan.write_text('\n'.join(lines) + '\n')
     assert main(['audit', str(plan), '--robot', 'flexpicker']) == 1
     out = capsys.readouterr().out
-    assert 'is near no singular pose at its 5 samples, as far as it was looked for' in out
+    assert 'No singular pose was found near the planned motion at its 5 samples' in out
     assert 'keeps away' not in out

@@ -60,7 +60,8 @@ def test_a_plan_of_one_point_is_judged_at_it(tmp_path, capsys):
     code, out, found = audited(capsys, write(tmp_path, trajectory((0.0, {4: 0.25}))))
     assert code == 0
     assert (
-        'keeps away from singular poses at its 1 sample: the nearest is distance 0.25 rad' in out
+        'was found near the planned motion at its 1 sample: the nearest is distance 0.25 rad'
+        in out
     )
     assert (found['series']['t'], found['series']['qdot']) == ([0.0], [[0.0] * 6])
 
@@ -103,7 +104,7 @@ def test_limits_that_a_file_does_not_give_are_not_kept(tmp_path, capsys):
     out = capsys.readouterr().out
     assert 'keep their' not in out
     assert 'OK  The robot file gives no limits and no speeds of joints.' in out
-    assert 'keeps away from singular poses at its 21 samples' in out
+    assert 'No singular pose was found near the planned motion at its 21 samples' in out
 
 
 def test_what_is_not_decided_fails_unless_it_is_allowed(tmp_path, capsys):

@@ -620,7 +620,7 @@ def test_the_colours_of_a_workspace_are_those_of_its_distances(name):
     assert np.mean((nearer > low) & (nearer < high)) > 0.5
     assert low <= np.min(cells) + 1e-3
     assert high <= np.max(cells) + 1e-3
-    assert ('farther than 1 rad (57 deg)' in texts(figure)) == bool(np.any(cells == 1.0))
+    assert ('none found within 1 rad (57 deg)' in texts(figure)) == bool(np.any(cells == 1.0))
 
 
 def test_what_is_farther_than_the_scale_has_a_colour_of_its_own():
@@ -628,33 +628,25 @@ def test_what_is_farther_than_the_scale_has_a_colour_of_its_own():
 
     figure = Figure()
     axes, rows = figure.subplots(), np.array([[0.0, 0.5], [math.nextafter(1.0, 0.0), 1.0]])
-    (entry,) = draw_distances(
-        figure, axes, rows, (0, 2, 0, 2), ColourScale(0.0, 1.0), 'away', False
-    )
+    (entry,) = draw_distances(figure, axes, rows, (0, 2, 0, 2), ColourScale(0.0, 1.0), 'away')
     assert entry.get_label() == 'none found within 1 rad (57 deg)'
     colours = axes.images[0].to_rgba(rows)
     assert tuple(colours[1, 1]) == entry.get_facecolor()
     assert not np.allclose(colours[1, 0], colours[1, 1], atol=0.1)
     rows[1, 1] = 0.9
-    assert (
-        draw_distances(figure, axes, rows, (0, 2, 0, 2), ColourScale(0.0, 1.0), 'away', False)
-        == []
-    )
+    assert draw_distances(figure, axes, rows, (0, 2, 0, 2), ColourScale(0.0, 1.0), 'away') == []
 
 
 @pytest.mark.parametrize(
-    ('distance', 'decided', 'words'),
+    ('distance', 'words'),
     [
-        (1.0, True, 'farther than 1 rad (57 deg) from singular poses'),
-        (1.0, False, 'no singular pose found'),
-        (0.9, True, 'distance to singularity 0.9 rad (51.6°): elbow'),
+        (1.0, 'singular pose: none found within 1 rad (57 deg)'),
+        (0.9, 'distance to singularity 0.9 rad (51.6°): elbow'),
     ],
 )
-def test_a_caption_says_no_distance_of_what_was_not_found(distance, decided, words):
+def test_a_caption_says_no_distance_of_what_was_not_found(distance, words):
     robot = robot_of('planar_2r')
-    near = dataclasses.replace(
-        ks.singularity(robot, [0.0, 0.9]), distance=distance, decided=decided
-    )
+    near = dataclasses.replace(ks.singularity(robot, [0.0, 0.9]), distance=distance)
     assert nearness(robot, near) == words
 
 
@@ -665,8 +657,8 @@ def test_a_path_that_leaves_the_scale_says_where_it_ends():
     figure = drawn(
         measures_picture(robot, PlottedMotion(t, q, q, 'steps', False, np.zeros(0, int)))
     )
-    assert near.distance_at_least.any()
-    assert 'farther than 1 rad (57 deg)' in texts(figure)
+    assert np.any(near.distance == 1.0)
+    assert 'none found within 1 rad (57 deg)' in texts(figure)
 
 
 def test_the_singular_curves_of_craig_3r_are_circles_about_joint_2():

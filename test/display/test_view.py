@@ -255,7 +255,7 @@ def test_a_gauge_of_what_was_not_found_says_that_it_is_farther():
     seen = observe(robot, [0.0, 1.4])
     seen = replace(seen, singularity=replace(seen.singularity, distance=1.0))
     gauge = gauges_of(seen)[0]
-    assert (gauge.text, gauge.fraction) == ('farther than 1 rad (57 deg)', 1.0)
+    assert (gauge.text, gauge.fraction) == ('none found within 1 rad (57 deg)', 1.0)
     near = gauges_of(observe(robot, [0.0, 0.15]))[0]
     assert near.text == '0.150 rad = 8.6°'
 

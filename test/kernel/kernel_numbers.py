@@ -82,7 +82,7 @@ def arm_of(name):
     # The seeds of the atlas differ in one joint: of more, plain Python takes seconds.
     spans = np.tile([-3.0, 6.0, np.inf], (robot.dof, 1))
     spans[np.arange(robot.dof) != min(1, robot.dof - 1), 1] = 0.0
-    given = (False, kernel.DISTANCE, 0.2, 0.1, 1.0, spans)
+    given = (False, kernel.DISTANCE, 0.2, 0.1, spans)
     arm = kernel.Arm(chain, kernel_rows, tape(robot.dof), *given)
     return arm, [*arrays, *rows, np.array([task.generic_rank])]
 
@@ -131,23 +131,12 @@ def visits(arm, random):
     factors = np.zeros((POSES, arm.tape.factors, 1 + n))
     kernel.evaluate_factors(arm.tape, q, factors)
     yield 'evaluate_factors', factors
-    yield 'prove_factor', proofs(arm, q[:SINGLY])
     for k in range(SINGLY):
         row, one = np.zeros(chain.single_widths[kernel.JACOBIAN]), np.zeros(arm_width(arm))
         kernel.evaluate_and_measure_one(arm, q[k], qdot[k], row, one)
         yield 'evaluate_and_measure_one', row
         yield 'evaluate_and_measure_one', one
         yield from steps_of_the_servo(arm, q[k], row, 3.0 * random.numbers(6))
-
-
-def proofs(arm, q):
-    """Return what is said of each factor within half a rad of each pose."""
-    n, said = q.shape[1], []
-    for f in range(arm.tape.factors):
-        counts = np.zeros(n)
-        counts[: arm.tape.joints] = arm.tape.dependences[f]
-        said += [kernel.prove_factor(arm.tape, arm.task, f, counts, one, 0.5, 30) for one in q]
-    return np.array(said, dtype=float)
 
 
 def steps_of_the_servo(arm, q, row, twist):

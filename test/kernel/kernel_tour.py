@@ -198,10 +198,6 @@ def nearest_singular_poses(robot: Robot, random: np.random.Generator):
             kernel.measure_one(search, state.row, np.empty(robot.measure_places.width))
             ks.singularity(robot, q[k], qdot[k])
             ks.evaluate(robot, q[k], measured=True)
-        if robot.factors and robot.factors.tape.factors:
-            tape, counts = robot.factors.tape, np.zeros(robot.dof)
-            counts[: tape.joints] = tape.dependences[0]
-            kernel.prove_factor(tape, robot.task.kernel_rows, 0, counts, q[0].copy(), 0.5, 30)
 
 
 def messages(robot: Robot, random: np.random.Generator, source: str):

@@ -19,6 +19,7 @@ from random_robots import Constant
 from tolerances import QUOTIENT, ROUND_OFF
 
 import kinematics_service as ks
+from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.robot.file.parts.description import Placement, RigidMotion
 from kinematics_service.robot.measures import HYSTERESIS, MEASURES, Thresholds, thresholds_for
 from kinematics_service.robot.robot import build_robot, with_singularity
@@ -356,12 +357,11 @@ def test_the_farthest_distance_is_a_threshold():
     assert thresholds_for(task, 'distance', 1.0) == Thresholds('distance', 1.0, 0.03)
 
 
-def test_a_distance_of_one_is_said_to_be_farther():
+def test_a_distance_of_one_is_said_to_be_none():
     distance, condition = MEASURES['distance'], MEASURES['condition_number']
-    assert distance.farther(1.0, True) == 'farther than 1 rad (57 deg)'
-    assert distance.farther(1.0, False) == 'none found within 1 rad (57 deg)'
-    assert distance.farther(math.nextafter(1.0, 0.0), True) == ''
-    assert distance.farther(math.nan, True) == condition.farther(math.inf, True) == ''
+    assert distance.farther(1.0) == 'none found within 1 rad (57 deg)'
+    assert distance.farther(math.nextafter(1.0, 0.0)) == ''
+    assert distance.farther(math.nan) == condition.farther(math.inf) == ''
 
 
 def test_default_thresholds():
@@ -507,13 +507,25 @@ def test_above_sixteen_joints_the_default_measure_is_the_condition_number(
     assert robot.thresholds.measure == measure
 
 
+@pytest.mark.parametrize(('position', 'unknown'), [(9e4, False), (2e5, True)])
+def test_the_distance_at_far_positions_is_unknown(position, unknown):
+    robot = ks.load_robot('planar_2r')
+    found = ks.singularity(robot, [position, 1.4])
+    sentence = singularity_status(robot, found, ks.Level.OK, 'base').sentence
+    for words in (repr(found), sentence):
+        assert ('unknown: the distance to a singular pose is found up to' in words) == unknown
+        assert ('none found within 1 rad' in words) != unknown
+    assert ('not near' in sentence) != unknown
+
+
 def test_the_distance_of_sixty_joints_is_unknown_and_refused_as_a_measure(tmp_path):
     robot = ks.load_robot(many_joints(tmp_path, 60))
     assert robot.thresholds == Thresholds('condition_number', 17.0, 30.0)
     found = ks.singularity(robot, np.full(60, 0.3))
-    assert found.distance_unknown
+    assert found.distance == 1.0
     assert found.nearest_singular is None
     assert found.clearance == 0.0
+    assert 'distance unknown: the distance to a singular pose is found for up to 16' in repr(found)
     with pytest.raises(ks.KinematicsError, match='up to 16 joints, not 60'):
         thresholds_for(robot.task, 'distance')
     with pytest.raises(ks.KinematicsError, match='up to 16 joints, not 60'):

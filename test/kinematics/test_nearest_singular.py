@@ -1,5 +1,6 @@
 """The singular pose nearest to a pose, against brute force."""
 
+import dataclasses
 import math
 
 import brute_force
@@ -8,18 +9,17 @@ import pytest
 from arms import elementary_arm, first_order_distances, random_poses, robot_of, without_factors
 from brute_force import judged_poses
 from calibrated import UR5, calibrated_ur5, with_errors
+from tolerances import ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.status_text import singularity_status
-from kinematics_service.kinematics.singularity import (
-    measured_before,
-    measured_in_order,
-    singularity_of,
-)
+from kinematics_service.kinematics.singularity import measured_in_order, singularity_of
 
 # What a search that ended says is singular: the least singular value as a share of the largest.
 SINGULAR = 2e-7
+# A search may be farther than brute force by this factor.
+TOO_FAR = 1.05
 # A found distance is that of the nearest pose up to this share: the gain that ends a search.
 FOUND = 2e-3
 PUMA = (
@@ -78,8 +78,7 @@ def test_the_distance_is_that_of_brute_force(name):
     # None that is near goes without a warning, and no warning is without reason.
     assert np.all(found.level[true < 0.03] > ks.Level.OK)
     assert np.all(found.distance[true < 0.1] < 0.15)
-    far = (true > 0.2) & found.decided
-    assert np.all(found.level[far] == ks.Level.OK)
+    assert np.all(found.level[true > 0.2] == ks.Level.OK)
     # Beside a saddle branches cross, and the second nearest one may be found.
     near = there & (true < 0.1) & (np.arange(len(q)) < RANDOM)
     np.testing.assert_allclose(found.distance[near], true[near], rtol=FOUND, atol=1e-7)
@@ -97,22 +96,38 @@ def test_what_is_found_is_singular_and_as_far_as_it_says(name):
     way = (found.nearest_singular[there] - q[there]) / robot.task.column_scales
     distance = np.minimum(np.linalg.norm(way, axis=1), math.pi)
     np.testing.assert_allclose(found.distance[there], distance, rtol=1e-9, atol=1e-12)
-    # Nearer than the horizon either one was found, or none is said to be near.
-    lost = ~there & (found.distance < 0.1)
-    assert not np.any(found.decided[lost])
+    assert np.all(found.distance[~there] == 1.0)
 
 
-def test_a_pose_between_two_branches_of_a_broken_family():
-    # The first-order estimate is 0.115 here: no warning.
+@pytest.mark.parametrize(
+    ('q', 'distance', 'too_far'),
+    [
+        (
+            [
+                *(-2.7854390445630877, -1.8356412764871797, -2.8008966579309162),
+                *(-0.004736943881479938, -2.202519851462171, -0.0056163518339347185),
+                0.7092176331702467,
+            ],
+            0.0280,
+            0.01,
+        ),
+        (
+            [
+                *(-1.237149681, 0.012586181, -0.016897593, 0.006425746),
+                *(-1.469670128, 1.78463578, -0.254302367),
+            ],
+            0.0177,
+            # One of the 0.2 % that may be farther than 5 %: the level is right.
+            0.2,
+        ),
+    ],
+)
+def test_a_pose_between_two_branches_of_a_broken_family(q, distance, too_far):
+    # The first-order estimate is 0.115 at the first pose: no warning.
     robot = robot_of('kinova_gen3')
-    q = [
-        *(-2.7854390445630877, -1.8356412764871797, -2.8008966579309162, -0.004736943881479938),
-        *(-2.202519851462171, -0.0056163518339347185, 0.7092176331702467),
-    ]
     found = ks.singularity(robot, q)
-    assert found.distance == pytest.approx(0.0280, abs=1e-4)
+    assert found.distance == pytest.approx(distance, rel=too_far)
     assert found.level is ks.Level.ERROR
-    assert found.decided
     assert share(robot, found.nearest_singular) < SINGULAR
 
 
@@ -147,7 +162,6 @@ def test_where_two_singular_values_vanish_nearly_together_the_nearest_is_found(q
     by_force, _ = brute_force.nearest_singular(robot, q[None], starts=24)
     assert by_force[0] < 0.08
     assert found.distance == pytest.approx(by_force[0], rel=0.01)
-    assert found.decided
     assert share(robot, found.nearest_singular) < SINGULAR
 
 
@@ -190,7 +204,6 @@ def test_where_sheets_of_singular_poses_meet_the_nearest_is_found(name, q, dista
     }.get(name, lambda: without_factors(name))()
     found = ks.singularity(robot, q)
     assert found.distance == pytest.approx(distance, rel=1e-3)
-    assert found.decided
     assert share(robot, found.nearest_singular) < SINGULAR
     # A second road comes as near: from where it was found, and from beside.
     starts = np.random.default_rng(4).normal(size=(12, robot.dof)) * 0.3 * distance
@@ -198,17 +211,6 @@ def test_where_sheets_of_singular_poses_meet_the_nearest_is_found(name, q, dista
     starts += found.nearest_singular - q
     away, _ = brute_force.descend(robot, np.tile(q, (12, 1)), starts)
     assert np.min(away) == pytest.approx(distance, rel=1e-2)
-
-
-def test_a_nearer_one_that_is_not_excluded_is_warned_of():
-    # Brute force finds one 0.018 rad away, the search 0.145.
-    q = [
-        *(-1.237149681, 0.012586181, -0.016897593, 0.006425746),
-        *(-1.469670128, 1.78463578, -0.254302367),
-    ]
-    found = ks.singularity(robot_of('kinova_gen3'), q)
-    assert not found.decided
-    assert found.level > ks.Level.OK
 
 
 # Poses of a motion, 2 ms apart, and the share of them that may differ by more than SAME from
@@ -250,50 +252,6 @@ def test_along_a_motion_the_distance_is_that_of_each_pose_alone(name, fastest):
     assert np.mean(found.level != alone.level) < 0.002
     there = np.isfinite(found.nearest_singular[:, 0])
     assert np.max(share(robot, found.nearest_singular[there]), initial=0.0) < SINGULAR
-    np.testing.assert_array_equal(found.decided, alone.decided)
-
-
-def test_along_a_motion_few_poses_are_evaluated():
-    robot = ARMS['ur5e without factors']()
-    q = motion(robot, 0.3)
-    counts = {}
-    for kept in (True, False):
-        search, counts[kept] = kernel.NearestSearch(robot.arm), 0
-        for pose in q:
-            search = search if kept else kernel.NearestSearch(robot.arm)
-            along(robot, pose[None], search)
-            counts[kept] += search.evaluations
-    assert 0 < counts[True] < 0.6 * counts[False]
-
-
-@pytest.mark.parametrize(('name', 'most'), [('six joints', 7.0), ('kinova_gen3', 8.5)])
-def test_of_a_fast_motion_each_pose_is_few_evaluations(name, most):
-    # Five times as far from message to message as at 500 Hz.
-    robot = ARMS[name]()
-    search, counts = kernel.NearestSearch(robot.arm), []
-    for pose in motion(robot, 1.0)[::5]:
-        along(robot, pose[None], search)
-        counts.append(search.evaluations)
-    assert np.mean(counts) < most
-
-
-def test_runs_that_go_round_what_is_all_but_singular_end():
-    # The elbow of this arm misses singular poses by the errors. All such runs followed: 16.8.
-    robot = with_errors(PUMA, 1e-5, seed=1)
-    counts = []
-    for pose in random_poses(robot, 300):
-        search = kernel.NearestSearch(robot.arm)
-        along(robot, pose[None], search)
-        counts.append(search.evaluations)
-    assert np.mean(counts) < 15.0
-
-
-def test_after_a_jump_nothing_is_left_of_the_motion():
-    robot = ARMS['calibrated UR5']()
-    q = motion(robot, 1.0)[::500]
-    alone, found = ks.singularity(robot, q), along(robot, q)
-    for name in ('distance', 'nearest_singular', 'decided', 'level'):
-        np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
 
 
 def test_pieces_of_a_motion_are_the_motion():
@@ -301,18 +259,9 @@ def test_pieces_of_a_motion_are_the_motion():
     q, search = motion(robot, 1.0), kernel.NearestSearch(robot.arm)
     whole = along(robot, q)
     parts = [along(robot, part, search) for part in np.array_split(q, [1, 2, 700, 701, 1900])]
-    for name in ('distance', 'nearest_singular', 'decided', 'level'):
+    for name in ('distance', 'nearest_singular', 'level'):
         pieces = np.concatenate([getattr(part, name) for part in parts])
         np.testing.assert_array_equal(pieces, getattr(whole, name))
-
-
-def test_a_search_that_may_evaluate_little_says_that_it_is_not_decided():
-    robot = ARMS['kinova_gen3']()
-    q = random_poses(robot, 300)
-    search = kernel.NearestSearch(robot.arm)
-    search.budget = 4
-    few = singularity_of(measured_in_order(ks.evaluate(robot, q), search))
-    assert np.sum(~few.decided) > 20 + np.sum(~ks.singularity(robot, q).decided)
 
 
 def test_one_pose_has_a_pose_or_none():
@@ -321,7 +270,6 @@ def test_one_pose_has_a_pose_or_none():
     # The wrist alone is stretched.
     np.testing.assert_allclose(near.nearest_singular, [0.1, -1.0, 1.2, 0.5, 0.0, 0.7], atol=1e-9)
     assert near.distance == pytest.approx(0.05, abs=1e-9)
-    assert near.decided is True
     far = ks.singularity(robot, [0.1, -1.0, 1.2, 0.5, 1.3, 0.7])
     assert far.nearest_singular is None
     assert far.distance > 0.2
@@ -352,17 +300,6 @@ def test_the_rate_is_how_the_distance_changes(name):
 def test_of_a_planar_arm_it_is_the_angle_of_its_elbow(q2):
     found = ks.singularity(robot_of('planar_2r'), [0.4, q2])
     assert found.distance == pytest.approx(abs(q2 - math.pi * round(q2 / math.pi)), rel=1e-9)
-    assert found.decided
-    assert found.distance_at_least is False
-
-
-@pytest.mark.parametrize('q2', [1.001, 1.4, math.pi / 2, 2.1])
-def test_beyond_one_radian_it_says_at_least(q2):
-    found = ks.singularity(robot_of('planar_2r'), [[0.4, q2], [0.4, 0.5]])
-    np.testing.assert_array_equal(found.distance_at_least, [True, False])
-    np.testing.assert_allclose(found.distance, [1.0, 0.5], rtol=1e-9)
-    assert np.all(np.isnan(found.nearest_singular[0]))
-    assert found.level[0] == ks.Level.OK
 
 
 def test_of_a_wrist_that_is_stretched_it_is_no_more_than_its_angle():
@@ -371,20 +308,7 @@ def test_of_a_wrist_that_is_stretched_it_is_no_more_than_its_angle():
     for robot in (robot_of('ur5e'), without_factors('ur5e')):
         found = ks.singularity(robot, q)
         too_far = found.distance > 1.1 * np.minimum(np.minimum(elbow, wrist), 1.0)
-        assert not np.any(too_far & found.decided)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize('name', ['ur5e', 'craig_3r', 'planar_3r', 'offset_stanford_printed'])
-def test_where_a_file_lists_all_factors_the_nearest_is_always_found(name):
-    robot = robot_of(name)
-    assert robot.factors.complete
-    q = np.concatenate([random_poses(robot, 30, seed=9), brute_force.saddles(robot, 20)])
-    found = ks.singularity(robot, q)
-    by_force, _ = brute_force.nearest_singular(robot, q, starts=8, known=8)
-    assert np.all(found.decided)
-    assert np.all(found.distance <= 1.1 * np.minimum(by_force, 1.0) + 1e-9)
-    assert np.all(found.distance_at_least[np.minimum(by_force, found.distance) > 1.0])
+        assert not np.any(too_far)
 
 
 @pytest.mark.parametrize(
@@ -423,20 +347,17 @@ def test_a_direction_between_the_two_least_singular_values_is_lost_nearest(name,
     # More than one equation tells where such arms are singular.
     robot = without_factors(name)
     found = ks.singularity(robot, q)
-    assert found.decided
     assert found.distance == pytest.approx(distance, rel=1e-3)
     assert share(robot, found.nearest_singular) < SINGULAR
 
 
-def test_a_pose_that_the_atlas_knows_is_an_answer():
-    # Elbow and shoulder are all but singular together, by three thousandths of the largest value:
-    # each way along singular poses leads to where none is.
+def test_a_pose_that_only_the_atlas_knows_is_found():
+    # Elbow and shoulder are all but singular together, by three thousandths of the largest value.
     robot = with_errors(PUMA, 1e-3, seed=1)
     q = [2.241888300, -1.704260800, 1.680749280, 0.263700540, -1.814653130, 0.482440890]
-    for found in (ks.singularity(robot, q), ks.singularity(robot, [q])):
-        assert np.max(found.distance) < 0.4
-        assert not np.any(found.decided)
-        assert np.all(share(robot, found.nearest_singular) < SINGULAR)
+    found = ks.singularity(robot, q)
+    assert found.distance < 0.4
+    assert share(robot, found.nearest_singular) < SINGULAR
 
 
 # Saddles of a factor, and poses beside them: its slope leads to zeros on the other side.
@@ -479,201 +400,7 @@ def test_beside_a_saddle_of_a_factor_the_nearest_is_found(name, q, distance):
     robot = robot_of(name)
     for found in (ks.singularity(robot, q), ks.singularity(robot, [q])):
         assert found.distance == pytest.approx(distance, rel=1e-6)
-        assert found.decided
     assert share(robot, ks.singularity(robot, q).nearest_singular) < SINGULAR
-
-
-def test_where_a_file_lists_all_factors_no_determinant_changes_its_sign_nearer():
-    robot = robot_of('offset_stanford_printed')
-    random = np.random.default_rng(17)
-    low, high = np.clip(robot.limits, -np.pi, np.pi).T
-    q = random.uniform(low, high, (600, robot.dof))
-    # Where its boom is vertical, or stretched, its wrist too, and the factor all but stands.
-    q[:, [1, 4]] = math.pi * random.integers(-1, 2, (600, 2))
-    q[:, 3] = math.pi / 4 * random.integers(-4, 5, 600)
-    q[300:] += random.normal(size=(300, robot.dof)) * 0.1
-    found = ks.singularity(robot, q)
-    assert np.all(found.decided)
-    here = np.sign(np.linalg.det(brute_force.scaled_jacobian(robot, q)))
-    within = q[found.distance > 1e-6], here[found.distance > 1e-6]
-    radius = 0.9 * found.distance[found.distance > 1e-6]
-    for _ in range(120):
-        way = random.normal(size=(len(radius), 4))
-        way *= (radius / np.linalg.norm(way, axis=1))[:, None]
-        there = within[0].copy()
-        there[:, 1:5] += way * robot.task.column_scales[1:5]
-        assert np.all(np.linalg.det(brute_force.scaled_jacobian(robot, there)) * within[1] > 0.0)
-
-
-FACTORED = [
-    *('craig_3r', 'offset_stanford_dh', 'parallelogram_left', 'planar_2r', 'puma560'),
-    *('rrp_elementary', 'ur5e'),
-]
-
-
-@pytest.mark.parametrize('name', FACTORED)
-def test_a_factor_of_few_joints_has_no_zero_nearer_than_is_said(name):
-    robot, random = robot_of(name), np.random.default_rng(23)
-    q = random_poses(robot, 300, seed=23)
-    turns = np.array(robot.joint_types) == 'revolute'
-    q[:150, turns] = (math.pi / 4 * random.integers(-4, 5, (150, robot.dof)))[:, turns]
-    q[50:150] += random.normal(size=(100, robot.dof)) * 0.03
-    found = ks.singularity(robot, q)
-    assert np.mean(found.decided) > 0.99
-    # As far as it says, but for a tenth, in any direction, no factor has another sign.
-    far = found.decided & (found.distance > 1e-6)
-    q, radius = q[far], found.distance[far] / 1.1
-    here = robot.factors.evaluate(q)[..., 0]
-    for _ in range(300):
-        way = random.normal(size=q.shape)
-        way *= (radius * random.uniform(size=len(q)) ** 0.3 / np.linalg.norm(way, axis=1))[:, None]
-        there = robot.factors.evaluate(q + way * robot.task.column_scales)[..., 0]
-        assert np.all(there * here > 0.0)
-
-
-@pytest.mark.parametrize('name', [*FACTORED, 'offset_stanford_printed'])
-def test_the_proof_of_a_factor_is_refuted_by_no_zero(name):
-    # Of radii up to beyond the truth: where samples of the ball have another sign it is none.
-    robot, random = robot_of(name), np.random.default_rng(29)
-    tape, n = robot.factors.tape, robot.dof
-    for q in random_poses(robot, 20, seed=29):
-        for f in range(tape.factors):
-            counts = np.zeros(n)
-            counts[: tape.joints] = tape.dependences[f]
-            way = random.normal(size=(4000, n)) * counts
-            way *= random.uniform(size=4000)[:, None] ** 0.3 / np.linalg.norm(way, axis=1)[:, None]
-            here = robot.factors.evaluate(q[None])[0, f, 0]
-            for radius in (0.01, 0.1, 0.3, 0.6, 0.8, 1.0):
-                there = robot.factors.evaluate(q + radius * way * robot.task.column_scales)
-                least = np.min(there[:, f, 0] * np.sign(here))
-                says = kernel.prove_factor(
-                    tape, robot.task.kernel_rows, f, counts, q, radius, 5000
-                )
-                if least <= 0.0:
-                    assert says != kernel.PROVED
-                elif least > 0.2 * abs(here):
-                    assert says == kernel.PROVED
-
-
-@pytest.mark.parametrize('name', [*FACTORED, 'offset_stanford_printed'])
-def test_a_zero_just_inside_the_radius_is_not_proved_away(name):
-    robot = robot_of(name)
-    tape = robot.factors.tape
-    q = random_poses(robot, 250, seed=37)
-    found = ks.singularity(robot, q)
-    near = np.isfinite(found.nearest_singular[:, 0])
-    assert np.sum(near) > 100
-    there = np.abs(robot.factors.evaluate(found.nearest_singular[near])[..., 0])
-    for one, away, values in zip(q[near], found.distance[near], there):
-        f = int(np.argmin(values))
-        counts = np.zeros(robot.dof)
-        counts[: tape.joints] = tape.dependences[f]
-        task = robot.task.kernel_rows
-        assert kernel.prove_factor(tape, task, f, counts, one, 1.0005 * away, 300) != kernel.PROVED
-
-
-@pytest.mark.parametrize(('radius', 'proved'), [(0.5, True), (0.6, True), (0.75, False)])
-def test_what_slope_and_curvature_do_not_see_is_not_proved_away(radius, proved):
-    # f = 1 + cos 8x + 0.3 sin 4x has a minimum of 0.3 at pi/8 and one below zero at 3 pi/8: its
-    # nearest zero is 0.6898 away. cos 8x is written as c*c - s*s.
-    task = robot_of('planar_2r').task.kernel_rows
-    one, c, s, share = (kernel.CONSTANT, 0, 0), (kernel.COSINE, 0, 0), (kernel.SINE, 0, 0), 0.3
-    steps = [
-        (kernel.JOINT, 1, 0),
-        *(c, s, (kernel.PRODUCT, 1, 1), (kernel.PRODUCT, 2, 2), (kernel.DIFFERENCE, 3, 4)),
-        *(one, (kernel.PRODUCT, 6, 2), (kernel.SUM, 5, 7), one, (kernel.SUM, 8, 9)),
-    ]
-    numbers = np.ones(len(steps))
-    numbers[[1, 2, 6]] = 4.0, 4.0, share
-    tape = kernel.Tape(np.array(steps).ravel(), numbers, np.array([len(steps) - 1]))
-    q = np.array([0.0, math.pi / 8])
-    says = kernel.prove_factor(tape, task, 0, np.array([0.0, 1.0]), q, radius, 200)
-    assert (says == kernel.PROVED) == proved
-
-
-X, Y, Z = ('joint', 0), ('joint', 1), ('joint', 2)
-
-
-def sine(one, number=1.0):
-    return (kernel.SINE, one, one, number)
-
-
-def cosine(one):
-    return (kernel.COSINE, one, one, 1.0)
-
-
-def times(one, other):
-    return (kernel.PRODUCT, one, other, 1.0)
-
-
-def less(one, other):
-    return (kernel.DIFFERENCE, one, other, 1.0)
-
-
-def plus(one, other):
-    return (kernel.SUM, one, other, 1.0)
-
-
-def versine(one):
-    return less(('number', 1.0), cosine(one))
-
-
-def tape_of(expression):
-    """Return the tape of an expression, as one factor."""
-    steps, numbers = [], []
-
-    def written(one):
-        if one[0] == 'joint':
-            steps.append((kernel.JOINT, one[1], 0))
-        elif one[0] == 'number':
-            steps.append((kernel.CONSTANT, 0, 0))
-        else:
-            steps.append((one[0], written(one[1]), written(one[2])))
-        numbers.append(one[3] if len(one) == 4 else one[1] if one[0] == 'number' else 1.0)
-        return len(steps) - 1
-
-    last = written(expression)
-    return kernel.Tape(np.array(steps).ravel(), np.array(numbers), np.array([last]))
-
-
-@pytest.mark.parametrize(
-    'third_order',
-    [
-        # Each has one kind of third derivatives at q = 0, and nothing below the third order.
-        *(times(versine(X), sine(Y)), times(sine(Y), versine(X))),
-        *(times(versine(Y), sine(X)), times(sine(X), versine(Y))),
-        *(times(sine(X), times(sine(Y), sine(Z))), times(times(sine(Y), sine(Z)), sine(X))),
-        *(times(sine(Y), times(sine(X), sine(Z))), times(times(sine(X), sine(Z)), sine(Y))),
-        *(times(sine(Z), times(sine(X), sine(Y))), times(times(sine(X), sine(Y)), sine(Z))),
-        sine(times(versine(X), sine(Y))),
-        less(sine(X), plus(sine(X, 0.5), sine(X, 0.5))),
-        less(cosine(plus(sine(X), versine(Y))), cosine(X)),
-        less(cosine(plus(sine(Y), versine(X))), cosine(Y)),
-        less(cosine(plus(sine(X), times(sine(Y), sine(Z)))), cosine(X)),
-        less(cosine(plus(sine(Y), times(sine(X), sine(Z)))), cosine(Y)),
-        less(cosine(plus(sine(Z), times(sine(X), sine(Y)))), cosine(Z)),
-        times(cosine(Z), times(versine(X), sine(Y))),
-        times(times(versine(X), sine(Y)), cosine(Z)),
-    ],
-)
-def test_each_kind_of_third_derivatives_counts_in_a_proof(third_order):
-    task = robot_of('planar_3r').task.kernel_rows
-    tape, joints = tape_of(plus(('number', 1e-4), third_order)), np.zeros(3)
-    joints[: tape.joints] = tape.dependences[0]
-    # The least of x*x*y/2 and of x*y*z on a ball, and of x^3/8 on a line: by hand.
-    share = 1 / 8 if np.sum(joints) == 1 else math.sqrt(3) / 9
-    nearest = (1e-4 / share) ** (1 / 3)
-    way = np.random.default_rng(5).normal(size=(20_000, 3)) * joints
-    way *= 1.02 * nearest / np.linalg.norm(way, axis=1)[:, None]
-    values = np.empty((len(way), 1, 4))
-    kernel.evaluate_factors(tape, way, values)
-    assert np.min(values[:, 0, 0]) < 0.0
-    says = [
-        kernel.prove_factor(tape, task, 0, joints, np.zeros(3), radius, 200)
-        for radius in (0.6 * nearest, 1.02 * nearest)
-    ]
-    assert says[0] == kernel.PROVED
-    assert says[1] != kernel.PROVED
 
 
 @pytest.mark.parametrize(
@@ -687,45 +414,8 @@ def test_where_two_directions_are_lost_at_once_the_zero_of_a_factor_is_found(nam
     # The least singular value has no slope where the boom is vertical and has no length.
     robot = robot_of(name)
     found = ks.singularity(robot, [q])
-    assert found.decided
     assert found.distance[0] * robot.task.column_scales[2] == pytest.approx(distance, abs=1e-9)
     assert share(robot, found.nearest_singular)[0] < SINGULAR
-
-
-def test_a_factor_that_cannot_be_bounded_decides_nothing():
-    # Newton's method finds no zero of a root; its derivatives have no bound there.
-    text = (
-        'robot: rooted\nsource: test\nconvention: standard\n'
-        'joints:\n  - {name: j1, variable: q1, type: revolute}\n'
-        '  - {name: j2, variable: q2, type: revolute}\n'
-        'links:\n  - {a: 1, alpha: 0, d: 0, theta: q1}\n  - {a: 1, alpha: 0, d: 0, theta: q2}\n'
-        'singularity:\n  factors:\n    - {name: elbow, expression: sqrt(1 - cos(q2)*cos(q2))}\n'
-    )
-    robot = ks.robot_from_text(text)
-    assert robot.factors.complete
-    for found in (ks.singularity(robot, [0.2, 0.5]), ks.singularity(robot, [[0.2, 0.5]])):
-        assert not np.any(found.decided & (found.distance > 0.55))
-
-
-def test_without_boxes_for_its_proof_nothing_is_decided_and_with_them_the_nearest_is_found():
-    # The slope leads to the elbow, 0.0275 away; the shoulder's zero is behind a saddle.
-    robot = robot_of('puma560')
-    q = np.array([SADDLES_OF_FACTORS[-1][1]])
-    for boxes, decided, distance in ((0, False, 0.027515416), (200, True, 0.023801056)):
-        search = kernel.NearestSearch(robot.arm)
-        search.boxes = boxes
-        found = along(robot, q, search)
-        assert found.distance[0] == pytest.approx(distance, rel=1e-6)
-        assert found.decided[0] == decided
-
-
-def test_along_a_motion_what_is_decided_is_not_beyond_the_truth_by_more_than_a_tenth():
-    # What is proved at one pose holds at the next ones but for what the joints have moved.
-    robot = robot_of('ur5e')
-    for q in short_motions(robot, seed=3):
-        live, alone = along(robot, q), ks.singularity(robot, q)
-        true = np.minimum(alone.distance, 1.0)
-        assert not np.any(live.decided & (live.distance > 1.1 * true + 1e-9))
 
 
 @pytest.mark.parametrize(
@@ -751,7 +441,6 @@ def test_beside_a_pose_that_errors_leave_all_but_singular_the_nearest_is_found(q
     found = ks.singularity(robot, [q])
     by_force, _ = brute_force.nearest_singular(robot, np.array([q]), starts=24, known=12)
     assert by_force[0] == pytest.approx(distance, rel=1e-3)
-    assert found.decided
     assert found.distance[0] == pytest.approx(distance, rel=1e-3)
 
 
@@ -763,9 +452,8 @@ def test_of_two_joints_about_one_axis_none_moves_on_the_way_to_a_singular_pose()
     near = np.isfinite(found.nearest_singular[:, 0])
     assert np.sum(near) > 20
     assert np.max(share(robot, found.nearest_singular[near])) < SINGULAR
-    # Before a run ends elimination may turn them by a little, which changes nothing.
-    np.testing.assert_allclose(found.nearest_singular[near][:, :2], q[near][:, :2], atol=1e-3)
-    assert not np.any(found.decided & (found.distance > 1.1 * np.minimum(by_force, 1.0) + 1e-9))
+    np.testing.assert_array_equal(found.nearest_singular[near][:, :2], q[near][:, :2])
+    assert not np.any(found.distance > TOO_FAR * np.minimum(by_force, 1.0) + 1e-9)
 
 
 def turned_to(angles, others):
@@ -804,7 +492,6 @@ def test_where_all_singular_poses_are_known_by_hand_the_nearest_is_found(name, a
     apart = found.distance - np.minimum(true, 1.0)
     assert np.all(apart > -2e-3)
     assert np.all(apart < 0.02 * true)
-    assert np.all(found.decided)
 
 
 @pytest.mark.parametrize(
@@ -824,21 +511,10 @@ def test_where_one_joint_alone_is_singular_it_is_no_farther_than_that_joint(name
         assert np.all(found.distance <= np.minimum(np.abs(away), 1.0) + 1e-6)
         only = np.abs(found.nearest_singular - q)
         only[:, joint] = 0.0
-        alone = np.max(only, axis=1) == 0.0
+        alone = np.max(only, axis=1) < ROUND_OFF
         assert np.sum(alone) > 100
-        np.testing.assert_allclose(found.distance[alone], np.abs(away[alone]), atol=1e-6)
+        np.testing.assert_allclose(found.distance[alone], np.abs(away[alone]), atol=ROUND_OFF)
         assert np.max(share(robot, found.nearest_singular[alone])) < 1e-11
-
-
-def test_curves_of_singular_poses_take_few_evaluations():
-    # 11 before their poses were known all along them.
-    robot, evaluations = robot_of('six_joint_dh'), 0
-    search = kernel.NearestSearch(robot.arm)
-    for pose in random_poses(robot, 100, seed=6):
-        search.forget()
-        along(robot, pose[None], search)
-        evaluations += search.evaluations
-    assert evaluations < 400
 
 
 # Axes 2, 3 and 4 are parallel but for errors: sheets become curves that nearly meet, and poses
@@ -859,33 +535,7 @@ def test_with_errors_of_parallel_axes_the_nearest_is_found_as_well(error):
     q = np.concatenate([random_poses(robot, 40, seed=7), brute_force.saddles(robot, 14)])
     found = ks.singularity(robot, q)
     by_force, _ = brute_force.nearest_singular(robot, q, starts=6, known=6)
-    far = found.distance > 1.1 * np.minimum(by_force, 1.0) + 1e-9
-    assert not np.any(far & found.decided)
-
-
-def test_where_none_is_found_and_it_is_not_decided_no_number_is_given():
-    # Two singular values all but vanish together: each run goes round there.
-    robot = robot_of('kinova_gen3')
-    q = [2.067041, 1.958902, -2.125402, -3.097502, 2.482926, 1.026782, -1.358374]
-    for found in (ks.singularity(robot, q), ks.singularity(robot, [q])):
-        assert found.distance == 1.0
-        assert not found.decided
-        assert not found.distance_at_least
-        assert found.distance_unknown
-        # The first order says that one is nearer than the warning.
-        assert found.level == ks.Level.WARN
-    assert 'not decided' in repr(ks.singularity(robot, q))
-    # What an audit keeps of it says the same.
-    kept = found.distance, found.nearest_singular, found.decided
-    assert singularity_of(measured_before(ks.evaluate(robot, [q]), *kept)).distance_unknown
-    text = singularity_status(robot, ks.singularity(robot, q), ks.Level.WARN, 'base').sentence
-    assert text.startswith('it is not decided whether a singularity is near')
-    assert 'farther' not in text
-    assert 'distance' not in text
-
-
-# Of random poses so many may be said to be farther than 1.1 times the truth although decided.
-MISSED_NEAR, MISSED_FAR = 0, 1
+    assert np.all(found.distance <= TOO_FAR * np.minimum(by_force, 1.0) + 1e-9)
 
 
 @pytest.mark.slow
@@ -898,57 +548,12 @@ def test_at_any_range_it_is_the_true_one(name):
     found = ks.singularity(robot, q)
     by_force, _ = brute_force.nearest_singular(robot, q, starts=8, known=8)
     true = np.minimum(by_force, 1.0)
-    far = (found.distance > 1.1 * true + 1e-9) & found.decided
-    assert np.sum(far & (true < 0.2)) <= MISSED_NEAR
-    assert np.sum(far) <= MISSED_FAR
+    assert np.all(found.distance <= TOO_FAR * true + 1e-9)
     assert np.all(found.level[true < 0.03] > ks.Level.OK)
 
 
-# Along short motions a pose asked alone is farther than the one that is followed by this share at
-# most; so is one of a batch, which is searched as shortly as the first of a motion, but for arms
-# of seven joints: so many of a thousand of theirs, and by a tenth one of a hundred, beyond 0.2 rad
-# alone. The poses of one motion are missed together. One that is followed is farther by a tenth
-# than one of a batch never.
-NO_FARTHER, A_TENTH, NEAR = 1.02, 1.1, 0.2
-RARELY = {'kinova_gen3': (30, 10)}
-
-
-def short_motions(robot, seed):
-    random = np.random.default_rng(31)
-    for q in random_poses(robot, 30, seed=seed):
-        step = random.normal(size=robot.dof)
-        step *= random.choice([1e-3, 3e-3, 9e-3, 2e-2]) / np.linalg.norm(step)
-        yield q + step * np.sin(0.06 * np.arange(60))[:, None] / 0.06
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
-    'name',
-    [
-        *('ur5e', 'ur5e without factors', 'craig_3r', 'so101', 'calibrated UR5', 'six joints'),
-        'kinova_gen3',
-    ],
-)
-def test_live_and_asked_alone_agree(name):
-    robot, farther, by_a_tenth = ARMS[name](), [], []
-    for q in short_motions(robot, seed=8):
-        batch, live = ks.singularity(robot, q), along(robot, q)
-        farther += list(batch.distance > NO_FARTHER * live.distance + 1e-9)
-        missed = batch.distance > A_TENTH * live.distance + 1e-9
-        assert not np.any(missed & (live.distance < NEAR))
-        by_a_tenth += list(missed)
-        assert np.all(live.distance <= A_TENTH * batch.distance + 1e-9)
-        np.testing.assert_array_equal(batch.level, live.level)
-        for k, pose in enumerate(q):
-            alone = ks.singularity(robot, pose)
-            assert alone.distance <= NO_FARTHER * live.distance[k] + 1e-9
-            assert alone.level == live.level[k]
-    shares = 1000 * np.mean([farther, by_a_tenth], axis=1)
-    assert np.all(shares <= RARELY.get(name, (0, 0)))
-
-
-@pytest.mark.parametrize(
-    ('name', 'q', 'distance', 'of_batch'),
+    ('name', 'q', 'distance'),
     [
         (
             'kuka_iiwa14',
@@ -957,7 +562,6 @@ def test_live_and_asked_alone_agree(name):
                 *(0.078952724, -1.442820237, -1.575904922),
             ],
             0.140547,
-            0.217720,
         ),
         (
             'kinova_gen3',
@@ -966,34 +570,18 @@ def test_live_and_asked_alone_agree(name):
                 *(-2.003181283, -0.436581089, -0.666119892),
             ],
             0.597350,
-            0.654472,
         ),
     ],
 )
-def test_one_pose_alone_is_searched_for_longer_than_one_of_a_batch(name, q, distance, of_batch):
+def test_alone_and_in_a_batch_the_same_pose_is_found(name, q, distance):
     robot = without_factors(name)
-    assert ks.singularity(robot, [q]).distance[0] == pytest.approx(of_batch, rel=1e-4)
     alone = ks.singularity(robot, q)
     assert alone.distance == pytest.approx(distance, rel=1e-4)
-    assert alone.decided
     assert share(robot, alone.nearest_singular) < SINGULAR
+    assert ks.singularity(robot, [q]).distance[0] == alone.distance
     # A command and a state that is measured later ask alone, too.
     later = singularity_of(ks.evaluate(robot, q))
     assert later.distance == alone.distance
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize('error', [1e-5, 1e-4, 1e-3])
-def test_where_two_singular_values_vanish_together_a_plan_finds_no_nearer_one(error):
-    # The wrist is stretched or folded there, but for the errors, and shoulder or elbow often, too.
-    robot = with_errors(PUMA, error, seed=5)
-    random = np.random.default_rng(6)
-    q = math.pi / 4 * random.integers(-4, 5, (300, 6)).astype(float)
-    q[:, 4] = math.pi * random.integers(0, 2, 300)
-    found = ks.singularity(robot, q)
-    for pose in q[found.decided & (found.distance > 0.1)]:
-        check = ks.check_plan(robot, [0.0], [pose], distance=0.1)
-        assert check.singularity.verdict != 'refuted'
 
 
 def test_a_threshold_of_one_radian_is_left_where_it_is_at_least_that():
@@ -1025,3 +613,104 @@ def test_each_pose_of_a_batch_has_a_search_of_its_own(name):
     assert len(np.unique(along.distance)) > 50
     assert np.array_equal(along.distance[order], mixed.distance)
     assert np.array_equal(along.nearest_singular[order], mixed.nearest_singular)
+
+
+IIWA = [-2.2151, 0.1521, -2.3128, 0.169, 0.25, -0.6411, -0.9194]
+
+
+def test_between_two_sheets_the_nearer_one_is_found():
+    found = ks.singularity(robot_of('kuka_iiwa14'), [IIWA])
+    assert found.distance[0] == pytest.approx(0.1690, abs=1e-4)
+
+
+@pytest.mark.parametrize('q2', [1.001, 1.4, math.pi / 2, 2.1])
+def test_beyond_one_radian_none_is_found(q2):
+    found = ks.singularity(robot_of('planar_2r'), [[0.4, q2], [0.4, 0.5]])
+    np.testing.assert_allclose(found.distance, [1.0, 0.5], rtol=1e-9)
+    assert np.all(np.isnan(found.nearest_singular[0]))
+    assert found.level[0] == ks.Level.OK
+    assert 'none found within 1 rad' in repr(ks.singularity(robot_of('planar_2r'), [0.4, q2]))
+
+
+@pytest.mark.parametrize('name', ['puma560', 'kuka_iiwa14', 'craig_3r', 'calibrated UR5'])
+@pytest.mark.parametrize('fastest', [0.3, 3.0])
+def test_a_motion_is_followed_in_few_evaluations(name, fastest):
+    robot = ARMS.get(name, lambda: robot_of(name))()
+    q, search = motion(robot, fastest)[:800], kernel.NearestSearch(robot.arm)
+    live, alone = along(robot, q, search), ks.singularity(robot, q[::8])
+    assert np.all(live.distance[::8] <= TOO_FAR * alone.distance + 1e-9)
+    assert np.all(alone.distance <= TOO_FAR * live.distance[::8] + 1e-9)
+    assert search.evaluations < (20 if fastest < 1.0 else 80) * len(q)
+
+
+def test_starts_reach_what_many_more_reach():
+    robot = with_errors(UR5, 1e-3, 2)
+    q = random_poses(robot, 40)
+    many = along(robot, q, kernel.NearestSearch(robot.arm, 600)).distance
+    assert np.all(ks.singularity(robot, q).distance <= TOO_FAR * many)
+
+
+def test_after_a_jump_nothing_is_left_of_the_motion():
+    robot = ARMS['calibrated UR5']()
+    q = motion(robot, 1.0)[::500]
+    alone, found = ks.singularity(robot, q), along(robot, q)
+    for name in ('distance', 'nearest_singular', 'level'):
+        np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
+
+
+FACTORED = [
+    *('craig_3r', 'offset_stanford_dh', 'parallelogram_left', 'planar_2r', 'puma560'),
+    *('rrp_elementary', 'ur5e', 'offset_stanford_printed'),
+]
+
+
+@pytest.mark.parametrize('name', FACTORED)
+def test_no_factor_of_a_file_has_a_zero_nearer_than_is_said(name):
+    robot, random = robot_of(name), np.random.default_rng(23)
+    q = random_poses(robot, 300, seed=23)
+    turns = np.array(robot.joint_types) == 'revolute'
+    q[:150, turns] = (math.pi / 4 * random.integers(-4, 5, (150, robot.dof)))[:, turns]
+    q[50:150] += random.normal(size=(100, robot.dof)) * 0.03
+    found = ks.singularity(robot, q)
+    # Up to 5 % nearer than it says, no factor has another sign in any direction.
+    far = found.distance > 1e-6
+    q, radius = q[far], found.distance[far] / TOO_FAR
+    here = robot.factors.evaluate(q)[..., 0]
+    for _ in range(300):
+        way = random.normal(size=q.shape)
+        way *= (radius * random.uniform(size=len(q)) ** 0.3 / np.linalg.norm(way, axis=1))[:, None]
+        there = robot.factors.evaluate(q + way * robot.task.column_scales)[..., 0]
+        assert np.all(there * here > 0.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('error', [1e-5, 1e-4, 1e-3])
+def test_where_two_singular_values_vanish_together_a_plan_finds_no_nearer_one(error):
+    # The wrist is stretched or folded there, but for the errors, and shoulder or elbow often, too.
+    robot = with_errors(PUMA, error, seed=5)
+    random = np.random.default_rng(6)
+    q = math.pi / 4 * random.integers(-4, 5, (300, 6)).astype(float)
+    q[:, 4] = math.pi * random.integers(0, 2, 300)
+    found = ks.singularity(robot, q)
+    for pose in q[found.distance > 0.1]:
+        check = ks.check_plan(robot, [0.0], [pose], distance=0.1)
+        assert check.singularity.verdict != 'refuted'
+
+
+def test_an_arm_that_is_never_singular_has_none():
+    text = 'robot: one\nsource: t\nconvention: standard\njoints:\n  - {name: a, type: revolute}\n'
+    robot = ks.robot_from_text(text + 'links:\n  - {a: 1, alpha: 0, d: 0, theta: a}\n')
+    assert ks.singularity(robot, [0.3]).distance == 1.0
+
+
+def test_a_nearly_singular_pose_without_one_found_is_warned_of():
+    robot = robot_of('puma560')
+    found = ks.singularity(robot, [0.1, -1.0, 1.2, 0.5, 0.9, 0.7])
+    nearly = dataclasses.replace(
+        found, condition_number=2e4, distance=1.0, nearest_singular=None, level=ks.Level.WARN
+    )
+    text = singularity_status(robot, nearly, ks.Level.WARN, 'base').sentence
+    assert text.startswith(
+        'nearly singular: condition number 2e+04, no singular pose found within 0.1 rad: '
+        'none found within 1 rad'
+    )

@@ -293,11 +293,8 @@ def test_a_helical_joint_turns_and_slides():
 
 @pytest.mark.slow
 @every_arm
-def test_a_batch_is_its_single_poses_bit_for_bit_but_for_the_longer_search_of_one(name):
+def test_a_batch_is_its_single_poses_bit_for_bit(name):
     robot = robot_of(name)
-    searched = {'distance', 'nearest_singular', 'decided'}
-    if robot.thresholds.measure == 'distance':
-        searched |= {'level', 'rate', 'time_to_warning'}
     q = searched_poses(robot)
     qdot = np.random.default_rng(3).uniform(-1, 1, q.shape)
     batch = ks.evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
@@ -309,10 +306,7 @@ def test_a_batch_is_its_single_poses_bit_for_bit_but_for_the_longer_search_of_on
         for field, whole in measures.items():
             # None where a batch has no numbers: no singular pose was found near.
             value = one_pose.get(field, np.nan)
-            if field not in searched:
-                np.testing.assert_array_equal(value, whole[k], field)
-        assert one_pose['distance'] <= measures['distance'][k] * (1.0 + ROUND_OFF)
-        assert one_pose['level'] >= measures['level'][k] or not measures['decided'][k]
+            np.testing.assert_array_equal(value, whole[k], field)
 
 
 def arrays_of(found):
@@ -408,10 +402,12 @@ def test_huge_angles_are_reduced_exactly(name, size):
         first_order_distances(robot, np.array(reduced)),
         rtol=QUOTIENT,
     )
-    # The singular pose must be a number, too: where there is none near enough nothing is decided.
-    found, right = ks.singularity(robot, q), ks.singularity(robot, reduced).distance
-    apart = np.abs(found.distance - right)
-    assert np.all(apart[found.decided] < 1e-6 + robot.dof * np.spacing(size))
+    # The singular pose must be a number, too: of larger positions none is looked for.
+    found, right = ks.singularity(robot, q).distance, ks.singularity(robot, reduced).distance
+    apart = np.abs(found - right)
+    assert size >= kernel.LARGEST_REDUCED or np.all(
+        apart < 0.05 * right + robot.dof * np.spacing(size)
+    )
 
 
 @every_arm

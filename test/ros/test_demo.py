@@ -311,7 +311,7 @@ def on_terminal(columns, lines, arguments, ends_by, seconds=DEADLINE):
     return process.returncode, written
 
 
-def shown_on(columns, lines, level='ERROR', robot='panda', measure=0.0123, decided=True):
+def shown_on(columns, lines, level='ERROR', robot='panda', measure=0.0123):
     """Return the lines of the table on a terminal of a size, for seven joints."""
     names = [f'{robot}_joint{k}' for k in range(1, 8)]
     rows = ['vx', 'vy', 'vz', 'wx', 'wy', 'wz']
@@ -330,7 +330,6 @@ def shown_on(columns, lines, level='ERROR', robot='panda', measure=0.0123, decid
         twist=SimpleNamespace(message=TwistStamped()),
         jacobian=SimpleNamespace(message=matrix, rate=lambda: 50.0),
         measure=lambda name: measure,
-        decided=decided,
         history=[0.01 * k for k in range(400)],
         speeds=[0.002 * k for k in range(400)],
         scale=SimpleNamespace(message=Float64(data=0.35)),
@@ -365,12 +364,9 @@ def test_the_level_is_the_first_line_on_every_terminal(columns, lines, level):
             assert any(words in line for line in shown), words
 
 
-@pytest.mark.parametrize(
-    ('decided', 'words'),
-    [(True, 'farther than 1 rad (57 deg)'), (False, 'none found within 1 rad (57 deg)')],
-)
-def test_a_distance_of_one_says_no_more_than_was_decided(decided, words):
-    shown = shown_on(80, 24, 'OK', measure=1.0, decided=decided)
+def test_a_distance_of_one_says_that_none_was_found():
+    words = 'none found within 1 rad (57 deg)'
+    shown = shown_on(80, 24, 'OK', measure=1.0)
     (line,) = (line for line in shown if line.startswith('distance  '))
     assert line.rstrip() == f'distance          {words}'
     (line,) = (line for line in shown_on(80, 24) if line.startswith('distance  '))
@@ -385,7 +381,6 @@ def test_a_distance_of_one_says_no_more_than_was_decided(decided, words):
         scale=SimpleNamespace(message=Float64(data=0.35)),
         reason=SimpleNamespace(message=SLOWED),
         measure=lambda name: 1.0,
-        decided=decided,
         nearest=Nearest(1.0, 1.5, None),
         levels=['OK'],
     )

@@ -39,7 +39,7 @@ def test_a_warning_names_the_factor_or_the_singular_pose(arm, name):
     values = values_of(warnings[0])
     assert level_of(warnings[0]) == ks.Level.WARN
     assert warnings[0].message.startswith(f'near a singularity: {factor or "distance"}')
-    assert (values.get('factor'), values['decided']) == (factor, 'yes')
+    assert values.get('factor') == factor
     told = dict(word.split('=') for word in values['nearest_singular'].split())
     assert tuple(told) == robot.joint_names
     pose = np.array([float(position) for position in told.values()])

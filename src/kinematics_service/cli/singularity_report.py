@@ -15,11 +15,11 @@ from ..estimation.status_text import (
     structure_in_words,
 )
 from ..kernel import Floats
-from ..kinematics.singularity import Singularity, flat_loop
+from ..kinematics.singularity import Singularity, flat_loop, none_found
 from ..kinematics.tool_state import ToolState
 from ..printing import Output, attributes, facts, heading, number, numbers, plain, table
 from ..robot.file.parts.loop_groups import group_in_words
-from ..robot.measures import MEASURES, Level, Measure, Thresholds, why_unsearched
+from ..robot.measures import MEASURES, Level, Measure, Thresholds
 from ..robot.robot import Robot
 
 LEVEL_STYLES = {Level.OK: 'bold green', Level.WARN: 'bold yellow', Level.ERROR: 'bold red'}
@@ -32,12 +32,10 @@ NUMBERS = (*MEASURES, 'singular_values', 'rank', 'generic_rank')
 JSON_KEYS = f"""\
     level, measure, warn, stop     OK, WARN or ERROR by the measure watched
 {textwrap.indent(textwrap.fill(', '.join(NUMBERS), 74), '    ')}
-    distance_at_least              true: it is 1 rad or more, not just 1
     nearest_singular               joint positions of the singular pose found,
                                    distance away; null where none was found
     flat_loop                      the loop that is flat there; null: the arm
                                    is singular there
-    decided                        false: a nearer one may not have been found
     clearance                      radius without a singular pose, proved, rad
     task, length                   rows of J judged, characteristic length
     lost_direction                 6 numbers, base axes; angular ones * length
@@ -87,9 +85,9 @@ def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Any]:
     return {
         'level': singularity.level.name,
         **attributes(robot.thresholds, 'measure', 'warn', 'stop'),
-        **attributes(singularity, 'distance', 'distance_at_least', *NUMBERS, 'nearest_singular'),
+        **attributes(singularity, 'distance', *NUMBERS, 'nearest_singular'),
         'flat_loop': flat_loop(robot, singularity) or None,
-        **attributes(singularity, 'decided', 'clearance'),
+        **attributes(singularity, 'clearance'),
         'task': robot.task.rows,
         'length': robot.task.length,
         **attributes(singularity, *moving),
@@ -212,18 +210,13 @@ def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> st
 
 
 def _distance_words(robot: Robot, singularity: Singularity) -> str:
-    if unsearched := why_unsearched(robot.dof):
-        return f'unknown: {unsearched}'
     shown = f'{singularity.distance:.4g} rad'
     if singularity.rank < singularity.generic_rank:
         return f'{shown}: this pose is singular'
     if singularity.nearest_singular is not None:
         away, end = in_degrees(singularity.distance), _end_words(robot, singularity)
-        doubt = '' if singularity.decided else '; not decided: there may be a nearer one'
-        return f'{shown}: {away} of joint motion to {end}, see below{doubt}'
-    if singularity.distance_unknown:
-        return 'not decided: no singular pose was found, but there may be one'
-    return MEASURES['distance'].farther(singularity.distance, True) or shown
+        return f'{shown}: {away} of joint motion to {end}, see below'
+    return none_found(singularity) or shown
 
 
 def _motion_words(robot: Robot, singularity: Singularity) -> str:

@@ -322,7 +322,7 @@ class Estimator:
             level: Level = singularity.level  # there is no level to leave
         else:
             value = watched_value(self.robot, singularity)
-            # That of the pose is the higher one where a nearer singular pose is not excluded.
+            # That of the pose is the higher one where the pose is nearly singular.
             level = max(self.robot.thresholds.level(value, alarm.level), singularity.level)
         if alarm.is_settled(level, arrival):
             return level, False

@@ -6,8 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import kernel
 from ..kernel import Floats
-from ..kinematics.singularity import Singularity, flat_loop, nearest_factor, watched_value
+from ..kinematics.singularity import (
+    Singularity,
+    flat_loop,
+    nearest_factor,
+    none_found,
+    unsearched,
+    watched_value,
+)
 from ..robot.file.parts.loop_groups import closed_together, group_in_words, group_key
 from ..robot.measures import MEASURES, Level, Measure
 from ..robot.robot import Robot
@@ -65,13 +73,11 @@ def joints_in_words(names: Sequence[str], motion: Floats) -> str:
     return text.strip()
 
 
-def _watched_in_words(measure: Measure, value: float) -> str:
+def _watched_in_words(measure: Measure, value: float, singularity: Singularity) -> str:
     if measure.unit != 'rad':
         return f'{measure.name} {value:.3g}'
-    return (
-        measure.farther(value, True)
-        or f'{measure.name} {value:.3g} rad ({math.degrees(value):.1f} deg)'
-    )
+    shown = f'{measure.name} {value:.3g} rad ({math.degrees(value):.1f} deg)'
+    return none_found(singularity) or shown
 
 
 def _tendency(singularity: Singularity, robot: Robot) -> str:
@@ -104,8 +110,7 @@ def singularity_status(
     names = [joint_prefix + name for name in robot.joint_names]
     measure = MEASURES[robot.thresholds.measure]
     value = watched_value(robot, singularity)
-    unknown = measure.name == 'distance' and singularity.distance_unknown
-    shown = '' if unknown else f'{_watched_in_words(measure, value)}, '
+    shown = f'{_watched_in_words(measure, value, singularity)}, '
     volume = f'manipulability {singularity.manipulability:.3g}'
     if singularity.determinant is not None:
         volume = f'det(J) = {singularity.determinant:.3g}'
@@ -114,12 +119,8 @@ def singularity_status(
     fight = joints_in_words(names, singularity.joint_motion)
     tendency = _tendency(singularity, robot)
     if level == Level.OK:
-        begins = 'not near a singularity'
-        if measure.name == 'distance' and not singularity.decided:
-            begins = 'no singularity was found near' + (
-                ', but there may be one' if unknown else ''
-            )
-        sentence = f'{begins}: {shown}{volume}'
+        known = measure.unit != 'rad' or not unsearched(singularity)
+        sentence = f'{"not near a singularity: " if known else ""}{shown}{volume}'
     else:
         named = _nearest_factor(robot, singularity)
         meaning = lost_hold(loop) if loop else f'losing {lost} in {base_frame}'
@@ -134,9 +135,7 @@ def singularity_status(
         ('warn', f'{robot.thresholds.warn:g}'),
         ('stop', f'{robot.thresholds.stop:g}'),
         ('distance', _amount(singularity.distance)),
-        ('distance_at_least', 'true' if singularity.distance_at_least else 'false'),
         *((name, _amount(getattr(singularity, name))) for name in MEASURES if name != 'distance'),
-        ('decided', 'yes' if singularity.decided else 'no'),
         ('nearest_singular', _pose_in_words(names, singularity.nearest_singular)),
         *_loop_values(robot, singularity, loop),
         ('rank', f'{singularity.rank} of {singularity.generic_rank}'),
@@ -167,13 +166,18 @@ def lost_hold(loop: str) -> str:
 
 def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> str:
     # What is near: the arm's singular pose, or a loop's flat position.
-    if singularity.distance_unknown:
-        return 'it is not decided whether a singularity is near (none was found; there may be one)'
+    thresholds, condition = robot.thresholds, singularity.condition_number
+    none_near = thresholds.measure == 'distance' and singularity.distance > thresholds.warn
+    if none_near and level == Level.WARN and condition > kernel.NEARLY_SINGULAR:
+        return (
+            f'nearly singular: condition number {condition:.3g}, no singular pose found within '
+            f'{thresholds.warn:g} rad'
+        )
     what = 'a singularity'
     if robot.loop_names:
         what = flat_position(loop) if loop else 'a singularity of the arm'
     at = 'at' if level == Level.ERROR else 'near'
-    return f'{at} {what}' + ('' if singularity.decided else ', there may be a nearer one')
+    return f'{at} {what}'
 
 
 def _loop_values(robot: Robot, singularity: Singularity, loop: str) -> Iterator[tuple[str, str]]:

@@ -7,6 +7,8 @@ from .compiled import use_compiled
 
 use_compiled()
 
+from .clearance.clearance import Clearance as Clearance
+from .clearance.clearance import clearances as clearances
 from .evaluation import evaluate as evaluate
 from .evaluation import evaluate_one as evaluate_one
 from .evaluation import quaternions as quaternions
@@ -66,11 +68,6 @@ from .measures.symmetric import eigenvectors as eigenvectors
 from .measures.task_rows import TaskRows as TaskRows
 from .messages import IncomingForm as IncomingForm
 from .messages import observe_bytes as observe_bytes
-from .nearest.arm import Arm as Arm
-from .nearest.clearance import Clearance as Clearance
-from .nearest.clearance import clearances as clearances
-from .nearest.factor_proof import prove_factor as prove_factor
-from .nearest.nearest_singular import NearestSearch as NearestSearch
 from .observing import observe as observe
 from .outgoing import OutgoingMessages as OutgoingMessages
 from .outgoing import OutgoingTable as OutgoingTable
@@ -82,6 +79,8 @@ from .self_motion.curve_pieces import cut as cut
 from .self_motion.curve_point import CurvePoint as CurvePoint
 from .self_motion.tracing import passes as passes
 from .self_motion.tracing import trace as trace
+from .singular_search.arm import Arm as Arm
+from .singular_search.nearest_search import NearestSearch as NearestSearch
 from .six_joints.six_joints import SixJoints as SixJoints
 from .six_joints.six_joints import complex_solutions as complex_solutions
 from .six_joints.six_joints import followed_solutions as followed_solutions

@@ -7,7 +7,7 @@ from .forward.chain import Chain
 from .layout import arrays, places
 from .layout.arrays import Flat, Floats
 from .loops import closed_pass
-from .nearest.arm import Arm
+from .singular_search.arm import Arm
 
 
 def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) -> int:

@@ -6,9 +6,8 @@ from . import evaluation
 from .layout import arrays, blocks, places
 from .layout.arrays import Flat, Floats
 from .measures import factors, gradient, singularity
-from .nearest import nearest_closed
-from .nearest.arm import Arm
-from .nearest.nearest_singular import NearestSearch
+from .singular_search.arm import Arm
+from .singular_search.nearest_search import NearestSearch
 
 
 def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
@@ -48,9 +47,8 @@ def _write_way_out(arm: Arm, determinant: Flat, measures: Flat) -> None:
         way_out[j] = sign * slope / math.sqrt(squares) * arm.task.column_scale[j]
 
 
-def _judge(arm: Arm, measures: Flat, not_excluded: float) -> None:
-    # Nearest factor and level, of all that has been measured and found. A singular pose that is
-    # not excluded is warned of like one that was found.
+def _judge(arm: Arm, measures: Flat) -> None:
+    # Nearest factor and level, of all that has been measured and found.
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED)
     nearest = 0
@@ -59,16 +57,17 @@ def _judge(arm: Arm, measures: Flat, not_excluded: float) -> None:
             nearest = f
     watched = abs(measures[arm.watched])
     judged[places.WATCHED] = watched
-    if arm.watched == places.DISTANCE:
-        watched = min(watched, not_excluded)
     sign = 1.0 if arm.stop < arm.warn else -1.0
     level = 0.0
     if arm.watched == places.DISTANCE and not watched < places.FARTHEST:
-        level = 0.0  # at least: no threshold is farther
+        level = 0.0  # none was found: no threshold is farther
     elif not sign * watched > sign * arm.stop:
         level = 2.0
     elif not sign * watched > sign * arm.warn:
         level = 1.0
+    if arm.watched == places.DISTANCE and level == 0.0:
+        nearly = measures[places.CONDITION_NUMBER] > places.NEARLY_SINGULAR
+        level = 1.0 if nearly else 0.0
     judged[places.LEVEL] = level
     judged[places.NEAREST] = nearest
 
@@ -92,50 +91,34 @@ def _judge_first_order(arm: Arm, measures: Flat) -> None:
     pose = arrays.after(measures, width(arm) - arm.chain.dof)
     estimate = _first_order(arm, measures)
     judged[places.FIRST_ORDER] = estimate
-    judged[places.DECIDED] = 1.0 if arm.chain.loops == 0 else 0.0
     for j in range(arm.chain.dof):
         pose[j] = places.NAN
     measures[places.DISTANCE] = min(estimate, places.FARTHEST)
-    _judge(arm, measures, places.FARTHEST)
+    _judge(arm, measures)
 
 
-def _take_over(arm: Arm, measures: Flat, search: NearestSearch) -> None:
+def _take_over(arm: Arm, row: Flat, measures: Flat, work: Flat, search: NearestSearch) -> None:
     # What was found, into measures of first order.
-    judged = arrays.after(measures, _judged_at(arm))
-    decided, not_excluded = search.is_decided(), search.not_excluded()
-    judged[places.DECIDED] = 1.0 if decided else 0.0
     measures[places.DISTANCE] = places.FARTHEST
-    if search.is_near():
+    if search.distance <= places.FARTHEST:
         search.write_pose(arrays.after(measures, width(arm) - arm.chain.dof))
         measures[places.DISTANCE] = search.distance
-    elif not decided:
-        # None was found where one may be: a warning must not vanish.
-        not_excluded = min(not_excluded, search.free)
-    _judge(arm, measures, not_excluded)
+        if arm.chain.loops > 0:
+            _take_loops_over(arm, row, measures, work, search)
+    _judge(arm, measures)
 
 
-def _look_behind_loops(
-    arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat, search: NearestSearch
+def _take_loops_over(
+    arm: Arm, row: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
-    # What is found nearest, into measures of first order.
-    judged = arrays.after(measures, _judged_at(arm))
-    estimate = judged[places.FIRST_ORDER]
-    pose = arrays.after(measures, width(arm) - arm.chain.dof)
-    if not search.holds(q):
-        away = nearest_closed.look(arm, q, row, judged, pose, work)
-        search.hold(q, pose, away, judged[places.DECIDED] == 1.0)
-        if min(away, estimate) <= nearest_closed.NEAR:
-            search.forget()  # near a warning each pose is looked at: what is held names no loop
-    if not search.distance < places.INFINITY:
-        # None was found: how near the first order says one to be is what the level is of.
-        measures[places.DISTANCE] = places.FARTHEST
-        _judge(arm, measures, estimate)
-        return
-    # The way out is that of what is nearest now.
+    # The flat positions that were found; the way out is that of what is nearest now.
     n, first = arm.chain.dof, -1
+    judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED + arm.tape.factors)
-    nearest = search.distance
+    nearest: float = search.distance
     for k in range(arm.chain.groups):
+        if search.flat_lengths[k] < places.INFINITY:
+            distances[k] = search.flat_lengths[k]
         if distances[k] <= nearest:
             nearest, first = distances[k], k
     if first >= 0:
@@ -145,10 +128,7 @@ def _look_behind_loops(
         _write_way_out(arm, arrays.after(work, first * (1 + n)), measures)
     else:
         singularity.measure_row(arm.chain, arm.task, row, measures, work)
-    arrays.copy(pose, n, search.poses)
-    judged[places.DECIDED] = 1.0 if search.complete else 0.0
-    measures[places.DISTANCE] = min(search.distance, places.FARTHEST)
-    _judge(arm, measures, places.FARTHEST if search.complete else estimate)
+        measures[places.DISTANCE] = search.distance
 
 
 def judge_row(
@@ -160,14 +140,8 @@ def judge_row(
     `work` has room for `room` numbers; the search is that of the pose before, or a new one.
     """
     _judge_one(arm, row, q, measures, work)
-    if arm.chain.loops > 0:
-        _look_behind_loops(arm, row, q, measures, work, search)
-        return
-    judged = arrays.after(measures, _judged_at(arm))
-    estimate = judged[places.FIRST_ORDER]
-    if not search.follow(q, estimate):
-        search.look(q, row, work, measures, estimate)
-    _take_over(arm, measures, search)
+    search.follow(q, row)
+    _take_over(arm, row, measures, work, search)
 
 
 def _judge_one(arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat) -> None:
@@ -261,44 +235,14 @@ def _find_all(
     search: NearestSearch,
     in_order: bool,
 ) -> None:
-    n, columns, size = arm.chain.dof, width(arm), _directions(arm)
-    # Directions of LANES poses at once: a sixteenth less of a search. A motion needs few.
-    at_once = _is_regular(arm) and not in_order and search.reads_directions
-    left = singularity.ALL_LANES
+    n, columns = arm.chain.dof, width(arm)
     for k in range(count):
-        position, one = arrays.after(q, k * n), arrays.after(measures, k * columns)
-        row = arrays.after(rows, k * row_width)
-        if not in_order:
-            search.forget()
-        if arm.chain.loops > 0:
-            _look_behind_loops(arm, row, position, one, work, search)
-            continue
-        lane = k % places.LANES
-        if at_once and lane == 0:
-            left = singularity.ALL_LANES
-            if count - k >= places.LANES:
-                left = _write_directions(arm, row, row_width, work)
-        judged = arrays.after(one, _judged_at(arm))
-        estimate = judged[places.FIRST_ORDER]
-        if not (in_order and search.follow(position, estimate)):
-            W = arrays.after(work, lane * size)
-            if (left >> lane) & 1 and search.reads_directions:
-                sigma = arrays.after(one, _judged_at(arm) - min(n, arm.task.count))
-                singularity.write_directions(n, arm.task, row, W, sigma)
-            search.look(position, row, W, one, estimate)
-        _take_over(arm, one, search)
-
-
-def _write_directions(arm: Arm, rows: Flat, row_width: int, directions: Flat) -> int:
-    # Of LANES rows, one after the other; returns a bit for each that is left.
-    n, size = arm.chain.dof, _directions(arm)
-    W = arrays.after(directions, size * places.LANES)
-    J = arrays.after(W, size * places.LANES)
-    sigma = arrays.after(J, 6 * n * places.LANES)
-    blocks.put_side_by_side(arrays.after(rows, places.JACOBIAN_AT), row_width, 6 * n, J)
-    left = singularity.write_directions_of_rows(n, arm.task, J, W, sigma)
-    blocks.put_one_by_one(W, size, directions, size)
-    return left
+        position, row = arrays.after(q, k * n), arrays.after(rows, k * row_width)
+        if in_order:
+            search.follow(position, row)
+        else:
+            search.look(position, row)
+        _take_over(arm, row, arrays.after(measures, k * columns), work, search)
 
 
 def _is_regular(arm: Arm) -> bool:
@@ -326,7 +270,7 @@ def room(arm: Arm) -> int:
     n = arm.chain.dof
     spare = max(n * n, gradient.room(arm.chain))
     own = _directions(arm) + max(6 * n + spare, arm.tape.steps * (n + 1))
-    return max(own, nearest_closed.room(arm))
+    return max(own, arm.chain.groups * (1 + n) + gradient.room(arm.chain))
 
 
 def width(arm: Arm) -> int:
@@ -364,12 +308,11 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
         As `evaluate` filled them.
     q : shape (N, n), rad or m
         Where the rows were evaluated.
-    measures : shape (N, 6 + 6 + 2 n + min(m, n) + 5 + F (2 + n) + n)
+    measures : shape (N, 6 + 6 + 2 n + min(m, n) + 4 + F (2 + n) + n)
         Scalars DETERMINANT (NaN where J_t is not square) to RANK, the lost direction (6,) in base
         axes, the joint motion (n,) and the way out (n,) in rad or m, the singular values; WATCHED
-        to DECIDED, the distances to the zeros of the F factors, those of loops behind those of the
-        robot file, value and gradient of each; the
-        singular pose that was found nearest (n,).
+        to FIRST_ORDER; the distances to the zeros of the F factors, those of loops behind those of
+        the robot file; value and gradient of each; the singular pose that was found nearest (n,).
     """
     _check_rows(arm, rows, measures)
     count, row_width = arrays.extent(rows, 0), arrays.extent(rows, 1)
@@ -402,8 +345,7 @@ def find_nearest(
     count, row_width = arrays.extent(rows, 0), arrays.extent(rows, 1)
     table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * arm.chain.dof)
     results = arrays.results(measures, count * width(arm))
-    directions = places.LANES * (2 * _directions(arm) + 7 * arm.chain.dof)
-    work = arrays.scratch(max(room(arm), directions))
+    work = arrays.scratch(room(arm))
     lock = arrays.let_go()
     _find_all(arm, count, table, row_width, positions, results, work, search, in_order)
     arrays.take_back(lock)
@@ -431,5 +373,5 @@ def evaluate_and_measure_one(
     """`evaluate_one`, then `measure_one` with a new search; returns what the first returns."""
     bad = evaluation.evaluate_one(arm, q, qdot, row)
     if bad == -1:
-        measure_one(NearestSearch(arm, True), row, measures)
+        measure_one(NearestSearch(arm), row, measures)
     return bad

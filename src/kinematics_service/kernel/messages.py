@@ -6,8 +6,8 @@ from . import judging, observing, outgoing
 from .joint_memory import JointMemory, OurJoints
 from .layout import arrays, places
 from .layout.arrays import Bytes, Flat, FlatBytes, Floats, Nanoseconds
-from .nearest.nearest_singular import NearestSearch
 from .outgoing import OutgoingMessages
+from .singular_search.nearest_search import NearestSearch
 
 
 class IncomingForm:

@@ -8,7 +8,7 @@ from .joint_memory import JointMemory, OurJoints
 from .layout import arrays, places
 from .layout.arrays import Flat, Floats, Nanoseconds
 from .loops import closing
-from .nearest.arm import Arm
+from .singular_search.arm import Arm
 
 # Evidence that two publishers disagree about a joint: it jumps by more than MOVED_APART (rad or m)
 # and back to within a fifth of that, again and again within the window.

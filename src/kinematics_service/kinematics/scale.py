@@ -22,6 +22,7 @@ from ..robot.file.parts.description import SpeedLimit
 from ..robot.measures import MEASURES
 from ..robot.robot import AnyRobot, Robot, as_robot
 from .arguments import check_positive, refused
+from .clearance import clearances
 from .forward import twist
 from .servo_rule import ServoRule, servo_shares
 from .singularity import Singularity, singularity
@@ -87,8 +88,9 @@ class MotionScale(FrozenArrays):
         What has been looked at, K of them.
     values, margins, times : shape (..., K)
         The share, the margin and the time of each.
-    decided : shape (...)
-        False where a singular pose may be ahead that was not found: the share may be too large.
+    proved : shape (...)
+        Whether the clearance proves that no singular pose is on the way of a stop. If not, one
+        may be ahead that was not found. False for every motion of closed loops.
     """
 
     value: Any
@@ -100,7 +102,7 @@ class MotionScale(FrozenArrays):
     values: Floats
     margins: Floats
     times: Floats
-    decided: npt.NDArray[np.bool_]
+    proved: npt.NDArray[np.bool_]
 
 
 class _Shares(NamedTuple):
@@ -185,19 +187,15 @@ def scale(
     with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
         stopping = np.max(np.abs(rates) / robot.acceleration_limits, axis=-1)
         braking = _Braking(horizon, stopping)
-        if rule is None:
-            singular, decided = _singularity(robot, state, rates, braking)
-        else:
-            singular, decided = _by_rule(state, rule), np.ones(stopping.shape, bool)
         found = [
-            singular,
+            _singularity(robot, state, rates, braking) if rule is None else _by_rule(state, rule),
             *_joints(robot, state.q, rates, braking),
             *(_speeds(robot, state, rates, limit, reduced) for limit in limits),
         ]
-    return _scale(found, decided)
+    return _scale(found, _proved(robot, state, rates, braking))
 
 
-def _scale(found: list[_Shares], decided: npt.NDArray[np.bool_]) -> MotionScale:
+def _scale(found: list[_Shares], proved: npt.NDArray[np.bool_]) -> MotionScale:
     constraints = tuple(constraint for one in found for constraint in one.constraints)
     values, margins, times = (
         np.concatenate([one[k] for one in found], axis=-1) for k in (1, 2, 3)
@@ -212,7 +210,7 @@ def _scale(found: list[_Shares], decided: npt.NDArray[np.bool_]) -> MotionScale:
     shown = (value, texts[..., 0], texts[..., 1], margin, time_left)
     if not value.ndim:
         shown = tuple(one.item() for one in shown)
-    return MotionScale(*shown, constraints, values, margins, times, decided)
+    return MotionScale(*shown, constraints, values, margins, times, proved)
 
 
 def _braked(
@@ -275,10 +273,7 @@ def _by_rule(state: ToolState, rule: ServoRule) -> _Shares:
     )
 
 
-def _singularity(
-    robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
-) -> tuple[_Shares, npt.NDArray[np.bool_]]:
-    # Returns whether it was decided, too.
+def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Shares:
     # No singular pose is nearer than the distance, so the motion may go on by so much before it is
     # looked for again, up to the way of a stop. Seen from the last of these poses, the surface is
     # taken to be at right angles to the way to the nearest one.
@@ -289,15 +284,14 @@ def _singularity(
     speeds = np.linalg.norm(rates / scales, axis=-1)
     due = braking.horizon + 0.5 * np.ravel(braking.stopping)
     passed, times, margins = np.zeros(len(q)), np.full(len(q), np.inf), np.full(len(q), np.nan)
-    left, decided = np.arange(len(q)), np.ones(len(q), bool)
+    left = np.arange(len(q))
     for _ in range(VIEWS):
         found, closes = _seen_from(robot, q[left] + passed[left, None] * rates[left])
         times[left[~closes]] = passed[left[~closes]]
         left = left[closes]
         speed, ahead = speeds[left], q[left] + passed[left, None] * rates[left]
         margin = found.distance - stop
-        decided[left] &= found.decided
-        towards = _towards(found, (ahead - found.nearest_singular) / scales, rates[left] / scales)
+        towards = _towards((ahead - found.nearest_singular) / scales, rates[left] / scales)
         times[left] = passed[left] + _times(margin, towards)
         margins[left] = np.where(passed[left] > 0.0, margins[left], margin)
         passed[left] += np.where(speed > AT_REST, np.abs(margin) / speed, np.inf)
@@ -305,11 +299,28 @@ def _singularity(
         left = left[open_yet & (passed[left] < due[left])]
         if not len(left):
             break
-    decided[left] = False  # the way is known no further
     shape = state.q.shape[:-1]
     margins, times = (x.reshape(*shape, 1) for x in (margins, times))
-    shares = _braked((Constraint(SINGULARITY, '', 'rad'),), margins, times, braking)
-    return shares, decided.reshape(shape)
+    return _braked((Constraint(SINGULARITY, '', 'rad'),), margins, times, braking)
+
+
+def _proved(
+    robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
+) -> npt.NDArray[np.bool_]:
+    # Whether balls without a singular pose, one after the other, cover the way of a stop.
+    q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
+    speeds = np.linalg.norm(rates / robot.task.column_scales, axis=-1)
+    due = braking.horizon + 0.5 * np.ravel(braking.stopping)
+    passed = np.where(speeds > AT_REST, 0.0, due)
+    left = np.flatnonzero(passed < due)
+    for _ in range(VIEWS if not robot.chain.loops else 0):
+        if not len(left):
+            break
+        radii = clearances(robot, q[left] + passed[left, None] * rates[left])
+        passed[left] += radii / speeds[left]
+        left = left[(passed[left] < due[left]) & (radii > FOUND)]
+    proved: npt.NDArray[np.bool_] = (passed >= due).reshape(state.q.shape[:-1])
+    return proved
 
 
 def _seen_from(robot: Robot, q: Floats) -> tuple[Singularity, npt.NDArray[np.bool_]]:
@@ -323,10 +334,7 @@ def _seen_from(robot: Robot, q: Floats) -> tuple[Singularity, npt.NDArray[np.boo
             closes[np.flatnonzero(closes)[error.row]] = False
 
 
-def _towards(found: Singularity, away: Floats, rates: Floats) -> Floats:
-    # Speeds towards the nearest singular poses; of none that was found, but may be there, at most
-    # that of the motion.
+def _towards(away: Floats, rates: Floats) -> Floats:
+    # Speeds towards the nearest singular poses; not a number if none was found.
     normal = away / np.linalg.norm(away, axis=-1, keepdims=True)
-    doubtful = np.isnan(normal[..., 0]) & ~found.decided
-    speeds = np.linalg.norm(rates, axis=-1)
-    return np.asarray(np.where(doubtful, speeds, -np.sum(rates * normal, axis=-1)))
+    return np.asarray(-np.sum(rates * normal, axis=-1))

@@ -12,7 +12,7 @@ from .. import kernel
 from ..kernel import Floats
 from ..notebook import as_html
 from ..robot.measure_places import MeasurePlaces
-from ..robot.measures import MEASURES, Level
+from ..robot.measures import MEASURES, Level, why_unsearched
 from ..robot.robot import AnyRobot, Robot, as_robot
 from . import singularity_rates as measure_rates
 from .clearance import clearances
@@ -41,21 +41,14 @@ class Singularity:
     rank, generic_rank
         Rank here, and at random poses.
     distance
-        Joint motion to the nearest singular pose, rad, 0 to 1 (prismatic joints divided by the
-        length): to `nearest_singular`; 1 where none was found within 1 rad. It is then 1 or more
-        (`distance_at_least`), or the search did not decide (`distance_unknown`), and the level is
-        that of how near one may be by first and second order.
-        One pose alone is searched for longer than each of a batch, some tenths of a millisecond:
-        its distance is that of the batch, or a nearer pose was found.
+        Joint motion to the nearest singular pose that was found, rad, 0 to 1 (prismatic joints
+        divided by the length): to `nearest_singular`; 1 means that none was found within 1 rad. It
+        is an upper bound of the true distance; `clearance` is a lower bound. Above 16 joints, and
+        for positions beyond 1e5 rad, no search is made.
     nearest_singular : shape (..., n), rad or m
         The singular pose nearest to this one, found by Newton's method and evaluated: None where
         none was found or looked for; in a batch, NaN. Limits of joints do not count. Of an arm
         with closed loops it may be where a loop is flat (`flat_loop`).
-    decided
-        False where the second order, or a run that did not arrive, says that a singular pose may
-        be near, and none was found as near as that: the level is then that of the nearer one. True
-        is no proof that there is none. Of arms with closed loops it is true only where a pose was
-        found within 0.2 rad, and the first order says of none that is nearer.
     clearance
         Radius around this pose in which no pose is singular, rad, at most 1: proved by bounds of
         the Jacobian's change. Computed when it is first asked for. 0 for arms with closed loops,
@@ -76,7 +69,8 @@ class Singularity:
         Seconds to the threshold `warn` along qdot: 0 beyond it, inf when it is not approached;
         None without qdot.
     level
-        OK, WARN or ERROR by the robot's thresholds, without hysteresis.
+        OK, WARN or ERROR by the robot's thresholds, without hysteresis. It is also WARN where the
+        condition number exceeds 1e4 though the distance is above `warn`.
     factors
         The named factors, where the robot file lists some, and behind them the closed loops, by
         the determinants of their closure; otherwise None.
@@ -91,7 +85,6 @@ class Singularity:
     generic_rank: int
     distance: Any
     nearest_singular: Any
-    decided: Any
     clearance: Any
     lost_direction: Floats
     joint_motion: Floats
@@ -101,40 +94,17 @@ class Singularity:
     level: Any
     factors: FactorMeasures | None
 
-    @property
-    def distance_at_least(self) -> Any:
-        """
-        Return whether the distance means its 1 rad or more, a bool or shape (...): the search
-        decided, and found no singular pose within that.
-        """
-        return self._farthest(True)
-
-    @property
-    def distance_unknown(self) -> Any:
-        """
-        Return whether the 1 rad of the distance means nothing, a bool or shape (...): no singular
-        pose was found, and the search did not decide that there is none.
-        """
-        return self._farthest(False)
-
-    def _farthest(self, decided: bool) -> Any:
-        farthest = (self.distance >= kernel.FARTHEST) & (self.decided == decided)
-        return _read_only(farthest) if isinstance(farthest, np.ndarray) else farthest
-
     def __repr__(self) -> str:
         if np.ndim(self.level):
             counts = ((level.name, int(np.sum(self.level == level))) for level in Level)
             words = ', '.join(f'{count} {name}' for name, count in counts if count)
             return f'Singularity({np.size(self.level)} poses: {words or "none"})'
-        distance = MEASURES['distance'].farther(self.distance, True) or f'{self.distance:.4g} rad'
-        doubt = '' if self.decided else ', not decided: there may be a nearer one'
-        if self.distance_unknown:
-            distance, doubt = 'not decided', ': no singular pose was found, and there may be one'
+        distance = none_found(self) or f'{self.distance:.4g} rad'
         name, value = 'determinant', self.determinant
         if value is None:
             name, value = 'manipulability', self.manipulability
         return (
-            f'Singularity({self.level.name}, distance {distance}{doubt}, {name} {value:.4g}, '
+            f'Singularity({self.level.name}, distance {distance}, {name} {value:.4g}, '
             f'rank {self.rank} of {self.generic_rank})'
         )
 
@@ -249,12 +219,6 @@ class _TakenMeasures(Singularity):
         return None if poses.ndim == 1 and math.isnan(poses[0]) else poses
 
     @_cached
-    def decided(self) -> Any:
-        k = self._state.robot.measure_places.judged + kernel.DECIDED
-        decided = _column(self._found, k) != 0.0
-        return decided if self._first.ndim == 1 else _read_only(decided)
-
-    @_cached
     def clearance(self) -> Any:
         return self._shown(clearances(self._robot, np.array(_flat(self._state.q))))
 
@@ -323,12 +287,28 @@ def watched_value(robot: Robot, singularity: Singularity) -> float:
     return abs(float(getattr(singularity, robot.thresholds.measure)))
 
 
+def unsearched(singularity: Singularity) -> str:
+    """Return why no singular pose was looked for near one pose; empty if it was."""
+    state: ToolState | None = singularity.__dict__.get('_state')
+    farthest = 0.0
+    if state is not None:
+        farthest = float(np.max(np.abs(state.q / state.robot.task.column_scales)))
+    return why_unsearched(len(singularity.joint_motion), farthest)
+
+
+def none_found(singularity: Singularity) -> str:
+    """Return that no singular pose was found near one pose, or why; empty if one was found."""
+    none = MEASURES['distance'].farther(singularity.distance)
+    reason = none and unsearched(singularity)
+    return f'unknown: {reason}' if reason else none
+
+
 def nearest_factor(robot: Robot, singularity: Singularity) -> int | None:
     """
     Return the factor that is zero at the distance of one pose; None where none is known to be.
     """
     factors = singularity.factors
-    if factors is None or singularity.distance_unknown:
+    if factors is None or singularity.nearest_singular is None:
         return None
     k = factors.nearest
     near = robot.factors.may_name(k, float(factors.estimates[k]), float(singularity.distance))
@@ -360,19 +340,17 @@ def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolSta
     return state._replace(measures=measure_rates.searched(state, first, search))
 
 
-def measured_before(
-    state: ToolState, distance: Floats, nearest_singular: Floats, decided: npt.NDArray[np.bool_]
-) -> ToolState:
+def measured_before(state: ToolState, distance: Floats, nearest_singular: Floats) -> ToolState:
     """
-    Return poses with their measures there, what a search had found (N,), (N, n), (N,) kept of it.
+    Return poses with their measures there, what a search had found (N,), (N, n) kept of it.
     """
-    measures = measure_rates.recalled(state, distance, nearest_singular, decided)
+    measures = measure_rates.recalled(state, distance, nearest_singular)
     return state._replace(measures=measures)
 
 
 def _measure(state: ToolState) -> Floats:
     row = np.empty(state.robot.measure_places.width)
-    kernel.measure_one(kernel.NearestSearch(state.robot.arm, thorough=True), state.row, row)
+    kernel.measure_one(kernel.NearestSearch(state.robot.arm), state.row, row)
     return row
 
 

@@ -3,7 +3,6 @@ How the watched measure changes along the joint velocities, and when it will be 
 """
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import kernel
 from ..kernel import Floats
@@ -66,18 +65,14 @@ def searched(
     return found
 
 
-def recalled(
-    state: ToolState, distance: Floats, nearest_singular: Floats, decided: npt.NDArray[np.bool_]
-) -> Floats:
+def recalled(state: ToolState, distance: Floats, nearest_singular: Floats) -> Floats:
     """
-    Return the measures of a state, with distances (N,) and poses (N, n) that a search had found,
-    and whether it decided (N,).
+    Return the measures of a state, with distances (N,) and poses (N, n) that a search had found.
 
     The level is that of first order.
     """
     robot, measures = state.robot, measures_of(state)
     measures[:, kernel.DISTANCE] = distance
-    measures[:, robot.measure_places.judged + kernel.DECIDED] = decided
     measures[:, robot.measure_places.pose :] = nearest_singular
     if robot.thresholds.measure == 'distance':
         measures[:, robot.measure_places.judged + kernel.WATCHED] = distance

@@ -14,7 +14,7 @@ class MeasurePlaces(NamedTuple):
     lost, motion, way, sigma
         First column of the lost direction, the joint motion, the way out, the singular values.
     judged
-        First of the columns kernel.WATCHED to DECIDED.
+        First of the columns kernel.WATCHED to FIRST_ORDER.
     distances, results
         First column of the factors' distances, and of their values and gradients.
     pose

@@ -115,8 +115,14 @@ def thresholds_for(
     return Thresholds(measure, float(warn), float(stop))
 
 
-def why_unsearched(joints: int) -> str:
-    """Return why an arm's distance to a singular pose is unknown at every pose; empty if not."""
-    most = kernel.MAX_SEARCHED_JOINTS
-    text = f'the distance to a singular pose is found for up to {most} joints, not {joints}'
-    return text if joints > most else ''
+def why_unsearched(joints: int, farthest: float = 0.0) -> str:
+    """
+    Return why an arm's distance to a singular pose is unknown at every pose, or at positions of
+    which `farthest` has the largest size, in rad; empty if it is known.
+    """
+    text, most = 'the distance to a singular pose is found', kernel.MAX_SEARCHED_JOINTS
+    if joints > most:
+        return f'{text} for up to {most} joints, not {joints}'
+    if not farthest < kernel.LARGEST_REDUCED:
+        return f'{text} up to positions of {kernel.LARGEST_REDUCED:g} rad, not {farthest:.3g}'
+    return ''

@@ -112,7 +112,6 @@ class Robot(FrozenArrays):
             self.factors.complete,
             MEASURES[self.thresholds.measure].column,
             *self.thresholds.bounds_after(),
-            max(self.task.reach, self.task.length),
             joint_spans(chain, self.task, self.limits),
         )
 

@@ -226,7 +226,7 @@ def _moments(
     worst, _ = _largest(len(timeline), partial(badness, robot, timeline))
     value = watched_at(robot, timeline, worst)
     measure = MEASURES[robot.thresholds.measure]
-    shown = measure.farther(value, bool(timeline.decided[worst])) or f'{value:.3g}'
+    shown = measure.farther(value) or f'{value:.3g}'
     yield WorstMoment(f'nearest to a singularity ({measure.words})', worst, shown)
     for what, column, unit in (
         ('fastest tool motion', timeline.speed, 'm/s'),

@@ -74,7 +74,7 @@ class Judge:
 
     def _levels(self, singularity: Singularity, timeouts: dict[int, JointTimeout]) -> Levels:
         values = np.abs(getattr(singularity, self.thresholds.measure))
-        # The level by itself is the higher one where a nearer singular pose is not excluded.
+        # The level by itself is the higher one where the pose is nearly singular.
         alone = np.asarray(singularity.level, dtype=np.int8)
         after = np.maximum(_levels_after(self.thresholds, values), alone)
         levels: Levels = after[0].copy()

@@ -75,7 +75,7 @@ class Timeline(MotionColumns):
         Of the tool in the base frame; speeds are NaN if unknown.
     measures : by name, shape (N,)
         As in `Singularity`: the watched one, and those the page shows besides.
-    distance, nearest_singular, decided : shape (N,), rad; shape (N, n), rad or m; shape (N,)
+    distance, nearest_singular : shape (N,), rad; shape (N, n), rad or m
         As in `Singularity`: what is found depends on the states before.
     factors : shape (N, F), rad
         Distance to the zero of each named factor; F is 0 if the file lists none.
@@ -94,7 +94,6 @@ class Timeline(MotionColumns):
         kept = [one.name for one in MEASURES.values() if one.on_page]
         self.measures = {name: Column(np.float64) for name in (robot.thresholds.measure, *kept)}
         self.distance, self.nearest_singular = Column(np.float64), StateTable(robot.dof)
-        self.decided = Column(bool)
         self.factors = StateTable(len(robot.factors.names))
         self.levels, self.silent = Column(np.int8), Column(bool)
         self.warnings: list[PublishedWarning] = []
@@ -120,7 +119,6 @@ class Timeline(MotionColumns):
             column.append(getattr(singularity, name))
         self.distance.append(singularity.distance)
         self.nearest_singular.append(singularity.nearest_singular)
-        self.decided.append(singularity.decided)
         factors = singularity.factors
         none = np.zeros((len(known), 0))
         self.factors.append(none if factors is None else factors.estimates)

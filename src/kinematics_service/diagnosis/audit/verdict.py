@@ -3,8 +3,6 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
-import numpy as np
-
 from ...estimation.estimator import DROPPED, RESETS
 from ...robot.measures import MEASURES, Level
 from ...typography import counted
@@ -92,18 +90,14 @@ def _singular(audit: Audit) -> Finding:
 
 
 def _away(audit: Audit) -> str:
-    # That no state is near a singular pose, said of no more than what was judged.
-    judged, undecided = len(audit.timeline), 0
+    # That no state is near a singular pose: a search proves nothing.
+    who = 'planned motion' if audit.planned else 'arm'
     which = f'its {judged_in_words(audit)}'
     if audit.planned and audit.refused:
         which = f'the {judged_in_words(audit)} that could be judged'
     if audit.robot.thresholds.measure == 'distance':
-        undecided = int(np.sum(~audit.timeline.decided[:]))
-    if not undecided and not audit.robot.loop_names:
-        return f'keeps away from singular poses at {which}'
-    # How loops bend the arm is not known; and the nearest singular pose is not always found.
-    some = f'; at {undecided:,} of them it is not decided' if 0 < undecided < judged else ''
-    return f'is near no singular pose at {which}, as far as it was looked for{some}'
+        return f'No singular pose was found near the {who} at {which}'
+    return f'The {who} keeps away from singular poses at {which}'
 
 
 def _singular_poses(audit: Audit) -> Finding:
@@ -113,12 +107,10 @@ def _singular_poses(audit: Audit) -> Finding:
     row = audit.moments[0].row
     worst = watched_at(audit.robot, audit.timeline, row)
     value = f'{measure.words} {worst:.3g} {measure.unit}'.rstrip()
-    value = measure.farther(worst, bool(audit.timeline.decided[row])) or value
     if not audit.intervals:
-        return Finding(
-            Level.OK,
-            f'{who} {_away(audit)}: the nearest is {value} (WARN at {thresholds.warn:g}).',
-        )
+        nearest = measure.farther(worst) or f'the nearest is {value}'
+        text = f'{_away(audit)}: {nearest} (WARN at {thresholds.warn:g}).'
+        return Finding(Level.OK, text)
     level = max(interval.level for interval in audit.intervals)
     interval = max(audit.intervals, key=lambda one: (one.level, -_goodness(audit, one.value)))
     near = sum(one.seconds for one in audit.intervals)

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...kernel import Floats
-from ...kinematics.singularity import Singularity, flat_loop
+from ...kinematics.singularity import Singularity, flat_loop, none_found
 from ...robot.file.parts.loop_groups import group_in_words
-from ...robot.measures import MEASURES, Level
+from ...robot.measures import Level
 from ...robot.robot import Robot
 from .picture import with_unit, words
 
@@ -46,13 +46,11 @@ def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> 
 def nearness(robot: Robot, singularity: Singularity) -> str:
     """Return in words how far one pose is from a singular one, and the factor that decides it."""
     distance = float(singularity.distance)
-    farther = MEASURES['distance'].farther(distance, True)
+    farther = none_found(singularity)
     if singularity.rank < singularity.generic_rank:
         text = 'singular pose'
     elif farther:
-        text = f'{farther} from singular poses'
-        if singularity.distance_unknown:
-            text = 'no singular pose found'
+        text = f'singular pose: {farther}'
     else:
         text = f'distance to singularity {distance:.3g} rad ({math.degrees(distance):.3g}°)'
     factors = singularity.factors

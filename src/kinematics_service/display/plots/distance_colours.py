@@ -28,13 +28,8 @@ def draw_distances(
     extent: tuple[float, float, float, float],
     scale: ColourScale,
     label: str,
-    decided: bool,
 ) -> list[Any]:
-    """
-    Draw distances (rows, columns) in rad and their bar; return entries of the legend.
-
-    Whether the search decided is asked of those of 1 rad.
-    """
+    """Draw distances (rows, columns) in rad and their bar; return entries of the legend."""
     from matplotlib import colormaps
     from matplotlib.patches import Patch
 
@@ -53,5 +48,5 @@ def draw_distances(
     bar.set_label(with_unit(label, 'rad'))
     if not farther:
         return []
-    label = DISTANCE.farther(DISTANCE.most, decided)
+    label = DISTANCE.farther(DISTANCE.most)
     return [Patch(facecolor=FARTHER, edgecolor='black', linewidth=0.5, label=label)]

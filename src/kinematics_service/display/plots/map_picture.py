@@ -34,9 +34,7 @@ def map_picture(robot: Robot, numbers: DistanceMap) -> Draw:
         largest = max(float(np.nanmax(numbers.distance)), 1e-3)
         extent = x[0] - across / 2, x[-1] + across / 2, y[0] - up / 2, y[-1] + up / 2
         scale, label = ColourScale(0.0, largest), 'distance to singularity'
-        farther = draw_distances(
-            figure, axes, numbers.distance, extent, scale, label, robot.factors.complete
-        )
+        farther = draw_distances(figure, axes, numbers.distance, extent, scale, label)
         axes.set_aspect('auto')
         axes.grid(False)
         entries = _draw_sets(axes, numbers) + _draw_thresholds(axes, robot, numbers)

@@ -53,8 +53,7 @@ def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
             else:
                 finite_range(axes, values)
                 axes.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)
-            decided = bool(np.all(near.decided[values >= measure.most]))
-            if farther := measure.farther(float(np.max(values)), decided):
+            if farther := measure.farther(float(np.max(values))):
                 axes.axhline(measure.most, color=GREY, linestyle=':', label=farther, zorder=1)
                 draw_legend(axes)
             if measure.name == robot.thresholds.measure:

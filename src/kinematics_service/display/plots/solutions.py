@@ -98,10 +98,8 @@ def solutions_picture(robot: Robot, target: Floats, result: IkResult) -> Draw:
 
 def _away(near: Singularity, k: int) -> str:
     distance = float(near.distance[k])
-    if near.distance_unknown[k]:
-        return 'no singular pose found'
-    farther = MEASURES['distance'].farther(distance, True)
-    return f'{farther} from singular' if farther else f'distance to singularity {distance:.3f} rad'
+    farther = MEASURES['distance'].farther(distance)
+    return f'singular: {farther}' if farther else f'distance to singularity {distance:.3f} rad'
 
 
 def _write_heading(

@@ -36,9 +36,7 @@ def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) 
             (low[0], high[0], low[1], high[1]),
             'largest distance to singularity found there',
         )
-        farther = draw_distances(
-            figure, axes, space.best, extent, scale_of(space.best), label, robot.factors.complete
-        )
+        farther = draw_distances(figure, axes, space.best, extent, scale_of(space.best), label)
         axes.set_aspect('equal')
         _draw_border(axes, space)
         _draw_critical(axes, critical)

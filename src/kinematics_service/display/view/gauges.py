@@ -5,7 +5,7 @@ The values of gauges: how near a singular pose is, how soon it comes, and each j
 import math
 from typing import NamedTuple
 
-from ...kinematics.singularity import watched_value
+from ...kinematics.singularity import none_found, watched_value
 from ...robot.measures import MEASURES, Level
 from .observation import Observation
 from .scene import factor_name
@@ -135,10 +135,8 @@ def _is_distance(seen: Observation) -> bool:
 def distance_text(seen: Observation) -> str:
     """Return the distance to a singular pose with its unit, or that none was found."""
     distance = seen.singularity.distance
-    if seen.singularity.distance_unknown:
-        return 'none found'
     shown = f'{distance:.3f} rad = {math.degrees(distance):.1f}°'
-    return MEASURES['distance'].farther(distance, True) or shown
+    return none_found(seen.singularity) or shown
 
 
 def _time_gauge(seen: Observation) -> Gauge:

@@ -47,10 +47,10 @@ ROW_TAIL = 4
 ) = range(7)
 
 # After the singular values, where thresholds and factors are known: the watched measure, its level
-# without hysteresis, the factor nearest to its zero, the distance by first order, and whether the
-# search for a singular pose nearby was decided; the distances of the factors in rad; value and
-# gradient of each; the singular pose that was found (n), NaN where none was.
-WATCHED, LEVEL, NEAREST, FIRST_ORDER, DECIDED, JUDGED = range(6)
+# without hysteresis, the factor nearest to its zero, the distance by first order; the distances of
+# the factors in rad; value and gradient of each; the singular pose that was found (n), NaN where
+# none was.
+WATCHED, LEVEL, NEAREST, FIRST_ORDER, JUDGED = range(5)
 
 # Jumps of a joint whose times are remembered.
 JUMPS_KEPT = 16
@@ -102,10 +102,6 @@ POSITION_3, SPHERICAL_WRIST, PARALLEL_AXES = range(3)
 # Most candidates there can be: 2 x 4 of three joints, doubled by a wrist.
 MOST_CANDIDATES = 32
 
-# What a proof that a factor has no zero nearby says: it is one, the sign was another somewhere, or
-# neither so far.
-PROVED, CHANGED, OPEN = range(3)
-
 # What `take_target` says of a target.
 FINE, NOT_FINE, NOT_RIGID, ROUGH = range(4)
 
@@ -121,6 +117,9 @@ FARTHEST = 1.0
 # A singular value below this share of the largest counts as zero (rank, distance).
 # Round-off of J is some 1e-15; the golden data uses the same share.
 RANK_TOLERANCE = 1e-10
+# A condition number above which a pose is nearly singular, and warned of, though no singular pose
+# was found: an arm of 1 m with joint errors of 0.1 mrad cannot tell it from a singular one.
+NEARLY_SINGULAR = 1e4
 # At 1e15 rad neighbouring doubles are an eighth of a turn apart: such a number says nothing.
 LARGEST = 1e15
 # Beyond a limit by less is at the limit: what the last digits of a solution do (rad, m).

@@ -7,7 +7,6 @@ Number k of a step in a lane stands at k * lanes + lane; each lane has the numbe
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from ..forward import chain_pass
 from ..layout import arrays, blocks, places
@@ -23,25 +22,6 @@ def _goes_together(table: Integers, ends: Integers) -> bool:
     return bool(fits and np.all((ends >= 0) & (ends < len(table))))
 
 
-def _dependences(table: Integers, joints: int) -> npt.NDArray[np.bool_]:
-    # Which joints each step depends on.
-    depends = np.zeros((len(table), joints), dtype=bool)
-    for i, (operation, first, second) in enumerate(table):
-        if operation == places.JOINT:
-            depends[i, first] = True
-        elif operation > places.JOINT:
-            depends[i] = depends[first] | depends[second]
-    return depends
-
-
-def _begins(table: Integers, ends: Integers) -> Integers:
-    # The first step that each factor needs.
-    firsts = np.arange(len(table))
-    for i in np.flatnonzero(table[:, 0] > places.JOINT):
-        firsts[i] = min(firsts[table[i, 1]], firsts[table[i, 2]])
-    return firsts[ends].astype(np.int64)
-
-
 class Tape:
     """
     A list of elementary operations, whose last results are the factors of an arm: frozen.
@@ -54,46 +34,31 @@ class Tape:
         Operation and operands of each step: earlier steps, or a joint.
     constants : shape (steps,)
         The constant, or the scale, of each step.
-    begins, ends : shape (factors,)
-        The first step that each factor needs, and the one that holds its value.
+    ends : shape (factors,)
+        The step that holds the value of each factor.
     steps, factors
         Their number.
     joints
         Least number of joints.
-    dependences : shape (factors, joints), bool
-        Which joints each factor depends on.
     """
 
     def __init__(self, operations: Integers, constants: Floats, ends: Integers) -> None:
         table = operations.reshape(-1, 3)
         if len(table) != len(constants) or not _goes_together(table, ends):
             raise TypeError('the arrays of a tape do not go together')
-        begins = _begins(table, ends)
         self.steps, self.factors = len(constants), len(ends)
         self.joints: int = int(np.max(table[table[:, 0] == places.JOINT, 1], initial=-1)) + 1
-        self.dependences: npt.NDArray[np.bool_] = _dependences(table, self.joints)[ends]
         self.operations = arrays.whole(operations, 3 * self.steps)
         self.constants = arrays.numbers(constants, self.steps)
-        self.begins = arrays.whole(begins, self.factors)
         self.ends = arrays.whole(ends, self.factors)
 
 
-def run_tape(tape: Tape, n: int, q: Flat, steps: Flat) -> None:
-    """Fill `steps` with gradient and, last, value of each step of a tape at q (n,)."""
-    _run_tape(tape, n, q, steps, 1, 0, tape.steps)
-
-
-def run_factor(tape: Tape, f: int, n: int, q: Flat, steps: Flat) -> None:
-    """Do what `run_tape` does, of those steps alone that a factor is made of."""
-    _run_tape(tape, n, q, steps, 1, tape.begins[f], tape.ends[f] + 1)
-
-
-def _run_tape(tape: Tape, n: int, q: Flat, steps: Flat, lanes: int, begin: int, end: int) -> bool:
-    # Those of a tape from one step up to another; returns False if an angle is too large for
-    # several lanes at once.
+def _run_tape(tape: Tape, n: int, q: Flat, steps: Flat, lanes: int) -> bool:
+    # Fills `steps` with gradient and, last, value of each step of a tape at q (n,); returns False
+    # if an angle is too large for several lanes at once.
     width = (n + 1) * lanes
     da, db = [0.0] * 16, [0.0] * 16  # one number of LANES poses
-    for i in range(begin, end):
+    for i in range(tape.steps):
         operation, number = tape.operations[3 * i], tape.constants[i]
         first, second = tape.operations[3 * i + 1], tape.operations[3 * i + 2]
         step = arrays.after(steps, i * width)
@@ -222,7 +187,7 @@ def _judge_factors(
     tape: Tape, task: TaskRows, distances: int, q: Flat, judged: Flat, steps: Flat, lanes: int
 ) -> bool:
     n = task.joints
-    if not _run_tape(tape, n, q, steps, lanes, 0, tape.steps):
+    if not _run_tape(tape, n, q, steps, lanes):
         return False
     for f in range(tape.factors):
         step = arrays.after(steps, tape.ends[f] * (n + 1) * lanes)
@@ -259,7 +224,7 @@ def evaluate_factors(tape: Tape, q: Floats, results: Floats) -> None:
     result = arrays.results(results, count * factors * (1 + n))
     steps = arrays.scratch(tape.steps * (n + 1))
     for k in range(count):
-        run_tape(tape, n, arrays.after(positions, k * n), steps)
+        _run_tape(tape, n, arrays.after(positions, k * n), steps, 1)
         for f in range(factors):
             one = arrays.after(result, (k * factors + f) * (1 + n))
             step = arrays.after(steps, tape.ends[f] * (n + 1))

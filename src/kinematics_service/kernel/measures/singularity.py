@@ -21,11 +21,6 @@ LARGEST_NORM = 1e75
 ALL_LANES = 0xFFFF
 
 
-def to_base_axes(task: TaskRows, vector: Numbers) -> None:
-    """Turn both halves of a (6,) vector from the axes of frame 0 into those of the base frame."""
-    _to_base_axes(task, vector, 1)
-
-
 def _to_base_axes(task: TaskRows, vectors: Numbers, lanes: int) -> None:
     # Constants first: to the compiler what is written might change them.
     xx, xy, xz = task.rotation[0], task.rotation[1], task.rotation[2]
@@ -102,26 +97,12 @@ def write_directions(n: int, task: TaskRows, row: Flat, W: Flat, sigma: Flat) ->
     """
     Fill the singular values of the scaled J_t, and its directions as `unit_rows` leaves them.
     """
-    _write_directions(n, task, arrays.after(row, places.JACOBIAN_AT), W, sigma, 1)
-
-
-def write_directions_of_rows(n: int, task: TaskRows, J: Flat, W: Flat, sigma: Flat) -> int:
-    """
-    Fill the same of LANES Jacobians (6, n) side by side; returns what `measure_rows` does.
-
-    What a pose has whose singular values count as zero is of no use.
-    """
-    return _write_directions(n, task, J, W, sigma, places.LANES)
-
-
-def _write_directions(n: int, task: TaskRows, J: Flat, W: Flat, sigma: Flat, lanes: int) -> int:
     m = task.count
     count, length = min(m, n), max(m, n)
-    _fill_task_rows(n, task, J, W, m + n, lanes)
-    _scale_task_rows(n, task, W, m + n, lanes)
-    large = _decompose(W, sigma, count, length, m + n, lanes)
-    singular_values.unit_rows(W, sigma, count, length, lanes)
-    return large
+    _fill_task_rows(n, task, arrays.after(row, places.JACOBIAN_AT), W, m + n, 1)
+    _scale_task_rows(n, task, W, m + n, 1)
+    _decompose(W, sigma, count, length, m + n, 1)
+    singular_values.unit_rows(W, sigma, count, length, 1)
 
 
 def _write_determinant(n: int, W: Flat, spare: Flat, measures: Flat, lanes: int) -> None:
@@ -218,15 +199,6 @@ def _fill_slopes(
                     y[axis * lanes + lane] += along[lane] * left[axis * lanes + lane]
     for j in range(n):
         _to_base_axes(task, arrays.after(Y, 6 * j * lanes), lanes)
-
-
-def write_slopes_of_least(n: int, task: TaskRows, W: Flat, sigma: Flat, Y: Flat) -> None:
-    """
-    Fill Y (n, 6) with what a change of each column of J does to the least singular value, of
-    directions as `write_directions` leaves them.
-    """
-    last, left = task.generic_rank - 1, [0.0] * 6
-    _fill_slopes(n, last, last, True, task, W, sigma, Y, left, 1)
 
 
 def _write_way_out(n: int, task: TaskRows, way_out: Flat, distances: Flat, lanes: int) -> None:

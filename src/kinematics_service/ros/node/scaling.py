@@ -187,10 +187,10 @@ def _servo_code(found: MotionScale, reason: _Reason) -> int:
 def _in_words(
     found: MotionScale, reason: _Reason, value: float
 ) -> tuple[str, tuple[tuple[str, str], ...]]:
-    decided = 'decided', 'yes' if found.decided[0] else 'no'
+    proved = 'proved', 'yes' if found.proved[0] else 'no'
     if reason.k < 0:
         rising = '; the scale rises to it' if value < SLOWED[0] else ''
-        return f'the command may be kept{rising}', (('scale', f'{value:.3g}'), decided)
+        return f'the command may be kept{rising}', (('scale', f'{value:.3g}'), proved)
     constraint = found.constraints[reason.k]
     cause, of, unit = constraint
     margin, left = (float(column[0][reason.k]) for column in (found.margins, found.times))
@@ -201,5 +201,5 @@ def _in_words(
         ('of', of),
         ('margin', f'{margin:.6g} {unit}'),
         ('time left', f'{left:.3g} s'),
-        decided,
+        proved,
     )

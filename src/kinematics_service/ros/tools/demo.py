@@ -131,9 +131,7 @@ def _play(
     stop: StopSignal,
 ) -> int:
     display = _helper(node, 'display')
-    listener = DemoListener(
-        display, node.get_fully_qualified_name(), node.settings.robot.factors.complete
-    )
+    listener = DemoListener(display, node.get_fully_qualified_name())
     output = StandardOutput()
     spinner = Spinner(node.context, [node, arm.node, display], node.events_were_left_out)
     spinner.obey(stop)

@@ -39,8 +39,6 @@ class DemoListener:
         The node of the subscriptions.
     source
         Full name of the node that publishes.
-    decided
-        Whether the search of a distance of 1 rad decided.
 
     Attributes
     ----------
@@ -60,8 +58,8 @@ class DemoListener:
         Called with each warning.
     """
 
-    def __init__(self, node: Node, source: str, decided: bool) -> None:
-        self.source, self.decided = source, decided
+    def __init__(self, node: Node, source: str) -> None:
+        self.source = source
         self.started = time.monotonic()
         self.nearest = Nearest(math.inf, 0.0, None)
         self.history: deque[float] = deque(maxlen=LONGEST_HISTORY)

@@ -88,7 +88,7 @@ class PlainReport:
             return
         pose, distance = pose_of(listener.pose.message), listener.measure('distance')
         xyz = ' '.join(number(float(x)) for x in pose.position)
-        left = '' if distance is None else _distance(distance, listener.decided)
+        left = '' if distance is None else _distance(distance)
         kept = ''
         if listener.scale.message is not None and listener.reason.message is not None:
             cause = plain(warned_of(listener.reason.message).cause)
@@ -97,9 +97,9 @@ class PlainReport:
         self._output.line('  '.join(part for part in parts if part))
 
 
-def _distance(distance: float, decided: bool) -> str:
+def _distance(distance: float) -> str:
     shown = f'distance {distance:.4f} rad ({math.degrees(distance):.1f} deg)'
-    return MEASURES['distance'].farther(distance, decided) or shown
+    return MEASURES['distance'].farther(distance) or shown
 
 
 def summary(listener: DemoListener, sent: int) -> list[str]:
@@ -115,7 +115,7 @@ def summary(listener: DemoListener, sent: int) -> list[str]:
         if nearest.pose is not None:
             xyz = ' '.join(number(float(x)) for x in nearest.pose.position)
             where = f', tool at {xyz} m in {plain(nearest.pose.frame)}'
-        away = _distance(nearest.distance, listener.decided)
+        away = _distance(nearest.distance)
         lines.append(f'nearest to a singular pose at {nearest.time:.1f} s: {away}{where}')
     if listener.levels:
         lines.append(f'levels: {listed(listener.levels, LEVELS, " > ")}')

@@ -225,7 +225,7 @@ def _distance(listener: DemoListener) -> Text:
     shown = NOTHING
     if distance is not None:
         shown = f'{distance:.4f} rad = {math.degrees(distance):.1f} deg'
-        shown = MEASURES['distance'].farther(distance, listener.decided) or shown
+        shown = MEASURES['distance'].farther(distance) or shown
     return _labelled('distance', shown, STYLES.get(level, ''))
 
 

@@ -14,8 +14,9 @@ from ....formats.recordings.arm_columns import arm_columns
 from ....formats.recordings.joint_format import JointFormat
 from ....formats.recordings.source import Selection
 from ....formats.recordings.stamp_format import StampFormat
-from ....kernel import Floats
-from ....kinematics.singularity import Singularity, singularity
+from ....kernel import Floats, NearestSearch
+from ....kinematics.singularity import Singularity, measured_in_order, singularity_of
+from ....kinematics.tool_state import evaluate
 from ....robot.closed_poses import closes_at
 from ....robot.robot import AnyRobot, Robot, as_robot
 
@@ -37,7 +38,6 @@ def _branch(found: Singularity) -> Any:
 
 LABELS: dict[str, Callable[[Singularity], Any]] = {
     'distance': lambda found: found.distance,
-    'decided': lambda found: found.decided,
     'manipulability': lambda found: found.manipulability,
     'lost_direction': lambda found: found.lost_direction,
     'branch': _branch,
@@ -57,7 +57,9 @@ def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> dict[str, Any
     """
     good = np.all(np.isfinite(q), axis=1)
     good[good] = closes_at(robot.chain, q[good])
-    known = singularity(robot, q[good])
+    # In the order of the rows: most are the next ones of a motion.
+    state = evaluate(robot, q[good])
+    known = singularity_of(measured_in_order(state, NearestSearch(robot.arm)))
     labels = {}
     for name, label in LABELS.items():
         if name == CLEARANCE and not clearance:
@@ -140,7 +142,7 @@ def judge_table(
     Returns
     -------
     RecordBatch or Table
-        With `distance` (rad), `decided`, `manipulability`, `lost_direction` (6 numbers), `branch`
+        With `distance` (rad), `manipulability`, `lost_direction` (6 numbers), `branch`
         (the signs of the factors of the robot file, as bits), and `clearance` (rad) if asked for.
         They are null in rows that are no pose. Of several arms each label begins with the arm's
         name.

@@ -230,7 +230,6 @@ def _series(audit: Audit, rows: Times) -> dict[str, Any]:
             state,
             timeline.distance[rows],
             timeline.nearest_singular[rows],
-            timeline.decided[rows],
         )
     )
     moving = ~np.any(np.isnan(qdot), axis=1)
@@ -246,7 +245,7 @@ def _series(audit: Audit, rows: Times) -> dict[str, Any]:
         'position': state.position,
         'quaternion_xyzw': state.quaternion_xyzw * signs[:, None],
         'twist': np.where(moving[:, None], state.twist, np.nan),
-        **attributes(singularity, 'distance', 'distance_at_least'),
+        **attributes(singularity, 'distance'),
         **{name: values for name, values in measures.items() if values is not None},
         'time_to_warning': np.where(moving, singularity.time_to_warning, np.nan),
         'factor_names': audit.robot.factors.names,

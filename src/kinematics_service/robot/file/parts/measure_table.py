@@ -68,15 +68,11 @@ class Measure:
         most = f' and at most {self._amount(self.most)}' if self.most < math.inf else ''
         return f'must be above {self.least:g}{most}, not {self._amount(threshold)}'
 
-    def farther(self, value: float, decided: bool) -> str:
-        """
-        Return `farther than 1 rad (57 deg)` of a value that means at least that; empty of others.
-
-        Where it is not known whether the search decided, it is `none found within 1 rad (57 deg)`.
-        """
+    def farther(self, value: float) -> str:
+        """Return `none found within 1 rad (57 deg)` of the largest value; empty of others."""
         if not value >= self.most < math.inf:
             return ''
-        return f'{"farther than" if decided else "none found within"} {self._amount(self.most)}'
+        return f'none found within {self._amount(self.most)}'
 
     def _amount(self, value: float) -> str:
         if self.unit != 'rad' or not math.isfinite(value):
@@ -93,8 +89,8 @@ MEASURES = {
     for measure in (
         Measure(
             'distance',
-            'joint motion to the nearest singular pose that was found, rad; 1 where none is found '
-            'within 1 rad, and means at least that where this is decided',
+            'joint motion to the nearest singular pose that was found, rad; 1: none found within '
+            '1 rad',
             kernel.DISTANCE,
             unit='rad',
             warn=0.1,  # about 6 and 2 degrees

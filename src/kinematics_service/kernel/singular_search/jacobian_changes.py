@@ -1,9 +1,9 @@
 """
-How the tool's velocity along a motion changes with the joints, to first and second order.
+Evaluate how the tool's velocity along a motion changes with the joints.
 
-Of entries with screws (v, w), in the order of the chain, the tool's velocity by one behind e, or
-by e itself, changes by w_e x v and w_e x w, by one before it by w x v_e. Entries of one element
-have one axis: their order does not matter.
+Entries have screws (v, w), in the order of the chain. The tool's velocity by an entry behind e, or
+by e itself, changes by w_e x v and w_e x w; by an entry before e it changes by w x v_e. Entries of
+one element have one axis: their order does not matter.
 """
 
 from ..forward.chain import Chain
@@ -50,7 +50,7 @@ def _write_cross(
 
 
 def _add_turn(w: Flat, e: int, entries: int, rate: float, total: Numbers) -> None:
-    # Of an entry at a rate.
+    # Add the turn of an entry at a rate.
     for k in range(3):
         total[k] += rate * w[e + k * entries]
 
@@ -60,34 +60,3 @@ def write_slope(chain: Chain, changes: Flat, y: Flat, slope: Flat) -> None:
     arrays.fill(slope, chain.dof, 0.0)
     for e in range(chain.entries):
         slope[chain.joint[e]] += arrays.dot(y, arrays.after(changes, 6 * e), 6)
-
-
-def write_curvature(chain: Chain, row: Flat, x: Flat, changes: Flat, y: Flat, H: Flat) -> None:
-    """
-    Fill the second derivative H (n, n) of y' J x of its changes.
-
-    Of two entries the first one turns what the second one changes, but for what those before both
-    of them do: with W their sum of x w, and y = (a, b), it is (a x w) . change + (b x w) . change
-    + (a x (W x w)) . v, w of the first, changes and v of the second.
-    """
-    n, entries = chain.dof, chain.entries
-    v = arrays.after(row, chain.screws_at)
-    w = arrays.after(v, 3 * entries)
-    turned, before, both = [0.0] * 9, [0.0] * 3, [0.0] * 3
-    arrays.fill(H, n * n, 0.0)
-    arrays.fill(before, 3, 0.0)
-    for e in range(entries):
-        wx, wy, wz = w[e], w[e + entries], w[e + 2 * entries]
-        for half in range(2):
-            _write_cross(-wx, -wy, -wz, y, 3 * half, turned, 3 * half)
-        _write_cross(-wx, -wy, -wz, before, 0, both, 0)
-        _write_cross(y[0], y[1], y[2], both, 0, turned, 6)
-        for f in range(e, entries):
-            change = arrays.dot(turned, arrays.after(changes, 6 * f), 6)
-            for k in range(3):
-                change += turned[6 + k] * v[f + k * entries]
-            i, j = chain.joint[e], chain.joint[f]
-            H[i * n + j] += change
-            if e != f:
-                H[j * n + i] += change
-        _add_turn(w, e, entries, x[chain.joint[e]], before)

@@ -3,7 +3,7 @@
 from ..layout import arrays
 from ..layout.arrays import Flat
 from ..measures import symmetric
-from . import singular_equations
+from . import directions
 from .expansion import Expansion
 from .norms import Norms
 
@@ -72,7 +72,7 @@ class Cubic:
         Where the other one vanishes, this one stays what it was.
         """
         d = self.count
-        slope = singular_equations.length_of(other.g, d)
+        slope = directions.length_of(other.g, d)
         if not slope > 0.0:
             return
         for j in range(d):
@@ -80,7 +80,7 @@ class Cubic:
         for _ in range(ROUNDS):
             self._divide(slope)
             self._add_product(other)
-        self.size_of_l = singular_equations.length_of(self.l, d)
+        self.size_of_l = directions.length_of(self.l, d)
         self.size_of_M = self._norm(self.M, d)
         if self.constant < 0.0:
             self.constant = -self.constant
@@ -171,7 +171,7 @@ class Cubic:
         for i in range(d):
             least = max(least, -self.H[i * d + i])
             size = max(size, abs(self.H[i * d + i]))
-        whole = 2.0 * size + singular_equations.length_of(self.turned, d) / r
+        whole = 2.0 * size + directions.length_of(self.turned, d) / r
         tiny = TINY * whole if whole > 0.0 else 1.0
         low, high = least, least + whole
         for _ in range(MULTIPLIER_HALVINGS):

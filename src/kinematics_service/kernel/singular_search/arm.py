@@ -7,7 +7,7 @@ from ..layout import places
 from ..layout.arrays import Floats
 from ..measures.factors import Tape
 from ..measures.task_rows import TaskRows
-from .atlas import Atlas
+from .singular_atlas import SingularAtlas
 
 
 class Arm:
@@ -24,11 +24,8 @@ class Arm:
         Column of the measure that the thresholds are about.
     warn, stop
         The thresholds.
-    reach
-        How far the tool comes from frame 0, or the characteristic length where that is more, m: by
-        how much J_t bends. Singular poses are looked for only where it is known, not 0.
     spans : shape (n, 3)
-        Of each joint, as `Atlas` has them; all around each if they are not given.
+        Begin, reach and period of each joint, as in `SingularAtlas`; by default full turns.
     """
 
     def __init__(
@@ -40,7 +37,6 @@ class Arm:
         watched: int,
         warn: float,
         stop: float,
-        reach: float = 0.0,
         spans: Floats | None = None,
     ) -> None:
         if task.joints != chain.dof or tape.joints > chain.dof:
@@ -49,14 +45,13 @@ class Arm:
             raise TypeError('the watched measure is none')
         self.chain, self.task, self.tape = chain, task, tape
         self.factors_complete = factors_complete
-        self.watched, self.warn, self.stop, self.reach = watched, warn, stop, reach
+        self.watched, self.warn, self.stop = watched, warn, stop
         around = [-places.PI, places.TAU, places.INFINITY]
         self.spans: Floats = np.tile(around, (chain.dof, 1)) if spans is None else spans
-        self._atlas: Atlas | None = None
+        self._atlas: SingularAtlas | None = None
 
-    def atlas(self) -> Atlas:
-        """Return singular poses from anywhere, of the factors where they are all: found once."""
+    def atlas(self) -> SingularAtlas:
+        """Return samples of the singular poses, found once."""
         if self._atlas is None:
-            by_factors = self.factors_complete
-            self._atlas = Atlas(self.chain, self.task, self.tape, by_factors, self.spans)
+            self._atlas = SingularAtlas(self.chain, self.task, self.spans)
         return self._atlas

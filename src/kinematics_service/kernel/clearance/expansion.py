@@ -8,8 +8,8 @@ from ..layout import arrays
 from ..layout.arrays import Flat, Integers, Vector
 from ..measures import singularity
 from ..measures.task_rows import TaskRows
+from .directions import Directions
 from .norms import Norms
-from .singular_equations import SingularEquations
 
 # The highest order.
 ORDERS = 3
@@ -169,14 +169,14 @@ class Expansion:
                 value = scale * singularity.task_component(self.task, r, moved, turned)
                 K[r * self.length + j if self.wide else j * self.length + r] += value
 
-    def turn(self, equations: SingularEquations) -> None:
+    def turn(self, directions: Directions) -> None:
         """Fill G, from the terms and the directions of the pose."""
         turns, length, rank, terms = self.turns, self.length, self.rank, self.terms
         for k in range(terms):
             K = arrays.after(self.K, k * turns * length)
             for a in range(rank):
-                few = arrays.after(equations.W, a * equations.width + length)
-                share = 1.0 / math.sqrt(equations.sigma[a]) if a < rank - 1 else 1.0
+                few = arrays.after(directions.W, a * directions.width + length)
+                share = 1.0 / math.sqrt(directions.sigma[a]) if a < rank - 1 else 1.0
                 half = arrays.after(self.half, a * length)
                 arrays.fill(half, length, 0.0)
                 for r in range(turns):
@@ -184,8 +184,8 @@ class Expansion:
                     for i in range(length):
                         half[i] += weight * K[r * length + i]
             for b in range(length):
-                many = arrays.after(equations.W, b * equations.width)
-                share = 1.0 / math.sqrt(equations.sigma[b]) if b < rank - 1 else 1.0
+                many = arrays.after(directions.W, b * directions.width)
+                share = 1.0 / math.sqrt(directions.sigma[b]) if b < rank - 1 else 1.0
                 for a in range(rank):
                     value = arrays.dot(arrays.after(self.half, a * length), many, length)
                     self.G[(a * length + b) * terms + k] = share * value

@@ -16,12 +16,12 @@ import math
 from ..forward import chain_pass
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Integers
-from ..measures import singularity, symmetric
-from . import singular_equations
-from .arm import Arm
+from ..measures import symmetric
+from ..singular_search.arm import Arm
+from . import directions
 from .cubic import Cubic
+from .directions import Directions
 from .expansion import Expansion
-from .singular_equations import SingularEquations
 
 # Halvings of the radius at most, and how near to it they end, as a share; sums of the complement's
 # numbers that are tried as they are.
@@ -62,7 +62,7 @@ class Clearance:
             raise TypeError('the bounds of a clearance do not know closed loops')
         if moving.min(initial=0) < 0 or moving.max(initial=-1) >= arm.chain.dof:
             raise TypeError('a joint that counts is none')
-        self.arm, self.equations = arm, SingularEquations(arm.chain, arm.task)
+        self.arm, self.directions = arm, Directions(arm.chain, arm.task)
         self.count, self.point = arrays.size(moving), arrays.numbers(point, 3)
         self.bend, self.twist, self.fourth = bend, twist, fourth
         self.share, self.largest, self.change = SINGULAR * self._condition(), 0.0, 0.0
@@ -72,7 +72,7 @@ class Clearance:
         self.by_turns, self.bend_of_turns, self.twist_of_turns = 0.0, 0.0, 0.0
         self.by_lines, self.bend_of_lines, self.twist_of_lines = 0.0, 0.0, 0.0
         self.sum, self.steep = Cubic(self.count), Cubic(self.count)
-        count, k = self.equations.count, self.arm.task.generic_rank - 1
+        count, k = self.directions.count, self.arm.task.generic_rank - 1
         pairs = self.expansion.sizes[2]
         (self.F,) = arrays.rooms(count * self.expansion.terms)
         self.B, self.C = arrays.rooms(k * count * pairs, k * pairs)
@@ -84,24 +84,24 @@ class Clearance:
         """Return the radius around q (n,) within which no pose is singular, rad."""
         k = self.arm.task.generic_rank
         self._stand_at(q)
-        sigma = self.equations.sigma
+        sigma = self.directions.sigma
         smallest, self.largest = sigma[k - 1], sigma[0]
         if not smallest > self.share * self.largest:
             return 0.0
-        self.expansion.write(self.equations.row)
+        self.expansion.write(self.directions.row)
         self.change = self.expansion.change()
         radius = self._by_change(smallest)
         if k == 1 or not self.known:
             return radius
         self.second = sigma[k - 2]
-        self.expansion.turn(self.equations)
+        self.expansion.turn(self.directions)
         self._write_complement()
         self._write_norms()
-        arrays.fill(self.first, self.equations.count, 0.0)
+        arrays.fill(self.first, self.directions.count, 0.0)
         self.first[0] = 1.0
         self._become(self.sum, self.first)
         radius = self._by_complement(radius)
-        if self.equations.count > 1 and self._choose_shares():
+        if self.directions.count > 1 and self._choose_shares():
             for turn in range(1, SUMS):
                 self._mix(turn / (SUMS - 1.0))
                 self._become(self.sum, self.across)
@@ -115,25 +115,25 @@ class Clearance:
 
     def _mix(self, share: float) -> None:
         # The sum between the first number alone and that with the least slope.
-        for i in range(self.equations.count):
+        for i in range(self.directions.count):
             self.across[i] = share * self.shares[i] + (1.0 - share) * self.first[i]
-        unit(self.across, self.equations.count)
+        unit(self.across, self.directions.count)
 
     def _become(self, cubic: Cubic, shares: Flat) -> None:
         # A sum of the complement's numbers.
         count, smallest = (
-            self.equations.count,
-            self.equations.sigma[self.arm.task.generic_rank - 1],
+            self.directions.count,
+            self.directions.sigma[self.arm.task.generic_rank - 1],
         )
         cubic.become(self.expansion, self.F, shares, count, shares[0] * smallest)
 
     def _stand_at(self, q: Flat) -> None:
         # Evaluates q, takes the velocities of the point, and decomposes J_t.
         n = self.arm.chain.dof
-        arrays.copy(self.equations.q, n, q)
-        row = self.equations.row
+        arrays.copy(self.directions.q, n, q)
+        row = self.directions.row
         chain_pass.evaluate_row(
-            self.arm.chain, self.equations.q, self.equations.still, places.JACOBIAN, row
+            self.arm.chain, self.directions.q, self.directions.still, places.JACOBIAN, row
         )
         px, py, pz = self.point[0], self.point[1], self.point[2]
         x = row[0] * px + row[1] * py + row[2] * pz
@@ -149,8 +149,7 @@ class Clearance:
             v[e + 2 * entries] += wx * y - wy * x
         if self.arm.chain.form == places.MIXED:
             chain_pass.add_up_screws(self.arm.chain, v, row)
-        singularity.write_directions(n, self.arm.task, row, self.equations.W, self.equations.sigma)
-        self.equations.complete()
+        self.directions.decompose()
 
     def _condition(self) -> float:
         # Which share of the largest singular value another one has counts at the tool's origin,
@@ -160,7 +159,7 @@ class Clearance:
         for i in range(self.arm.task.count):
             if self.arm.task.axis[i] >= 3:
                 length = self.arm.task.row_scale[i]
-                away = max(away, singular_equations.length_of(self.point, 3) / length)
+                away = max(away, directions.length_of(self.point, 3) / length)
         root = 0.5 * away + math.sqrt(1.0 + 0.25 * away * away)
         return root * root
 
@@ -183,7 +182,7 @@ class Clearance:
     def _write_complement(self) -> None:
         # F, the complement of each line to third order; of what the moving bases leave of the
         # turns and lines, B and C, the second order.
-        d, k, count = self.count, self.arm.task.generic_rank - 1, self.equations.count
+        d, k, count = self.count, self.arm.task.generic_rank - 1, self.directions.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         for a in range(k):
             C = arrays.after(self.C, a * pairs)
@@ -208,7 +207,7 @@ class Clearance:
 
     def _cell(self, turn: int, line: int) -> Flat:
         # The terms of J_t between a turn and a line.
-        cell = turn * self.equations.length + line
+        cell = turn * self.directions.length + line
         return arrays.after(self.expansion.G, cell * self.expansion.terms)
 
     def _subtract(self, a: Flat, b: Flat, order: int, product: Flat) -> None:
@@ -224,9 +223,9 @@ class Clearance:
 
     def _write_norms(self) -> None:
         # How much block, turns and lines change for motions of length 1, order by order.
-        k, count, d = self.arm.task.generic_rank - 1, self.equations.count, self.count
+        k, count, d = self.arm.task.generic_rank - 1, self.directions.count, self.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
-        step, cubed = self.equations.length * terms, d + pairs
+        step, cubed = self.directions.length * terms, d + pairs
         block, turns, lines = self._cell(0, 0), self._cell(0, k), self._cell(k, 0)
         self.by_block = self.expansion.norm(block, k, step, k, terms, 1, 1)
         self.bend_of_block = self.expansion.norm(arrays.after(block, d), k, step, k, terms, 1, 2)
@@ -242,7 +241,7 @@ class Clearance:
     def _choose_shares(self) -> bool:
         # Of the sums of the complement's numbers that which has the least slope for its size, and
         # of those across it the steepest.
-        d, count, terms = self.count, self.equations.count, self.expansion.terms
+        d, count, terms = self.count, self.directions.count, self.expansion.terms
         trace, most = 0.0, 0.0
         for i in range(count):
             a = arrays.after(self.F, i * terms)
@@ -319,7 +318,7 @@ class Clearance:
 
 def unit(v: Flat, count: int) -> bool:
     """Make the first number of v (count,) positive and its length 1, where it has one."""
-    size = singular_equations.length_of(v, count)
+    size = directions.length_of(v, count)
     if not size > 0.0:
         return False
     if v[0] < 0.0:

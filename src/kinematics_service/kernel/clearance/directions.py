@@ -1,0 +1,53 @@
+"""The singular values and directions of J_t at a pose, those of its null space included."""
+
+import math
+
+from ..forward.chain import Chain
+from ..layout import arrays
+from ..layout.arrays import Flat
+from ..measures import singular_values, singularity
+from ..measures.task_rows import TaskRows
+
+
+class Directions:
+    """
+    Room for a pose, its Jacobian and the decomposition of J_t.
+
+    `lines` are the directions that there are max(m, n) of, `turns` those that there are min(m, n)
+    of: of the joints and of the tool for a redundant arm, otherwise of the tool and of the joints.
+
+    Attributes
+    ----------
+    q, still : shape (n,)
+        The pose, and no velocities.
+    row
+        The evaluated row of the pose.
+    W, sigma
+        As `unit_rows` leaves them, with a row for each line.
+    length, width
+        Number of lines, and length of a row of W.
+    count
+        Number of lines from the generic rank on.
+    """
+
+    def __init__(self, chain: Chain, task: TaskRows) -> None:
+        self.chain, self.task = chain, task
+        n, m = self.chain.dof, self.task.count
+        self.turns: int = min(m, n)
+        self.length: int = max(m, n)
+        self.width = self.turns + self.length
+        self.count = self.length - task.generic_rank + 1
+        self.q, self.still, self.row = arrays.rooms(n, n, self.chain.frames_at)
+        self.W, self.sigma = arrays.rooms(self.length * self.width, self.turns)
+        arrays.fill(self.still, n, 0.0)
+
+    def decompose(self) -> None:
+        """Fill W and sigma of the row."""
+        singularity.write_directions(self.chain.dof, self.task, self.row, self.W, self.sigma)
+        for i in range(self.turns, self.length):
+            singular_values.write_orthogonal_row(self.W, i, self.length, self.width)
+
+
+def length_of(v: Flat, count: int) -> float:
+    """Return the length of a vector (count,)."""
+    return math.sqrt(arrays.dot(v, v, count))

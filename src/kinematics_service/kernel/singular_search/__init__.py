@@ -1,0 +1,1 @@
+"""Find the singular pose nearest to a given pose."""

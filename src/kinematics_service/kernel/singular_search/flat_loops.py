@@ -1,0 +1,107 @@
+"""
+Find the nearest flat position of a group of closed loops: Newton's method on its determinant.
+
+At a flat position the determinant D of the closure is zero, and a branch of the loops ends or
+meets another one. D^2 has a finite slope there, D itself has none where a branch ends. A step
+leads towards D^2 = 0 by its slope, and along that plane towards the point nearest to the origin.
+Steps are halved (damped Newton, Nocedal and Wright, section 11.1): beyond the flat position the
+loops do not close.
+"""
+
+import math
+
+from ..forward.chain import Chain
+from ..layout import arrays, places
+from ..layout.arrays import Flat
+from ..measures import gradient
+from . import rank_equations
+from .rank_equations import RankEquations
+
+# Share of a step that is taken; it is halved each time that the loops do not close.
+DAMPING = 0.5
+# A smaller part of a step ends the search: to find that no loop closes takes the time of 50 steps.
+MIN_STEP_RATIO = 0.1
+# Converged: rest of the way to the flat position, rad. At the position itself no pose closes.
+FLAT_TOLERANCE = 1e-4
+# Steps: the rest of the way shrinks to 0.75 at worst, where D falls evenly.
+FLAT_STEPS = 30
+
+
+def room(chain: Chain) -> int:
+    """Return how many numbers `look` needs room for."""
+    return 3 * chain.dof + chain.groups * (1 + chain.dof) + gradient.room(chain)
+
+
+def look(
+    equations: RankEquations, origin: Flat, group: int, limit: float, d: Flat, work: Flat
+) -> float:
+    """
+    Fill the motion d (n,) in rad to the nearest flat position of a group, and return its length.
+
+    It is infinite if none was found.
+
+    Parameters
+    ----------
+    equations
+        Decomposed at the origin.
+    origin : shape (n,)
+        Positions, rad or m.
+    group
+        Index of the group.
+    limit
+        Length beyond which the search ends, rad.
+    work
+        Room.
+    """
+    n, share = equations.n, DAMPING
+    slope, goal, step = work, arrays.after(work, n), arrays.after(work, 2 * n)
+    arrays.fill(d, n, 0.0)
+    equations.restart()
+    if not equations.move_to(origin, d):
+        return places.INFINITY
+    for _ in range(FLAT_STEPS):
+        half = _write_half(equations, group, slope, arrays.after(work, 3 * n))
+        squares = arrays.dot(slope, slope, n)
+        if not squares > 0.0:
+            return places.INFINITY
+        onto = abs(half) / math.sqrt(squares)
+        slide = _write_step(n, half / squares, arrays.dot(slope, d, n) / squares, slope, d, step)
+        for j in range(n):
+            goal[j] = d[j] + step[j]
+        length = rank_equations.length_of(goal, n)
+        if max(onto, slide - FLAT_TOLERANCE * length) <= FLAT_TOLERANCE:
+            arrays.copy(d, n, goal)
+            return length
+        while True:
+            for j in range(n):
+                goal[j] = d[j] + share * step[j]
+            if equations.move_to(origin, goal):
+                break
+            share *= DAMPING
+            if share < MIN_STEP_RATIO:
+                return places.INFINITY
+        arrays.copy(d, n, goal)
+        if length > limit:
+            return places.INFINITY
+    return places.INFINITY
+
+
+def _write_step(n: int, onto: float, back: float, slope: Flat, d: Flat, step: Flat) -> float:
+    # Step onto the plane, and along it by at most the same length; returns the way along it.
+    for j in range(n):
+        step[j] = back * slope[j] - d[j]
+    slide, most = rank_equations.length_of(step, n), abs(onto) * rank_equations.length_of(slope, n)
+    share = most / slide if slide > most else 1.0
+    for j in range(n):
+        step[j] = share * step[j] - onto * slope[j]
+    return slide
+
+
+def _write_half(equations: RankEquations, group: int, slope: Flat, work: Flat) -> float:
+    # Fill the slope (n,) of D, and return half of D: their ratio is that of D^2 and its slope.
+    n, groups = equations.n, equations.chain.groups
+    free = arrays.after(work, groups * (1 + n))
+    gradient.write_determinants(equations.chain, equations.row, work, free)
+    for j in range(n):
+        slope[j] = work[group * (1 + n) + 1 + j] * equations.task.column_scale[j]
+    return 0.5 * work[group * (1 + n)]

@@ -1,0 +1,312 @@
+"""
+Find the singular pose nearest to a pose: multi-start sequential projection.
+
+The starts are the zeros of the singular values by first order, mixtures of the last two
+directions, each joint both ways, and the nearest samples of the atlas. Along a motion the poses
+that were found are followed, and the starts are tried again one after the other: all of them while
+the joints move by a quarter of the distance.
+"""
+
+import math
+
+from ..layout import arrays, places
+from ..layout.arrays import Flat, Public
+from . import flat_loops, projection, rank_equations, start_motions
+from .arm import Arm
+from .projection import Projection
+from .singular_atlas import SingularAtlas
+
+# Samples of the atlas that are starts; and if the pose is nearly singular but none was found near.
+SAMPLES = 24
+NEARLY_SINGULAR_SAMPLES = 96
+# The least distance, rad, at which a nearly singular pose is searched with more samples.
+DOUBTFUL_DISTANCE = 0.1
+# Mixtures of the last two directions that are starts.
+MIXTURES = 8
+# Steps of a projection at most.
+STEPS = 14
+# A start is dropped if its estimate exceeds the best distance by this factor: the set is bent.
+DROP_MARGIN = 1.3
+# Poses that are followed.
+MEMORY = 6
+# Two poses are the same if they differ by less, relative to their distance. A flat position is
+# kept while the joints move by less, relative to its distance.
+SAME_POSE_RATIO = 0.1
+# All starts are tried again while the joints move by this, relative to the distance.
+SEARCH_RATIO = 0.25
+# The least distance for it, rad: below, the level is ERROR, and one search a message is enough.
+SEARCH_FLOOR = 0.02
+
+
+class NearestSearch:
+    """
+    Room for searches, the poses that were found, and the progress of the search under way.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    samples
+        Number of samples of the atlas that are starts.
+
+    Attributes
+    ----------
+    distance
+        To the nearest pose that was found, rad; infinite if none was found.
+    evaluations
+        Number of evaluations of J so far.
+    """
+
+    def __init__(self, arm: Arm, samples: int = SAMPLES) -> None:
+        self.arm, self.samples = arm, samples
+        self.atlas: SingularAtlas = arm.atlas()
+        self.projection = Projection(arm.chain, arm.task, arm.spans)
+        self.groups: int = arm.chain.groups
+        self.n, self.values = arm.chain.dof, arm.task.generic_rank
+        self.distance: float = places.INFINITY
+        self.evaluations: Public[int] = 0
+        self.known, self.starts, self.tried, self.follows = 0, 0, 0, False
+        self.moved, self.flat_moved = 0.0, 0.0
+        n, most = self.n, max(samples, NEARLY_SINGULAR_SAMPLES)
+        self.last, self.u, self.nearest = arrays.rooms(n, n, n)
+        self.poses, self.lengths, self.drifts = arrays.rooms(MEMORY * n, MEMORY, MEMORY)
+        self.away, self.work = arrays.rooms(most, flat_loops.room(arm.chain))
+        self.flats, self.flat_lengths = arrays.rooms(self.groups * n, self.groups)
+        (self.picked,) = arrays.whole_rooms(most)
+
+    def write_pose(self, pose: Flat) -> None:
+        """Fill the singular pose (n,) that was found, rad or m."""
+        for j in range(self.n):
+            scale = self.arm.task.column_scale[j]
+            pose[j] = self.projection.origin[j] + scale * self.nearest[j]
+
+    def look(self, q: Flat, row: Flat) -> None:
+        """Search from all starts at positions q (n,), which `row` evaluates."""
+        self._stand_at(q, row)
+        self.known, self.distance, self.follows = 0, places.INFINITY, True
+        # First: beyond the flat positions no start closes.
+        self._look_for_flat_loops()
+        self._take_own_pose()
+        self._begin()
+        while self._try_next():
+            pass
+        if self._is_odd():
+            self._pick(NEARLY_SINGULAR_SAMPLES)
+            while self._try_next():
+                pass
+        self._polish()
+        self.moved = 0.0
+        self.evaluations = self.projection.evaluations
+
+    def follow(self, q: Flat, row: Flat) -> None:
+        """Search on from the last pose of a motion; from all starts if there was none."""
+        if not self.follows:
+            self.look(q, row)
+            return
+        step = self._stand_at(q, row)
+        reach = SEARCH_RATIO * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
+        if not step <= reach:
+            self.look(q, row)
+        elif step > 0.0:
+            self._follow(q, row, step)
+        self.evaluations = self.projection.evaluations
+
+    def _follow(self, q: Flat, row: Flat, step: float) -> None:
+        self.moved += step
+        self.flat_moved += step
+        had, self.distance = self.known, places.INFINITY
+        self._hold_flat_loops()
+        self._take_own_pose()
+        for k in range(self.known):
+            self.drifts[k] += step
+        while self._bring_next():
+            pass
+        if had > 0 and self.known == 0:
+            self.look(q, row)
+            return
+        reach = SEARCH_RATIO * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
+        while self.tried * reach < self.moved * self.starts:
+            if not self._try_next():
+                self.moved = 0.0
+                self._begin()
+
+    def _polish(self) -> None:
+        # Bring the nearest pose that was found to the exact one.
+        nearest = -1
+        for k in range(self.known):
+            nearest = k if self.lengths[k] == self.distance else nearest
+        if nearest >= 0:
+            arrays.copy(self.projection.d, self.n, self.nearest)
+            length = self.projection.run(places.INFINITY, STEPS, places.SAME_SOLUTION)
+            if length <= self.distance * (1.0 + projection.SLIDE_TOLERANCE):
+                self.distance = places.INFINITY
+                self._put(nearest, length)
+
+    def _take_own_pose(self) -> None:
+        # The pose itself, if it is singular.
+        if self.projection.equations.condition_number() >= 1.0 / places.RANK_TOLERANCE:
+            arrays.fill(self.projection.d, self.n, 0.0)
+            self._remember(0.0)
+
+    def _look_for_flat_loops(self) -> None:
+        # Search for the flat position of each group of loops, from the pose itself.
+        self.flat_moved = 0.0
+        d = self.projection.d
+        for k in range(self.groups):
+            limit = DROP_MARGIN * min(self.distance, places.FARTHEST)
+            origin = self.projection.origin
+            length = flat_loops.look(self.projection.equations, origin, k, limit, d, self.work)
+            self.flat_lengths[k] = length
+            for j in range(self.n):
+                self.flats[k * self.n + j] = self.u[j] + d[j]
+            self._take_flat(k)
+        # Half of the way to a flat position the loops still close.
+        if self.groups > 0:
+            self.projection.radius = min(projection.TRUST_RADIUS, 0.5 * self.distance)
+
+    def _hold_flat_loops(self) -> None:
+        # Keep the flat positions until the joints have moved by a tenth of the distance.
+        nearest: float = places.FARTHEST
+        for k in range(self.groups):
+            nearest = min(nearest, self.flat_lengths[k])
+        if self.groups > 0 and self.flat_moved > SAME_POSE_RATIO * nearest:
+            self._look_for_flat_loops()
+            return
+        for k in range(self.groups):
+            if self.flat_lengths[k] < places.INFINITY:
+                for j in range(self.n):
+                    self.projection.d[j] = self.flats[k * self.n + j] - self.u[j]
+                self.flat_lengths[k] = rank_equations.length_of(self.projection.d, self.n)
+                self._take_flat(k)
+
+    def _take_flat(self, k: int) -> None:
+        # A flat position of group k is singular, too.
+        if self.flat_lengths[k] < self.distance:
+            self.distance = self.flat_lengths[k]
+            arrays.copy(self.nearest, self.n, self.projection.d)
+
+    def _stand_at(self, q: Flat, row: Flat) -> float:
+        # Take the pose; returns the motion from the last one, rad.
+        self.projection.equations.decompose(row)
+        squares = 0.0
+        for j in range(self.n):
+            self.projection.origin[j] = q[j]
+            at = q[j] / self.arm.task.column_scale[j]
+            squares += (at - self.u[j]) * (at - self.u[j])
+            self.u[j] = at
+        return math.sqrt(squares)
+
+    def _begin(self) -> None:
+        # Begin another search.
+        self.tried = 0
+        self._pick(NEARLY_SINGULAR_SAMPLES if self.known > 0 and self._is_odd() else self.samples)
+        if not self._is_searched():
+            self.tried = self.starts
+
+    def _pick(self, most: int) -> None:
+        picked: int = self.atlas.nearest(self.u, most, self.picked, self.away)
+        self.starts = self.values + MIXTURES + 2 * self.n + picked
+
+    def _is_searched(self) -> bool:
+        # Not where the last digits of positions are too coarse, or the atlas would take hours.
+        largest = 0.0
+        for j in range(self.n):
+            largest = max(largest, abs(self.u[j]))
+        return largest < places.LARGEST_REDUCED and self.n <= places.MAX_SEARCHED_JOINTS
+
+    def _is_odd(self) -> bool:
+        # Whether the pose is nearly singular, though no singular pose was found near.
+        condition = self.projection.equations.condition_number()
+        return condition > places.NEARLY_SINGULAR and self.distance > DOUBTFUL_DISTANCE
+
+    def _bring_next(self) -> bool:
+        # Project the known pose that may be the nearest, if one may be nearer than the best.
+        first = -1
+        for k in range(self.known):
+            is_first = first < 0 or self._least(k) < self._least(first)
+            first = k if is_first and self.drifts[k] > 0.0 else first
+        if first < 0 or not self._least(first) < self.distance:
+            return False
+        pose = arrays.after(self.poses, first * self.n)
+        for j in range(self.n):
+            self.projection.d[j] = pose[j] - self.u[j]
+        length = self.projection.run(places.INFINITY, STEPS, projection.SLIDE_TOLERANCE)
+        if length < places.INFINITY:
+            self._put(first, length)
+        else:
+            self.known -= 1
+            last = arrays.after(self.poses, self.known * self.n)
+            arrays.copy(pose, self.n, last)
+            self.lengths[first] = self.lengths[self.known]
+            self.drifts[first] = self.drifts[self.known]
+        return True
+
+    def _least(self, k: int) -> float:
+        # The length changes by no more than the motion of the joints.
+        return self.lengths[k] - self.drifts[k]
+
+    def _put(self, k: int, length: float) -> None:
+        # The motion of the projection is that to pose k.
+        for j in range(self.n):
+            self.poses[k * self.n + j] = self.u[j] + self.projection.d[j]
+        self.lengths[k], self.drifts[k] = length, 0.0
+        if length < self.distance:
+            self.distance = length
+            arrays.copy(self.nearest, self.n, self.projection.d)
+
+    def _try_next(self) -> bool:
+        # Run from the next start; False if there is none.
+        k = self.tried
+        if k >= self.starts:
+            return False
+        self.tried += 1
+        limit = DROP_MARGIN * min(self.distance, places.FARTHEST)
+        if limit > 0.0 and self._write_start(k, limit):
+            length = self.projection.run(limit, STEPS, projection.SLIDE_TOLERANCE)
+            if length < limit:
+                self._remember(length)
+        return True
+
+    def _write_start(self, k: int, limit: float) -> bool:
+        # Write the motion of start k to the projection; False if it leads nowhere nearer.
+        d = self.projection.d
+        if k < self.values:
+            r = self.values - 1 - k
+            return start_motions.write_zero_of(self.projection.equations, r, d) < limit
+        k -= self.values
+        if k < MIXTURES:
+            turn = places.PI * (k + 0.5) / MIXTURES
+            origin = self.projection.origin
+            length = start_motions.write_zero_between(
+                self.projection.equations, origin, turn, limit, d
+            )
+            return length < limit
+        k -= MIXTURES
+        if k >= 2 * self.n:
+            self.atlas.write_motion(self.u, self.picked[k - 2 * self.n], d)
+            return True
+        reach = min(self.projection.radius, self.distance)
+        arrays.fill(d, self.n, 0.0)
+        d[k // 2] = reach if k % 2 == 0 else -reach
+        return self.atlas.count == 0 or self.atlas.matters(k // 2)
+
+    def _remember(self, length: float) -> None:
+        # Keep what the projection found: in the place of the same pose, or of the farthest.
+        place, farthest = -1, 0
+        for k in range(self.known):
+            squares = 0.0
+            for j in range(self.n):
+                apart = self.poses[k * self.n + j] - self.u[j] - self.projection.d[j]
+                squares += apart * apart
+            if math.sqrt(squares) <= SAME_POSE_RATIO * length:
+                place = k
+            if self.lengths[k] > self.lengths[farthest]:
+                farthest = k
+        if place < 0 and self.known < MEMORY:
+            place = self.known
+            self.known += 1
+            self.lengths[place] = places.INFINITY
+        elif place < 0:
+            place = farthest
+        if length < self.lengths[place]:
+            self._put(place, length)

@@ -1,0 +1,152 @@
+"""
+Project a pose onto the set of singular poses: sequential quadratic programming from one start.
+
+Each step solves min |d|^2 with S + dS (d - d_i) = 0, d the motion from the given pose (Nocedal and
+Wright, Numerical Optimization, section 18.1, with the identity as Hessian): the least-norm step is
+d - d_i = -dS^+ S - (1 - dS^+ dS) d_i. A trust radius bounds both parts. The last steps leave out
+the part along the set: Newton's method converges to a singular pose.
+"""
+
+import math
+
+from ..forward.chain import Chain
+from ..layout import arrays, places
+from ..layout.arrays import Floats, Public
+from ..measures.task_rows import TaskRows
+from . import rank_equations
+from .rank_equations import RankEquations
+
+# Longest step, rad: about half of the way in which a sine stays near its tangent.
+TRUST_RADIUS = 0.3
+# Converged: the norm of S, relative to the largest singular value.
+SINGULAR_VALUE_RATIO = 1e-7
+# Converged: the next step onto the set, relative to the motion.
+STEP_TOLERANCE = 1e-9
+# Converged along the set, relative to the motion: the distance is at most 1e-5 too large.
+SLIDE_TOLERANCE = 5e-3
+# Bounds of the step along the set, relative to the whole step of the linear equations.
+MIN_STEP_RATIO = 0.1
+MAX_STEP_RATIO = 2.0  # a set with half of the curvature
+# Steps of Newton's method after the projection: at a double zero each halves the rest.
+NEWTON_STEPS = 24
+# Steps after which the linear estimate of the distance decides whether a start is dropped.
+TRIAL_STEPS = 2
+
+
+class Projection:
+    """
+    Room for one run, and its result.
+
+    Attributes
+    ----------
+    origin, d : shape (n,)
+        The given pose, rad or m; and the motion of the run, in rad.
+    radius
+        Longest step, rad.
+    evaluations
+        Number of evaluations of J so far.
+    """
+
+    def __init__(self, chain: Chain, task: TaskRows, spans: Floats) -> None:
+        self.n = chain.dof
+        self.equations = RankEquations(chain, task, spans)
+        self.evaluations: Public[int] = 0
+        self.radius: float = TRUST_RADIUS
+        n = chain.dof
+        self.origin, self.d, self.found, self.onto = arrays.rooms(n, n, n, n)
+        self.along, self.before, self.moved = arrays.rooms(n, n, n)
+
+    def run(self, limit: float, most: int, tolerance: float) -> float:
+        """
+        Bring the motion d to the singular pose nearest to the origin, and return its length.
+
+        It is infinite if the run does not converge, or if its linear estimate is beyond a limit.
+
+        Parameters
+        ----------
+        limit
+            Length beyond which a run is dropped, rad.
+        most
+            Steps of the projection at most; 0 for Newton's method alone.
+        tolerance
+            The motion along the set has converged at this, relative to the motion.
+        """
+        n, best, left, ended = self.n, places.INFINITY, most, False
+        self.equations.restart()
+        for _ in range(2 * (most + NEWTON_STEPS)):
+            if not self._linearise():
+                break
+            length = rank_equations.length_of(self.d, n)
+            onto = rank_equations.length_of(self.onto, n)
+            share = self._share_along() if left < most else 1.0
+            along = share * rank_equations.length_of(self.along, n)
+            slides = left > 0 and max(along, onto) > tolerance * length
+            is_singular = self._is_singular(length, onto)
+            if is_singular and length < best:
+                best = self._take_last_step(length)
+            if slides:
+                if most - left >= TRIAL_STEPS and self._estimate() > limit:
+                    break
+                self._move_along(share * min(1.0, self.radius / along) if along > 0.0 else share)
+                left -= 1
+            elif is_singular:
+                if ended or left > 0 or not along > tolerance * length:
+                    break
+                ended, left = True, most
+            else:
+                left = min(left, 0)
+            share = min(1.0, self.radius / onto) if onto > 0.0 else 0.0
+            for j in range(n):
+                self.d[j] += share * self.onto[j]
+        arrays.copy(self.d, n, self.found)
+        return best
+
+    def _is_singular(self, length: float, onto: float) -> bool:
+        # Whether Newton's method has converged.
+        if not self.equations.are_singular(SINGULAR_VALUE_RATIO):
+            return False
+        is_small = onto <= STEP_TOLERANCE * length
+        return is_small or self.equations.are_singular(places.RANK_TOLERANCE)
+
+    def _take_last_step(self, length: float) -> float:
+        # The steps that change S by round-off alone; returns the length of the motion then.
+        n, onto, along = self.n, 0.0, 0.0
+        if rank_equations.length_of(self.onto, n) <= SLIDE_TOLERANCE * length:
+            onto = 1.0
+        if rank_equations.length_of(self.along, n) <= places.SAME_SOLUTION * length:
+            along = 1.0
+        for j in range(n):
+            self.found[j] = self.d[j] + onto * self.onto[j] + along * self.along[j]
+        return rank_equations.length_of(self.found, n)
+
+    def _linearise(self) -> bool:
+        # Fill the steps at d; False if a loop does not close there, or no motion changes S.
+        if not self.equations.move_to(self.origin, self.d):
+            return False
+        self.equations.linearise()
+        self.evaluations += 1
+        return self.equations.write_steps(self.d, self.onto, self.along)
+
+    def _share_along(self) -> float:
+        # Step length along the set (Barzilai and Borwein, 1988) by the last change of the step.
+        squares, change = 0.0, 0.0
+        for j in range(self.n):
+            squares += self.moved[j] * self.moved[j]
+            change += self.moved[j] * (self.before[j] - self.along[j])
+        if not change > 0.0:
+            return 1.0
+        return max(MIN_STEP_RATIO, min(MAX_STEP_RATIO, squares / change))
+
+    def _move_along(self, share: float) -> None:
+        for j in range(self.n):
+            self.before[j] = self.along[j]
+            self.moved[j] = share * self.along[j]
+            self.d[j] += self.moved[j]
+
+    def _estimate(self) -> float:
+        # Length of the motion to the nearest point of the linear set.
+        squares = 0.0
+        for j in range(self.n):
+            end = self.d[j] + self.onto[j] + self.along[j]
+            squares += end * end
+        return math.sqrt(squares)

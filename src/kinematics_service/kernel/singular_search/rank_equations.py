@@ -1,0 +1,283 @@
+"""
+Linearise the equations of a singular pose by the Schur complement of J_t.
+
+Gaussian elimination with complete pivoting (Golub and Van Loan, Matrix Computations, section
+3.4.8) stops after k - 1 pivots, k the generic rank: J_t = [A B; C D] up to the order of its rows
+and columns. J_t has a rank below k where S = D - C A^-1 B is zero. With Y' = [-C A^-1, 1] and
+X = [-A^-1 B; 1], S = Y' J_t X and dS = Y' dJ_t X (Griewank and Reddien, 1984). The norm of S is an
+upper bound of the singular value s_k, since the columns of X have a length of at least 1.
+"""
+
+import math
+
+from ..forward import chain_pass
+from ..forward.chain import Chain
+from ..layout import arrays, places
+from ..layout.arrays import Flat, Floats
+from ..loops import closed_pass, closing
+from ..measures import gradient, singular_values, singularity
+from ..measures.task_rows import TaskRows
+from . import jacobian_changes
+
+# Rank of dS: singular values below this, relative to the largest, are zero. Errors of 1e-5 in a
+# table still count.
+RANK_SHARE = 1e-6
+
+
+class RankEquations:
+    """
+    S + dS d = 0 around a pose, for motions d in rad (prismatic joints divided by the length).
+
+    Parameters
+    ----------
+    chain, task
+        The arm.
+    spans : shape (n, 3)
+        As `SingularAtlas` has them. A joint that does not matter stays in its place.
+
+    Attributes
+    ----------
+    n, count
+        Number of joints, and of entries of S.
+    residual, size
+        Norm of S, at least the singular value s_k, and a lower bound of the largest one.
+    """
+
+    def __init__(self, chain: Chain, task: TaskRows, spans: Floats) -> None:
+        self.chain, self.task = chain, task
+        n, m = self.chain.dof, self.task.count
+        self.n, self.m = n, m
+        self.residual, self.size = 0.0, 0.0
+        # With a pivot fewer: the largest that they become.
+        self.pivots: int = max(task.generic_rank - 2, 0)
+        self.idle: int = n - self.pivots
+        self.lost: int = m - self.pivots
+        self.count: int = self.idle * self.lost
+        count, entries, m_n = self.count, self.chain.entries, m * n
+        section = self.chain.frames_at - self.chain.closure_at
+        work = gradient.room(self.chain)
+        self.q, self.still, self.row = arrays.rooms(n, n, self.chain.frames_at)
+        self.axes, self.M, self.S = arrays.rooms(3 * m, m_n, count)
+        self.X, self.Y, self.G = arrays.rooms(self.idle * n, self.lost * 6, count * (n + count))
+        self.slopes, self.changes, self.y = arrays.rooms(count, 6 * entries, m)
+        self.section, self.home = arrays.rooms(section, self.chain.frames_at)
+        self.weights, self.work = arrays.rooms(6 * n, work)
+        self.W, self.sigma = arrays.rooms(min(m, n) * (m + n), min(m, n))
+        self.mixed, self.units = arrays.rooms(count * (n + count), n)
+        self.onto, self.along = arrays.rooms(n, n)
+        self.rows, self.columns = arrays.whole_rooms(m, n)
+        arrays.fill(self.still, n, 0.0)
+        self.sigma[0] = 0.0
+        self.stop_after(task.generic_rank - 1)
+        for j in range(n):
+            matters = spans[j, 1] > 0.0 or self.chain.loops > 0
+            self.units[j] = self.task.column_scale[j] if matters else 0.0
+        for i in range(m):
+            axis = self.task.axis[i] if self.task.axis[i] < 3 else self.task.axis[i] - 3
+            for k in range(3):
+                along = self.task.rotation[3 * k + axis]
+                self.axes[3 * i + k] = along * self.task.row_scale[i]
+
+    def stop_after(self, pivots: int) -> None:
+        """Let the elimination stop after other pivots than k - 1: S has more entries then."""
+        self.pivots, self.idle, self.lost = pivots, self.n - pivots, self.m - pivots
+        self.count = self.idle * self.lost
+
+    def restart(self) -> None:
+        """Return to the decomposed row: from there the loops are closed at the next pose."""
+        arrays.copy(self.row, self.chain.frames_at, self.home)
+
+    def move_to(self, origin: Flat, d: Flat) -> bool:
+        """
+        Evaluate S at a motion d from the positions `origin`, in rad or m.
+
+        Returns False if a loop does not close on the way from the last pose, which stays the last
+        one, or if a number is not finite.
+        """
+        for j in range(self.n):
+            self.q[j] = origin[j] + self.task.column_scale[j] * d[j]
+        if self.chain.loops == 0:
+            chain_pass.write_jacobian(self.chain, self.q, self.row)
+        elif not self._close():
+            return False
+        self._write_task_rows()
+        self._eliminate()
+        self._write_left()
+        return self.residual < places.INFINITY
+
+    def _close(self) -> bool:
+        into = arrays.after(self.row, self.chain.closure_at)
+        arrays.copy(self.section, self.chain.closure.width, into)
+        if closing.close_next(self.chain.closure, self.section, self.q, into) != 0:
+            arrays.copy(into, self.chain.closure.width, self.section)
+            return False
+        total = closed_pass.evaluate_closed(self.chain, self.still, places.JACOBIAN, self.row)
+        return total < places.INFINITY
+
+    def _write_task_rows(self) -> None:
+        # The scaled J_t into M.
+        n, squares = self.n, 0.0
+        for i in range(self.m):
+            axis = arrays.after(self.axes, 3 * i)
+            half = 3 * n if self.task.axis[i] > 2 else 0
+            x = arrays.after(self.row, places.JACOBIAN_AT + half)
+            for j in range(n):
+                along = axis[0] * x[j] + axis[1] * x[n + j] + axis[2] * x[2 * n + j]
+                along *= self.task.column_scale[j]
+                squares += along * along
+                self.M[i * n + j] = along
+        self.size = math.sqrt(squares / min(self.m, n))
+
+    def _eliminate(self) -> None:
+        # M becomes A = L U, with L C-like factors below, and S at the end; `rows` and `columns`
+        # say which row and column of M has each place.
+        m, n, M, rows, columns = self.m, self.n, self.M, self.rows, self.columns
+        for i in range(m):
+            rows[i] = i
+        for j in range(n):
+            columns[j] = j
+        for step in range(self.pivots):
+            pivot, row, column = 0.0, step, step
+            for i in range(step, m):
+                one = arrays.after(M, rows[i] * n)
+                for j in range(step, n):
+                    if abs(one[columns[j]]) > pivot:
+                        pivot, row, column = abs(one[columns[j]]), i, j
+            rows[step], rows[row] = rows[row], rows[step]
+            columns[step], columns[column] = columns[column], columns[step]
+            chosen = arrays.after(M, rows[step] * n)
+            inverse = 1.0 / chosen[columns[step]] if pivot > 0.0 else 0.0
+            for i in range(step + 1, m):
+                one = arrays.after(M, rows[i] * n)
+                factor = one[columns[step]] * inverse
+                one[columns[step]] = factor
+                for j in range(step + 1, n):
+                    one[columns[j]] -= factor * chosen[columns[j]]
+
+    def _write_left(self) -> None:
+        # S, and the joint motions X and tool motions Y that it is between.
+        n, first, M, squares = self.n, self.pivots, self.M, 0.0
+        for a in range(self.lost):
+            one = arrays.after(M, self.rows[first + a] * n)
+            for b in range(self.idle):
+                value = one[self.columns[first + b]]
+                self.S[a * self.idle + b] = value
+                squares += value * value
+            self._write_tool_motion(a)
+        for b in range(self.idle):
+            self._write_joint_motion(b)
+        self.residual = math.sqrt(squares)
+
+    def _write_joint_motion(self, b: int) -> None:
+        # U x = -column, back substitution; in units of the joints.
+        n, first, M, columns = self.n, self.pivots, self.M, self.columns
+        x = arrays.after(self.X, b * n)
+        arrays.fill(x, n, 0.0)
+        x[columns[first + b]] = 1.0
+        for k in range(first - 1, -1, -1):
+            row = arrays.after(M, self.rows[k] * n)
+            value = -row[columns[first + b]]
+            for i in range(k + 1, first):
+                value -= row[columns[i]] * x[columns[i]]
+            pivot = row[columns[k]]
+            x[columns[k]] = value / pivot if pivot != 0.0 else 0.0
+        for j in range(n):
+            x[j] *= self.task.column_scale[j]
+
+    def _write_tool_motion(self, a: int) -> None:
+        # y' L = -row, forward from the last; in base axes.
+        first, y = self.pivots, self.y
+        last = arrays.after(self.M, self.rows[first + a] * self.n)
+        tool = arrays.after(self.Y, 6 * a)
+        arrays.fill(tool, 6, 0.0)
+        self.add_tool_motion(self.rows[first + a], 1.0, tool)
+        for k in range(first - 1, -1, -1):
+            value = -last[self.columns[k]]
+            for i in range(k + 1, first):
+                value -= y[i] * self.M[self.rows[i] * self.n + self.columns[k]]
+            y[k] = value
+            self.add_tool_motion(self.rows[k], value, tool)
+
+    def add_tool_motion(self, row: int, share: float, tool: Flat) -> None:
+        """Add a multiple of a row of the task to a tool motion (6,) in base axes."""
+        half = 3 if self.task.axis[row] > 2 else 0
+        for k in range(3):
+            tool[half + k] += share * self.axes[3 * row + k]
+
+    def are_singular(self, ratio: float) -> bool:
+        """Return whether S is below a ratio of the largest singular value, here or at home."""
+        return self.residual <= ratio * max(self.size, self.sigma[0])
+
+    def linearise(self) -> None:
+        """Evaluate dS, and bring it to orthogonal rows."""
+        self.write_slopes()
+        self.orthogonalise()
+
+    def write_slopes(self) -> None:
+        """Fill dS."""
+        n, count = self.n, self.count
+        for b in range(self.idle):
+            x = arrays.after(self.X, b * n)
+            if self.chain.loops == 0:
+                jacobian_changes.write_changes(self.chain, self.row, x, self.changes)
+            for a in range(self.lost):
+                slope = arrays.after(self.G, (a * self.idle + b) * (n + count))
+                self.write_slope(x, arrays.after(self.Y, 6 * a), slope)
+
+    def orthogonalise(self) -> None:
+        """Bring dS to orthogonal rows, with the turns that do it beside them."""
+        n, count = self.n, self.count
+        for k in range(count):
+            for i in range(count):
+                self.G[k * (n + count) + n + i] = 1.0 if i == k else 0.0
+        singular_values.orthogonalise(self.G, count, n, n + count, 1)
+        singular_values.sort_by_norm(self.G, self.slopes, count, n, n + count, 1)
+
+    def write_slope(self, x: Flat, y: Flat, slope: Flat) -> None:
+        """Fill the slope (n,) of y' J_t x, of a joint motion x (n,) and a tool motion y (6,)."""
+        if self.chain.loops == 0:
+            jacobian_changes.write_slope(self.chain, self.changes, y, slope)
+        else:
+            for j in range(self.n):
+                for i in range(6):
+                    self.weights[6 * j + i] = x[j] * y[i]
+            gradient.write_gradient(self.chain, self.row, self.weights, slope, self.work)
+        for j in range(self.n):
+            slope[j] *= self.units[j]
+
+    def condition_number(self) -> float:
+        """Return the condition number of the decomposed row."""
+        smallest = self.sigma[self.pivots]
+        return self.sigma[0] / smallest if smallest > 0.0 else places.INFINITY
+
+    def decompose(self, row: Flat) -> None:
+        """Find the singular values and directions of an evaluated row, for `write_zero_of`."""
+        arrays.copy(self.home, self.chain.frames_at, row)
+        singularity.write_directions(self.n, self.task, self.home, self.W, self.sigma)
+
+    def write_steps(self, d: Flat, onto: Flat, along: Flat) -> bool:
+        """
+        Fill the least-norm motion onto the set from a motion d, and the rest of a motion of -d.
+
+        Both have n numbers; their sum leads to the point of the linear set that is nearest to
+        d = 0. Returns False if no motion changes S.
+        """
+        n, count = self.n, self.count
+        for j in range(n):
+            onto[j], along[j] = 0.0, -d[j]
+        for i in range(count):
+            slope = self.slopes[i]
+            if not slope > RANK_SHARE * self.slopes[0] or not slope > 0.0:
+                break
+            row = arrays.after(self.G, i * (n + count))
+            share = arrays.dot(arrays.after(row, n), self.S, count) / (slope * slope)
+            back = arrays.dot(row, d, n) / (slope * slope)
+            for j in range(n):
+                onto[j] -= share * row[j]
+                along[j] += back * row[j]
+        return self.slopes[0] > 0.0 or self.residual == 0.0
+
+
+def length_of(d: Flat, n: int) -> float:
+    """Return the length of a motion d (n,)."""
+    return math.sqrt(arrays.dot(d, d, n))

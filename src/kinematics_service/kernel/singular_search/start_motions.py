@@ -1,0 +1,109 @@
+"""
+Find where singular values of J_t are zero by first order: starts of the projection.
+
+The slope of a singular value is u' dJ_t v (Golub and Van Loan, Matrix Computations, section 8.6).
+If two are nearly zero, the nearest singular pose may lose any mixture of their directions.
+"""
+
+import math
+
+from ..forward import chain_pass
+from ..layout import arrays, places
+from ..layout.arrays import Flat
+from . import jacobian_changes, rank_equations
+from .rank_equations import RankEquations
+
+# Steps of Newton's method to a pose that loses a mixture, at most.
+MIXTURE_STEPS = 6
+# Converged: the last step, relative to the motion. The next step would be its square.
+MIXTURE_TOLERANCE = 1e-5
+
+
+def write_zero_of(equations: RankEquations, r: int, d: Flat) -> float:
+    """
+    Fill the least-norm motion d (n,) at whose end singular value r of the decomposed row is
+    zero by first order, and return its length.
+    """
+    n, m = equations.n, equations.m
+    equations.restart()
+    first = arrays.after(equations.W, r * (m + n))
+    second = arrays.after(first, max(m, n))
+    joints, tool = (first, second) if n > m else (second, first)
+    arrays.fill(equations.Y, 6, 0.0)
+    for j in range(n):
+        equations.X[j] = joints[j] * equations.task.column_scale[j]
+    for i in range(m):
+        equations.add_tool_motion(i, tool[i], equations.Y)
+    if equations.chain.loops == 0:
+        jacobian_changes.write_changes(
+            equations.chain, equations.row, equations.X, equations.changes
+        )
+    equations.write_slope(equations.X, equations.Y, d)
+    length = rank_equations.length_of(d, n)
+    if not length > 0.0:
+        return places.INFINITY
+    for j in range(n):
+        d[j] *= -equations.sigma[r] / (length * length)
+    return equations.sigma[r] / length
+
+
+def write_zero_between(
+    equations: RankEquations, origin: Flat, turn: float, limit: float, d: Flat
+) -> float:
+    """
+    Fill the motion d (n,) to the nearest pose that loses a mixture of the last two directions.
+
+    Returns its length; infinite beyond the limit, or if the generic rank is 1. After one pivot
+    fewer S has two rows (or columns): J_t has a rank below k if a sum of them, with weights
+    cos(turn) and sin(turn), is zero. Newton's method needs no small pivot for it.
+    """
+    n, rank, length = equations.n, equations.task.generic_rank, places.INFINITY
+    if rank < 2 or rank < min(equations.m, n):
+        return length
+    arrays.fill(d, n, 0.0)
+    equations.restart()
+    for _ in range(MIXTURE_STEPS):
+        length = places.INFINITY
+        equations.stop_after(rank - 2)
+        if not equations.move_to(origin, d):
+            break
+        equations.write_slopes()
+        _mix(equations, turn)
+        if not equations.write_steps(d, equations.onto, equations.along):
+            break
+        step = 0.0
+        for j in range(n):
+            change = equations.onto[j] + equations.along[j]
+            step += change * change
+            d[j] += change
+        length = rank_equations.length_of(d, n)
+        if not length < limit:
+            length = places.INFINITY
+        if not length < limit or math.sqrt(step) <= MIXTURE_TOLERANCE * length:
+            break
+    equations.stop_after(rank - 1)
+    return length
+
+
+def _mix(equations: RankEquations, turn: float) -> None:
+    # Replace the two rows (or columns) of S by their sum, and bring its slopes to orthogonal rows.
+    n = equations.n
+    lines, width, other = equations.count // 2, n + equations.count, n + equations.count // 2
+    by_rows = equations.lost == 2
+    pair = chain_pass.sincos(turn)
+    for i in range(lines):
+        first = i if by_rows else 2 * i
+        second = first + (lines if by_rows else 1)
+        for j in range(n):
+            value = (
+                pair[1] * equations.G[first * width + j]
+                + pair[0] * equations.G[second * width + j]
+            )
+            equations.mixed[i * other + j] = value
+        equations.mixed[lines * other + i] = (
+            pair[1] * equations.S[first] + pair[0] * equations.S[second]
+        )
+    arrays.copy(equations.G, lines * other, equations.mixed)
+    arrays.copy(equations.S, lines, arrays.after(equations.mixed, lines * other))
+    equations.count = lines
+    equations.orthogonalise()
