@@ -6,7 +6,6 @@ from arms import robot_of
 from calibrated_arms import TIP, touching_arm, touching_positions
 
 import kinematics_service as ks
-from kinematics_service.diagnosis.calibration import fitting
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of
 
 # Without noise touches are as exact (m).
@@ -123,30 +122,6 @@ def test_a_tool_that_is_fixed_stays_as_in_the_file():
     assert not any(one.group == 'tool' for one in found.parameters)
     assert not any(one.sentence.startswith(NO_SCALE) for one in found.combinations)
     assert found.held_out.position_max < EXACT
-
-
-@pytest.mark.slow
-def test_of_a_tip_of_unknown_height_over_parallel_axes_products_of_errors_count():
-    # Its height is told by small tilts of the axes alone.
-    name, points = 'scara_hsr065', (('A', (0.4, 0.2, -0.05)), ('B', (-0.3, 0.4, -0.03)))
-    arm = touching_arm(name, points, 25, NOISE)
-    found = ks.calibrate(arm.robot, arm.q, same_point=arm.marks)
-    said = next(one for one in found.remarks if 'products' in one)
-    assert said.startswith('tool.z is known to ')
-    text = ks.bundled_robots()[name].read_text()
-    assert '\ntool:' not in text
-    spike = ks.robot_from_text(f'{text}tool: {{frame: spike, xyz: {TIP.tolist()}}}\n')
-    assert not ks.calibrate(spike, arm.q, same_point=arm.marks, fix=['tool']).remarks
-    arm = touching_arm('ur5e', TWO, 40, NOISE, seed=1)
-    assert not ks.calibrate(arm.robot, arm.q, same_point=arm.marks).remarks
-
-
-def test_an_angle_that_is_hardly_known_is_no_length(monkeypatch):
-    arm = touching_arm('ur5e', TWO, 25, NOISE)
-    monkeypatch.setattr(fitting, 'STRAIGHT', 0.0)
-    found = ks.calibrate(arm.robot, arm.q, same_point=arm.marks, tolerances={'theta6': 0.5})
-    said = next(one for one in found.remarks if 'products' in one)
-    assert 'theta6 is known to 28.6 deg only' in said
 
 
 @pytest.mark.slow

@@ -8,7 +8,6 @@ the corrections, from the remainder and from how many numbers the poses determin
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import product
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -31,16 +30,10 @@ MEDIAN, HUBER, OUTLIER, OUTLIER_OF_THREE = 1.538, 3.0, 6.0, 5.3
 ROBUST_ROUNDS, ROUNDS, SORTING_ROUNDS, KNOWN_STEPS = 12, 25, 8, 4
 # A step within this share of the standard deviations, and a change of the noise, ends it.
 ENOUGH = 1e-3
-# Degrees of freedom beyond two that the noise is taken to have at least; a noise of no more than
-# the second is not told by the rows, and one that is assumed has the third: in nine cases of ten
-# it is between 0.6 and 4.4 times as large.
-LEAST_FREEDOM, UNTOLD, ASSUMED_FREEDOM = 1.0, 1.0, 2.0
-# Logarithms of half a chi-square, for means over what a noise may be that few rows tell.
-HALF_SQUARES = np.arange(-9.0, 4.0, 0.6)
-# Noises that are less likely by this factor are left out of a mean.
-UNLIKELY = 1e-3
-# Products of errors do not count whose squares are this share of the variances, or less.
-STRAIGHT = 0.5
+# Student's factor f / (f - 2) takes f - 2 as at least this: it is infinite at 2.
+LEAST_FREEDOM = 1.0
+# With this number of degrees of freedom or fewer the rows do not tell the noise.
+UNTOLD = 1.0
 HALVINGS = 5
 # Standard deviation (m) of a distance between points that is known.
 DISTANCE = 1e-5
@@ -321,13 +314,10 @@ class Identified(FoundValues):
     Attributes
     ----------
     covariance : shape (P, P)
-        After the measurement; it contains the priors.
-    bent
-        Whether products of errors count: then the covariance has what these add.
+        After the measurement, by the noise with Student's factor; it contains the priors.
     """
 
     covariance: Floats
-    bent: bool
 
 
 class _Step(NamedTuple):
@@ -435,42 +425,11 @@ def find_values(
 
 
 def with_covariance(problem: FitProblem, found: FoundValues) -> Identified:
-    """Return the corrections and how well they are known, which takes longer than to find them."""
-    covariance = _mean_covariance(problem, found)
+    """Return the corrections and how well they are known."""
     noise = widened(found.noise, found.freedom)
-    bend = _bend(_Equations(problem, noise, found.used), found.values)
-    bent = bool(np.any(bend))
-    return Identified(**vars(found), covariance=covariance + bend, bent=bent)
-
-
-def _mean_covariance(problem: FitProblem, found: FoundValues) -> Floats:
-    # Priors keep the errors small that a large noise would leave: the covariance is the mean over
-    # the noises, and not that of a mean noise.
-    each = [_possible_noises(own, f) for own, f in zip(found.noise, found.freedom)]
-    if problem.positions:
-        each[1] = [(1.0, found.noise.rotation)]
-    there = problem.equations(found.values)
-    mean = np.zeros((len(found.values), len(found.values)))
-    for (weight, position), (times, rotation) in product(*each):
-        known = Noise(position, rotation)
-        solved = _Equations(problem, known, found.used).solved(found.values, there)
-        inverse = problem.prior[:, None] * np.linalg.inv(solved.triangle)
-        mean += weight * times * (inverse @ inverse.T)
-    return mean
-
-
-def _possible_noises(noise: float, freedom: float) -> list[tuple[float, float]]:
-    # How likely each standard deviation is after an estimate: the squares that remain, over those
-    # of the noise, are distributed as chi-square.
-    if freedom >= FEW_ROWS:
-        return [(1.0, noise * _widening(freedom))]
-    freedom = max(freedom, ASSUMED_FREEDOM)
-    half = np.exp(HALF_SQUARES)
-    weights = half ** (0.5 * freedom) * np.exp(-half)
-    likely = weights > UNLIKELY * np.max(weights)
-    weights = weights[likely] / np.sum(weights[likely])
-    noises = noise * np.sqrt(0.5 * freedom / half[likely])
-    return list(zip(weights.tolist(), noises.tolist()))
+    inverse = np.linalg.inv(_Equations(problem, noise, found.used).solved(found.values).triangle)
+    covariance = np.outer(problem.prior, problem.prior) * (inverse @ inverse.T)
+    return Identified(**vars(found), covariance=covariance)
 
 
 def _known_distances(distances: Floats, freedom: Noise) -> Floats:
@@ -585,36 +544,6 @@ def _stepped(equations: _Equations, values: Floats, remainders: Floats) -> tuple
             return step, after
         step = 0.5 * step
     return np.asarray(step), equations.problem.weighed(values + step)
-
-
-def _bend(equations: _Equations, values: Floats) -> Floats:
-    """
-    Return what products of errors add to the covariance, (P, P); 0 where it is next to nothing.
-
-    Errors L z, of the covariance L L^T, move what remains by their products as well, and the
-    corrections of least squares by G of that (Bates and Watts 1980). Of normal z the squares of
-    sum_kl G_kl z_k z_l / 2 are, about their mean, sum_kl G_kl G_kl^T / 2.
-    """
-    problem, solved = equations.problem, equations.solved(values)
-    inverse = np.linalg.inv(solved.triangle)
-    L = problem.prior[:, None] * inverse
-
-    def away(step: Floats) -> Floats:
-        return equations.right(values + step, problem.weighed(values + step))
-
-    def turning(step: Floats) -> Floats:
-        return equations.rows(values + step, problem.equations(values + step)[1])
-
-    # All errors at once first, each with a sign.
-    along = L @ np.where(np.random.default_rng(0).random(len(values)) < 0.5, -1.0, 1.0)
-    products = away(along) - 2.0 * solved.right + away(-along)
-    moved = 0.5 * inverse.T @ (solved.rows.T @ products)
-    if float(moved @ moved) < STRAIGHT * len(values):
-        return np.zeros_like(L)
-    back = L @ inverse.T @ solved.rows.T
-    each = [back @ (turning(0.5 * step) - turning(-0.5 * step)) @ inverse for step in L.T]
-    G = np.concatenate(each, axis=1)
-    return np.asarray(0.5 * G @ G.T)
 
 
 def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Floats:

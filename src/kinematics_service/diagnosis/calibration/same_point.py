@@ -42,8 +42,6 @@ from .checking import (
     explained_by_joints,
     refuse_mistake,
     rigid_positions,
-    unit_of,
-    value_in_words,
 )
 from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint
 from .explanations import truncated
@@ -318,7 +316,7 @@ class SamePointParameters(ChosenParameters):
         points = np.array([one.position for one in self.points(problem, found)])
         left = problem.remainders(found.values)[:, 0]
         near = OUTLIER_OF_THREE * found.noise.position
-        result = [*super().remarks(problem, found), *_on_deviations(problem, found)]
+        result = [*super().remarks(problem, found)]
         for row in np.flatnonzero(~found.used)[:MOST_NAMED]:
             own = int(self.touches.point[row])
             distances = np.linalg.norm(points - (points[own] - left[row]), axis=1)
@@ -327,20 +325,6 @@ class SamePointParameters(ChosenParameters):
                 names = self.touches.names
                 result.append(f'Row {row} is marked {names[own]} but touches {names[other]}')
         return tuple(result)
-
-
-def _on_deviations(problem: FitProblem, found: Identified) -> list[str]:
-    # Along what is hardly told, as the height of a tip that turns about parallel axes alone.
-    if not found.bent:
-        return []
-    deviations = np.sqrt(np.diag(found.covariance))
-    widest = np.argmax(deviations / [one.scale for one in problem.parameters])
-    one = problem.parameters[widest]
-    far = value_in_words(float(deviations[widest]), unit_of(one))
-    return [
-        f'{one.name} is known to {far} only, and the products of so large an error with others '
-        'count in the deviations; fix the tip to that of the robot file (--fix tool) if it has one'
-    ]
 
 
 def _started(robot: Robot, q: Floats, point: Integers, free: bool) -> _Start:
