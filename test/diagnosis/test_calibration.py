@@ -606,13 +606,6 @@ def test_the_factory_calibration_of_a_ur3e_is_found_to_the_last_printed_digit():
     assert 3e-4 < found.held_out_before.position_rms < 6e-4
     assert found.held_out.position_rms < 2e-9
     assert found.known == found.possible == 26
-    # One run is not two sessions, however it is divided.
-    halves, drawn = np.arange(len(q)) < len(q) // 2, np.random.default_rng(0).random(len(q)) < 0.5
-    for sessions, cannot in ((halves, True), (drawn, False)):
-        divided = ks.calibrate(robot_of('ur3e'), q, poses, fix=['base'], sessions=sessions)
-        (zeros,) = divided.terms
-        assert (zeros.kept, 'in other places' in zeros.doubt) == (False, cannot)
-        assert divided.corrections == found.corrections
 
 
 def test_a_calibration_is_frozen(arm):

@@ -161,7 +161,7 @@ def test_a_board_of_another_size_is_named_and_refused(where):
 
 
 def test_zeros_that_drift_are_no_size_of_the_board():
-    """The size is judged beside the drifts that are kept, and is found beside them."""
+    """The size is judged beside the drifts, and is found beside them."""
     where = 'on-tool'
     arm = camera_arm(where, 48, 1)
     sessions = np.random.default_rng(17).permutation(np.repeat(np.arange(3), 16))
@@ -170,12 +170,11 @@ def test_zeros_that_drift_are_no_size_of_the_board():
         poses = arm.poses.copy()
         poses[:, :3, 3] *= size
         found = ks.calibrate(arm.robot, q, poses, camera=where, sessions=sessions)
-        assert [one.kind for one in found.terms if one.kept] == ['zeros']
         said = [one for one in (*found.remarks, *found.refusals) if ' times as large ' in one]
         assert len(said) == (size != 1.0)
         assert found.accepted == (size == 1.0)
         # Without the drifts the focal length would seem 0.6 % shorter.
-        assert size != 1.0 or not found.remarks
+        assert size != 1.0 or all('measured nowhere' in one for one in found.remarks)
 
 
 def test_what_no_camera_measures_is_refused():

@@ -25,6 +25,7 @@ from .board_views import BoardViews
 from .camera import ON_TOOL, Camera, given_by_camera, wrong_size
 from .checking import Measured, checked_offsets, in_words, measured
 from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
+from .conditions import ToolLoads, with_conditions
 from .corrections import corrected_robot
 from .explanations import RefusalCauses, TriedCalibration, explained, mistakes_of, scores_of_poses
 from .fitting import (
@@ -32,20 +33,14 @@ from .fitting import (
     FitProblem,
     Identified,
     Noise,
+    find_values,
     held_out_remainders,
     refined,
     weighted_jacobian,
+    with_covariance,
 )
 from .identified_table import CalibratedParameter, IdentifiedTable
 from .knowledge import KNOWN, ParameterCombination
-from .optional_terms import (
-    NOTHING_ASKED,
-    FittedTerms,
-    ToolLoads,
-    TriedTerm,
-    asked_terms,
-    fitted_terms,
-)
 from .placing import Free
 from .same_point import SamePointParameters, scores_of_touches, touches_of
 
@@ -138,9 +133,6 @@ class Calibration(IdentifiedTable):
     camera
         Where the camera is that saw a board, if one did. On the tool `measured` is the camera in
         the frame of the board, and what remains is the board in the frame of the camera.
-    terms
-        Elasticity of the joints and drifts of sessions, if they were asked for. What remains is so
-        with those that are kept; the calibrated robot has none of them.
     views
         The board in the images that the poses are from, if there are any.
     """
@@ -176,7 +168,6 @@ class Calibration(IdentifiedTable):
     camera: Camera | None = None
     views: BoardViews | None = None
     explained: RefusalCauses = RefusalCauses()
-    terms: tuple[TriedTerm, ...] = ()
 
     @property
     def accepted(self) -> bool:
@@ -302,10 +293,10 @@ def calibrate(
         stands still; or `fixed`, and the board is on the tool.
     sessions : N
         The name of the session each row was measured in. Where the instrument stands, and the
-        zeros of the joints, may drift from session to session: that is fitted, too, where
-        cross-validation says that it helps, and `terms` says so.
+        zeros of the joints, may drift: the differences from the first session are parameters,
+        `placement` and `zeros`.
     loads
-        The load on the tool at each row. The joints may yield to it: as `sessions`.
+        The load on the tool at each row. The joints yield to it: a `compliance` of each.
     whitening : shape (N, 3, 3) or (N, 6, 6)
         What differences of positions, or of these and of rotations, are multiplied by where they
         are weighed, so that their noise is the same along all axes and in all rows; None: it is so
@@ -376,8 +367,7 @@ def calibrate(
         arm = parameters_of(robot, asks_for_gears(fit))
         points = SamePointParameters(robot, touched, arm, apart or {})
         problem = points.touch_problem(points.fitted(fit, fix, priors), priors, check)
-        best = fitted_terms(problem, NOTHING_ASKED, known, progress)
-        found = _fitted(points, problem, None, best, known, progress)
+        found = _fitted(points, problem, None, known, progress)[0]
         if found.accepted or not check:
             return found
         progress('explanations')
@@ -397,18 +387,19 @@ def calibrate(
         given = measured(robot, q, poses, sets, qdot)
     else:
         half_behind = -0.5 * np.sign(numbers_of('approach', approach))
-        given = measured(robot, q, poses, sets, half_behind)._replace(along=BACKLASH)
+        given = measured(robot, q, poses, sets, half_behind, BACKLASH)
     if camera is not None:
         given = given_by_camera(robot, given, camera, check)
     for end in own:
         if end not in ENDS:
             raise CalibrationError(f'own: {end!r} is not one of {", ".join(ENDS)}')
+    each = Free('base' in own, 'tool' in own)
+    given = with_conditions(robot, given, each.base, sessions, loads)
     arm = parameters_of(robot, asks_for_gears(fit))
     names = ChosenParameters(robot, given, tuple(own), arm.table)
     fitted = names.fitted(fit, fix, priors)
     free = Free('base' in names.groups(fitted), 'tool' in names.groups(fitted))
     progress('frame check')
-    each = Free('base' in own, 'tool' in own)
     offsets, frames = checked_offsets(robot, given, free, each, check, read)
     problem = names.problem(
         names.chains(arm.chain, offsets),
@@ -418,11 +409,9 @@ def calibrate(
         from_tool=camera == ON_TOOL,
         whitening=whitening,
     )
-    asked = asked_terms(robot, given, each.base, free.base, sessions, loads)
-    best = fitted_terms(problem, asked, known, progress)
-    found = _fitted(names, problem, frames, best, known, progress)
+    found, identified = _fitted(names, problem, frames, known, progress)
     found = replace(found, camera=camera)
-    size = wrong_size(best.problem, best.found) if camera is not None and check else None
+    size = wrong_size(problem, identified) if camera is not None and check else None
     if size is not None and not size.refused:
         found = replace(found, remarks=(*found.remarks, size.sentence))
     elif size is not None:
@@ -476,15 +465,12 @@ def _fitted(
     names: ChosenParameters,
     problem: FitProblem,
     frames: FrameDiagnosis | None,
-    fit: FittedTerms,
     instrument: Noise | None,
     progress: Callable[[str], None],
-) -> Calibration:
-    robot, given, count = names.robot, names.given, len(problem.parameters)
-    found = replace(
-        fit.found,
-        values=fit.found.values[:count],
-        covariance=fit.found.covariance[:count, :count],
+) -> tuple[Calibration, Identified]:
+    robot, given = names.robot, names.given
+    found = with_covariance(
+        problem, find_values(problem, instrument, lambda k: progress(f'round {k + 1}'))
     )
     progress('cross-validation')
     used = found.used
@@ -494,12 +480,12 @@ def _fitted(
     values = np.linalg.svd(weighted, compute_uv=False)
     base, tool = names.ends_of(problem, found.values)
     base_starts, tool_starts = names.starts_of(problem)
-    before, after = ends.remainders(begin), fit.problem.remainders(fit.found.values)
+    before, after = ends.remainders(begin), problem.remainders(found.values)
     left = (
         before,
         after,
         held_out_remainders(ends, begin, found, _blocks(ends)),
-        held_out_remainders(fit.problem, fit.found.values, found, _blocks(fit.problem)),
+        held_out_remainders(problem, found.values, found, _blocks(problem)),
     )
     without, with_outliers = (
         FitErrors(*(_errors(one, rows) for one in left)) for rows in (used, np.ones_like(used))
@@ -526,7 +512,7 @@ def _fitted(
         {one.name for one in names.table if one.group != GEARS} <= set(problem.names),
         instrument,
     )
-    return Calibration(
+    calibration = Calibration(
         robot=robot,
         calibrated=corrected_robot(robot, problem.parameters, np.round(found.values, DECIMALS)),
         parameters=parameters,
@@ -563,8 +549,8 @@ def _fitted(
         remainders=after,
         held_out_remainders=left[-1],
         points=points,
-        terms=fit.tried,
     )
+    return calibration, found
 
 
 def _errors(remainders: Floats, used: Flags) -> Errors:

@@ -1,7 +1,8 @@
 """Measured poses looked at before anything is fitted: what is wrong with them, in a sentence."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +40,8 @@ OPTIONS = {
     'the poses are in millimetres, not metres': '; add --pose-format mm',
     'the positions are in millimetres, not metres': '; add --pose-format mm,position',
 }
+# Groups of parameters of sessions and loads.
+PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
 # What a calibration finds by itself.
 FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
 
@@ -56,17 +59,43 @@ class Measured(NamedTuple):
         Whether they are positions alone.
     sets : shape (N,)
         Whole numbers from 0.
-    rates : shape (N, n), rad/s or m/s
-        How the joints move with the correction `along`: their velocities with the lag; None if
-        they are not known.
+    rates : shape (N, n, K)
+        How the joints move with the parameters `moving`, K: their velocities with a lag.
+    sessions : shape (N,)
+        Whole numbers from 0.
+    placements
+        Parameters of where the instrument stands in each session but the first, six each.
+    priors
+        Standard deviations before of placements and moving parameters, by name.
+    remarks
+        Sentences on the rows.
     """
 
     q: Floats
     poses: Floats
     positions: bool
     sets: Integers
-    rates: Floats | None = None
-    along: ArmParameter = LAG
+    rates: Floats
+    moving: tuple[ArmParameter, ...]
+    sessions: Integers
+    placements: tuple[ArmParameter, ...] = ()
+    priors: Mapping[str, float] = MappingProxyType({})
+    remarks: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        q: Floats,
+        poses: Floats,
+        positions: bool,
+        sets: Integers,
+        qdot: Floats | None = None,
+        along: ArmParameter = LAG,
+    ) -> 'Measured':
+        """Return measured poses of one session; joints move by qdot (N, n) with `along`."""
+        rates = np.zeros((*q.shape, 0)) if qdot is None else qdot[:, :, None]
+        moving = () if qdot is None else (along,)
+        return cls(q, poses, positions, sets, rates, moving, 0 * sets)
 
     @property
     def set_count(self) -> int:
@@ -85,9 +114,15 @@ def measured(
     poses: npt.ArrayLike,
     sets: npt.ArrayLike | None,
     qdot: npt.ArrayLike | None = None,
+    along: ArmParameter = LAG,
 ) -> Measured:
     """
     Return measured poses as arrays that fit each other.
+
+    Parameters
+    ----------
+    qdot : shape (N, n)
+        How the joints move with the parameter `along`.
 
     Raises
     ------
@@ -111,7 +146,7 @@ def measured(
     rates = None if qdot is None else numbers_of('qdot', qdot)
     if rates is not None and not (rates.shape == at.shape and np.all(np.isfinite(rates))):
         raise CalibrationError(f'qdot must be finite, of the shape {at.shape}')
-    result = Measured(at, T, positions, _sets(sets, count), rates)
+    result = Measured.of(at, T, positions, _sets(sets, count), rates, along)
     for k in range(result.set_count if count else 1):
         _check_set(robot, result.of_set(k))
     return result
@@ -337,7 +372,9 @@ IN_WORDS: dict[str, Callable[[float], str]] = {
 
 def unit_of(parameter: ArmParameter) -> str:
     """Return the SI unit of a parameter's numbers, empty of a share."""
-    return {LAG.group: 's', GEARS: ''}.get(parameter.group, 'rad' if parameter.angle else 'm')
+    plain = 'rad' if parameter.angle else 'm'
+    yields = 'rad/Nm' if parameter.angle else 'm/N'
+    return {LAG.group: 's', GEARS: '', COMPLIANCE: yields}.get(parameter.group, plain)
 
 
 def value_in_words(value: float, unit: str) -> str:

@@ -37,8 +37,9 @@ UNTOLD = 1.0
 HALVINGS = 5
 # Standard deviation (m) of a distance between points that is known.
 DISTANCE = 1e-5
-# Difference (s, rad) by which poses move with what moves the joints: a lag, or a backlash.
-STEP = 1e-4
+# Difference (rad, m) of joints: the cube root of the round-off has the least error (Nocedal and
+# Wright, section 8.1).
+STEP = float(np.cbrt(np.finfo(np.float64).eps))
 
 
 # What remains (N, 2, 3), and how the poses move (N, 2, 3, P), as `FitProblem.equations` has them.
@@ -57,32 +58,6 @@ class KnownDistance(NamedTuple):
     second: int
     between: Floats
     distance: float
-
-
-class SharedErrors(NamedTuple):
-    """
-    Rows whose errors have a part in common: how the arm itself is off where all were measured.
-
-    Attributes
-    ----------
-    groups : shape (N,)
-        The number of the group of each row.
-    share : shape (N, 2)
-        Of the mean of its group, what is taken off each row's position and rotation, so that the
-        rest has the noise alone.
-    """
-
-    groups: Integers
-    share: Floats
-
-    def apart(self, rows: Floats) -> Floats:
-        """Return rows (N, 2, ...) without what they share."""
-        sums = np.zeros((int(np.max(self.groups)) + 1, *rows.shape[1:]))
-        np.add.at(sums, self.groups, rows)
-        counts = np.maximum(np.bincount(self.groups), 1)
-        means = sums / counts.reshape(-1, *[1] * (rows.ndim - 1))
-        share = self.share.reshape(*self.share.shape, *[1] * (rows.ndim - 2))
-        return np.asarray(rows - share * means[self.groups])
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +80,8 @@ class FitProblem:
     positions
         Whether the poses are positions alone.
     rates : shape (N, n, K)
-        How the joints move with each of the last K of all corrections, such as a lag or a
-        backlash; None if there is none.
+        How the joints move with each of the last K of all corrections, such as a lag, a backlash,
+        a drift or a compliance.
     known_distances
         Distances between corrected points.
     from_tool
@@ -115,8 +90,6 @@ class FitProblem:
     whitening : shape (N, 3, 3) or (N, 6, 6)
         What remaining positions, or these and rotations, are multiplied by where they are weighed,
         so that their noise is the same along all axes and in all rows; None: it is so already.
-    shared
-        What rows have in common; None: nothing.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -128,11 +101,10 @@ class FitProblem:
     q: Floats
     poses: Floats
     positions: bool
-    rates: Floats | None = None
+    rates: Floats
     known_distances: tuple[KnownDistance, ...] = ()
     from_tool: bool = False
     whitening: Floats | None = None
-    shared: SharedErrors | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -147,7 +119,12 @@ class FitProblem:
     @property
     def first_rate(self) -> int:
         """Return where the corrections begin that move joints."""
-        return self.count - (0 if self.rates is None else self.rates.shape[2])
+        return int(self.count - self.rates.shape[2])
+
+    @property
+    def moving(self) -> Integers:
+        """Return which of the parameters move joints."""
+        return np.flatnonzero(self.columns >= self.first_rate)
 
     def every(self, values: Floats) -> Floats:
         """Return all corrections, those that are not fitted being zero."""
@@ -164,10 +141,8 @@ class FitProblem:
             poses[own] = poses_of(chain, every, self._joints(own, every))
         return poses
 
-    def _joints(self, own: Flags, every: Floats, ahead: Floats | float = 0.0) -> Floats:
-        if self.rates is None:
-            return self.q[own]
-        return np.asarray(self.q[own] + self.rates[own] @ (every[self.first_rate :] + ahead))
+    def _joints(self, own: Flags, every: Floats) -> Floats:
+        return np.asarray(self.q[own] + self.rates[own] @ every[self.first_rate :])
 
     def remainders(self, values: Floats) -> Floats:
         """Return position (m) and rotation (rad) that remain, shape (N, 2, 3)."""
@@ -184,7 +159,7 @@ class FitProblem:
             own = six[:, : self.whitening.shape[1]]
             own[:] = np.einsum('nij,nj...->ni...', self.whitening, own)
             rows = six.reshape(rows.shape)
-        return rows if self.shared is None else self.shared.apart(rows)
+        return rows
 
     def _between(self, poses: Floats) -> Floats:
         if self.from_tool:
@@ -200,35 +175,24 @@ class FitProblem:
             every = self.every(values)
             change = pose_change(chain, every, self._joints(own, every))
             poses[own], jacobian[own] = change.pose, change.jacobian[:, :, self.columns]
-            moving = self._moving(own)
-            if len(moving):
-                jacobian[np.ix_(own, np.arange(6), moving)] = self._moved(
-                    chain, own, every, moving
-                )
+            if len(self.moving):
+                moved = self._moved(chain, own, every)
+                jacobian[np.ix_(own, np.arange(6), self.moving)] = moved
         left = self._between(poses)
         if self.from_tool:
             jacobian = of_inverses(poses, jacobian)
         moves = jacobian.reshape(len(poses), 2, 3, -1)
         return self.whitened(left), self.whitened(moves)
 
-    def _moving(self, own: Flags) -> Integers:
-        # Those of the parameters that move joints of these rows.
-        if self.rates is None:
-            return np.zeros(0, dtype=np.int64)
-        moves = np.zeros(self.count, dtype=bool)
-        moves[self.first_rate :] = np.any(self.rates[own], axis=(0, 1))
-        return np.flatnonzero(moves[self.columns])
-
-    def _moved(self, chain: CorrectedChain, own: Flags, every: Floats, moving: Integers) -> Floats:
-        # How poses move with these parameters, (rows, 6, moving): by differences, all at once.
-        steps = np.zeros((len(moving), self.count - self.first_rate))
-        steps[np.arange(len(moving)), self.columns[moving] - self.first_rate] = STEP
-        q = [self._joints(own, every, way * step) for way in (1.0, -1.0) for step in steps]
-        poses = poses_of(chain, every, np.concatenate(q))
-        later, sooner = poses.reshape(2, len(moving), -1, 4, 4)
+    def _moved(self, chain: CorrectedChain, own: Flags, every: Floats) -> Floats:
+        # How poses move with what moves joints, (rows, 6, K): by central differences of joints.
+        q, n = self._joints(own, every), self.q.shape[1]
+        at = np.concatenate([q + way * STEP * one for way in (1.0, -1.0) for one in np.eye(n)])
+        later, sooner = poses_of(chain, every, at).reshape(2, n, -1, 4, 4)
         R = later[..., :3, :3] @ np.swapaxes(sooner[..., :3, :3], -1, -2)
         moved = np.concatenate([(later - sooner)[..., :3, 3], rotation_vector(R)], axis=-1)
-        return np.moveaxis(moved / (2.0 * STEP), 0, -1)
+        rates = self.rates[own][:, :, self.columns[self.moving] - self.first_rate]
+        return np.asarray(np.moveaxis(moved / (2.0 * STEP), 0, -1) @ rates)
 
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
         """Return how known distances move (D, P) and what remains (D,), in their deviations."""

@@ -61,6 +61,11 @@ class CalibratedParameter(ArmParameter):
         return value_in_words(value, self.unit)
 
     @property
+    def may_be_zero(self) -> bool:
+        """Return whether zero lies within two deviations of the correction."""
+        return abs(self.correction) <= 2.0 * self.deviation
+
+    @property
     def identifiable(self) -> bool:
         """Return whether the poses identify it; else it mostly stays where its prior has it."""
         # Of base and tool nothing was known before: they are measured by usual errors.

@@ -142,7 +142,8 @@ class SamePointParameters(ChosenParameters):
     ) -> None:
         self.touches, self.arm, self.apart = touches, arm, _checked(apart, touches.names)
         poses = rigid_positions(np.zeros((len(touches.q), 3)))
-        super().__init__(robot, Measured(touches.q, poses, True, touches.point), (), arm.table)
+        given = Measured.of(touches.q, poses, True, touches.point)
+        super().__init__(robot, given, (), arm.table)
         self.every = (
             *arm.table,
             *(
@@ -254,6 +255,7 @@ class SamePointParameters(ChosenParameters):
             problem,
             q=touching[exact],
             sets=point[exact],
+            rates=np.zeros((int(np.sum(exact)), q.shape[1], 0)),
             poses=rigid_positions(self.start.points[point[exact]]),
         )
         scales = np.array([one.scale for one in problem.parameters]) / problem.prior

@@ -31,7 +31,7 @@ from ..camera import ON_TOOL, Camera
 from ..checking import Measured, rigid_positions
 from ..chosen_parameters import ChosenParameters, asks_for_gears
 from ..collecting import CollectedPoses
-from ..optional_terms import ToolLoads
+from ..conditions import ToolLoads
 from ..proposal import LineOfSight, propose_poses, table_text, trajectory_text
 from ..reading import (
     MeasuredRecording,
@@ -43,7 +43,7 @@ from ..reading import (
     seen,
     without_lag,
 )
-from ..report import cells_of, document_of, sentences_of, term_cells
+from ..report import cells_of, document_of, sentences_of
 from ..robot_text import CalibrationOrigin, Frames, calibrated_text
 from ..zeros import JointZero, calibrate_zeros, zero_sentences, zeros_of
 from .page import PageOrigin, page_of
@@ -200,7 +200,7 @@ class CalibrationRun(NamedTuple):
         arm, fitting = self.arm, self.fitting
         refuse_loops(arm.description, 'the calibration')
         q = np.zeros((1, arm.dof))
-        given = Measured(q, np.eye(4)[None], False, np.zeros(1, dtype=np.int64), q)
+        given = Measured.of(q, np.eye(4)[None], False, np.zeros(1, dtype=np.int64), q)
         every = parameters_of(arm, asks_for_gears(fitting.fit)).table
         ChosenParameters(arm, given, fitting.own, every).fitted(fitting.fit, fitting.fix)
 
@@ -392,9 +392,6 @@ def _print_report(data: CalibratedPoses, outputs: CalibrationOutputs) -> None:
     rows = table('  parameter', 'correction', 'deviation', '')
     for one in found.parameters:
         name, *cells = cells_of(one, found)
-        rows.add_row(f'  {name}', *cells)
-    for value in (value for term in found.terms for value in term.values):
-        name, *cells = term_cells(value)
         rows.add_row(f'  {name}', *cells)
     out.print(rows)
 

@@ -15,7 +15,7 @@ from ...frame_check.errors import Errors
 from ..calibration import Calibration
 from ..identified_table import CalibratedParameter
 from ..knowledge import KNOWN
-from ..report import cells_of, not_nothing, sentences_of, term_cells
+from ..report import cells_of, not_nothing, sentences_of
 from .arm_picture import arm_picture
 from .plots import NARROW, PointPlot
 
@@ -153,10 +153,6 @@ def _parameters(found: Calibration) -> str:
     for one in ordered:
         name, *cells = cells_of(one, found)
         rows.append([escape(name), escape(one.group), *map(escape, cells), _bar(one)])
-    for term in found.terms:
-        for value in term.values:
-            name, *cells = term_cells(value)
-            rows.append([escape(name), term.kind, *map(escape, cells), ''])
     headers = ['parameter', 'group', 'correction', 'deviation', '', 'prior, deviation, correction']
     legend = (
         '<p class="soft">On a logarithmic axis of a thousand: '
