@@ -326,8 +326,6 @@ def test_each_file_may_be_a_session(tmp_path, capsys):
         (('--load', 'day'), 1, "the column 'day' has masses in kg: could not convert"),
         (('--sessions', 'gap'), 1, "row 3, counted from 0, is empty in the column 'gap'"),
         (('--load-at', 0, 0, 1), 2, 'give --load COLUMN too'),
-        (('--sessions', 'day', '--same-point', 'day'), 2, 'not for --same-point'),
-        (('--sessions', 'day', '--zeros'), 2, '--zeros fits the offsets of the joints alone'),
         (('--sessions', 'file'), 1, 'all rows are of one session'),
     ],
 )
@@ -339,9 +337,3 @@ def test_wrong_columns_are_sentences(options, code, sentence, tmp_path, capsys):
     found, _, err = run(capsys, 'calibrate', file, '--robot', 'ur5e', '--stamps', 'none', *options)
     assert found == code
     assert sentence in ' '.join(err.split())
-
-
-def test_a_running_robot_has_no_columns(capsys):
-    code, _, err = run(capsys, 'calibrate', '--robot', 'ur5e', '--live', 1, '--load', 'kg')
-    assert code == 2
-    assert '--sessions, --load' in ' '.join(err.split())

@@ -35,7 +35,7 @@ AS_WELL = 2.0
 ROWS_AT_ONCE = 20_000
 # The option to type, by mistake.
 OPTIONS = {
-    INVERSE: '. Poses of a board take --camera on-tool, or fixed, as the camera is',
+    INVERSE: '. Poses of a board take calibrate-camera, with the right --camera',
     DEGREES: '; add --joint-format deg',
     'the poses are in millimetres, not metres': '; add --pose-format mm',
     'the positions are in millimetres, not metres': '; add --pose-format mm,position',

@@ -278,7 +278,7 @@ def read_touches(
         It is no table, has no such column, or a named row has no number for some joint.
     """
     if file.exists() and file.suffix.lower() not in TABLES:
-        raise CalibrationError(f'{file}: --same-point names a column of a table (.csv)')
+        raise CalibrationError(f'{file}: --point names a column of a table (.csv)')
     with open_source(file, standing_poses(file, wanted)) as source:
         blocks = [one for one in source.blocks if not isinstance(one, UnreadableMessage)]
         remarks = [remark.text for remark in source.remarks]

@@ -131,8 +131,6 @@ class CalibrationOutputs(NamedTuple):
     ----------
     robot, html, json
         The robot file, the page, the document; `-` is the standard output.
-    plans
-        Files of proposed poses.
     frames
         Whose base and tool the robot file has.
     anyway
@@ -142,7 +140,6 @@ class CalibrationOutputs(NamedTuple):
     robot: Path | None
     html: Path | None
     json: Path | None
-    plans: Sequence[Path]
     frames: Frames
     anyway: bool
 
@@ -242,6 +239,19 @@ class CalibrationRun(NamedTuple):
             loads=columns.loads_of(given),
         )
         return CalibratedPoses(found, _files(given), _remarks(given), given[0].q, given[0].poses)
+
+    def of_seen(
+        self,
+        files: Sequence[Path],
+        reading: Selection,
+        gap: float | None,
+        folder: Path | None,
+        finder: BoardFinder | None,
+    ) -> CalibratedPoses:
+        """Return the calibration from poses, or from images of a folder if `finder` is given."""
+        if folder is None or finder is None:
+            return self.of_recordings(files, reading, gap, TermColumns())
+        return self.of_images(files[0], reading, folder, finder)
 
     def of_touches(
         self,
@@ -407,16 +417,16 @@ class WantedPoses(NamedTuple):
 def write_proposal(
     arm: Robot,
     wanted: WantedPoses,
-    outputs: CalibrationOutputs,
+    plans: Sequence[Path],
     positions: bool,
     after: Calibration | None = None,
 ) -> None:
     """Write the poses to measure next into plans, or print them where there are none."""
     count, among, sight = wanted
     proposed = propose_poses(arm, count, after, positions, among=among, line_of_sight=sight)
-    for file in outputs.plans:
+    for file in plans:
         text = table_text if file.suffix.lower() == '.csv' else trajectory_text
         write_file(file, text(proposed))
-        print(f'wrote {file}: {count} poses', file=outputs.stream)
-    if not outputs.plans:
-        print(table_text(proposed), end='', file=outputs.stream)
+        print(f'wrote {file}: {count} poses')
+    if not plans:
+        print(table_text(proposed), end='')
