@@ -204,7 +204,7 @@ def less_likely(arm, found):
 
 def says_no_scale(found):
     """Return whether it is said that no length is told by itself."""
-    return any('no length is told' in one.sentence for one in found.combinations)
+    return any('scale of the lengths' in one for one in found.remarks)
 
 
 class TouchedArm(NamedTuple):

@@ -10,10 +10,10 @@ from typing import Annotated, Any, NamedTuple, Optional, TextIO
 
 import typer
 
-from ..diagnosis.calibration.calibration import Calibration
 from ..diagnosis.calibration.collecting import CollectedPoses, table_of
 from ..diagnosis.calibration.output.calibration_run import CalibratedPoses, CalibrationRun
 from ..diagnosis.calibration.proposal import propose_poses
+from ..diagnosis.calibration.result import Calibration
 from ..errors import CalibrationError, KinematicsError
 from ..output_file import write_file
 from ..robot.file.parts.parameters import TABLE_GROUPS

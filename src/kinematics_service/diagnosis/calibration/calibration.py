@@ -1,9 +1,9 @@
-"""The calibration of an arm: its numbers identified from measured poses, with what is known."""
+"""The calibration of an arm: its numbers identified from measured poses, touches or a board."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass, replace
-from functools import cached_property, partial
-from typing import NamedTuple, get_args
+from dataclasses import astuple, replace
+from functools import partial
+from typing import get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -16,20 +16,18 @@ from ...kinematics.uncertainty.parameters import parameters_of
 from ...rigid_motion import inverses
 from ...robot.file.parts.parameters import BACKLASH, ENDS, GEARS, TABLE_GROUPS
 from ...robot.loops import refuse_loops
-from ...robot.robot import AnyRobot, Robot, as_robot
+from ...robot.robot import AnyRobot, as_robot
 from ..frame_check.diagnosis import FrameDiagnosis
 from ..frame_check.errors import Errors, errors_of
 from ..frame_check.hypotheses import Hypothesis, joint_hypotheses_of
 from .acceptance import JudgedFit, noise_remarks, refusals_of
-from .board_views import BoardViews
 from .camera import ON_TOOL, Camera, given_by_camera, wrong_size
-from .checking import Measured, checked_offsets, in_words, measured
-from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
+from .checking import Measured, checked_offsets, measured
+from .chosen_parameters import ChosenParameters, asks_for_gears
 from .conditions import ToolLoads, with_conditions
 from .corrections import corrected_robot
 from .explanations import RefusalCauses, TriedCalibration, explained, mistakes_of, scores_of_poses
 from .fitting import (
-    UNTOLD,
     FitProblem,
     Identified,
     Noise,
@@ -39,200 +37,16 @@ from .fitting import (
     weighted_jacobian,
     with_covariance,
 )
-from .identified_table import CalibratedParameter, IdentifiedTable
-from .knowledge import KNOWN, ParameterCombination
+from .identified_table import CalibratedParameter
+from .knowledge import KNOWN
 from .placing import Free
+from .result import BLOCKS, Calibration, FitErrors
 from .same_point import SamePointParameters, scores_of_touches, touches_of
 
-# Blocks of time for the cross-validation.
-BLOCKS = 5
-# Corrections of so many standard deviations of their priors are remarked on.
-FAR = 4.0
+# Corrections of more standard deviations of their priors are remarked on.
+FAR_DEVIATIONS = 4.0
 # Decimals (m, rad) of the corrections of the calibrated robot: far below what any noise leaves.
 DECIMALS = 13
-
-
-class FitErrors(NamedTuple):
-    """
-    What remains of rows.
-
-    Attributes
-    ----------
-    before, after
-        With base and tool fitted alone, and with the corrections.
-    held_out_before, held_out
-        The same of rows that nothing was fitted to: by cross-validation over blocks of rows.
-    """
-
-    before: Errors
-    after: Errors
-    held_out_before: Errors
-    held_out: Errors
-
-
-@dataclass(frozen=True, eq=False)
-class Calibration(IdentifiedTable):
-    """
-    A robot identified from measured poses, if it is `accepted`.
-
-    Attributes
-    ----------
-    robot, calibrated
-        The nominal robot; the same with the corrections of its table, its base and tool unchanged.
-    parameters : P
-        Those fitted.
-    covariance : shape (P, P), rad and m
-        Of their corrections.
-    noise
-        Standard deviation of one number of a measured position (m), and rotation vector (rad).
-    freedom
-        By how many numbers it is known, beyond those that parameters take up; infinite where it
-        is that of the instrument.
-    instrument
-        The same of the instrument, where it was given.
-    count, positions
-        Number of poses, and whether they are positions alone.
-    outliers
-        Rows that were left out, the farthest first.
-    distances : shape (N,)
-        What remains of each row, in standard deviations of the noise.
-    as_given
-        What was between the poses of the file and the measured ones.
-    without, with_outliers
-        What remains of the rows that were used, and of all.
-    known, possible
-        Number of directions of the parameters that these poses tell better than the priors; and
-        that any poses of this kind could tell.
-    singular_values : shape (P,)
-        How well, in units of the priors; descending.
-    combinations
-        Parameters that no pose tells apart, or not these.
-    base_offsets, tool_offsets : shape (sets, 4, 4)
-        X and Y of measured = X calibrated Y.
-    base_starts, tool_starts : shape (sets, 4, 4)
-        Base and tool that their corrections, along and about their own axes, begin at.
-    refusals
-        Why it is no calibration, sentences; empty if it is accepted.
-    explained
-        Mistakes that would explain a refusal.
-    frames
-        What the frame check said; None of positions.
-    remarks
-        Sentences on the data.
-    q : shape (N, n), rad or m
-        Joint positions of the rows.
-    sets : shape (N,)
-        The set of each row; of touches the point.
-    remainders_before, remainders : shape (N, 2, 3), m and rad
-        What remains of each row with base and tool fitted alone, and with the corrections: of the
-        position, and a rotation vector; in the frame of the poses.
-    held_out_remainders : shape (N, 2, 3), m and rad
-        The last of these of rows that nothing was fitted to.
-    points
-        Those that were touched, if the poses were measured by nothing else.
-    camera
-        Where the camera is that saw a board, if one did. On the tool `measured` is the camera in
-        the frame of the board, and what remains is the board in the frame of the camera.
-    views
-        The board in the images that the poses are from, if there are any.
-    """
-
-    calibrated: Robot
-    noise: Noise
-    freedom: Noise
-    instrument: Noise | None
-    count: int
-    positions: bool
-    outliers: tuple[int, ...]
-    distances: Floats
-    as_given: Errors
-    without: FitErrors
-    with_outliers: FitErrors
-    known: int
-    possible: int
-    singular_values: Floats
-    combinations: tuple[ParameterCombination, ...]
-    base_offsets: Floats
-    tool_offsets: Floats
-    base_starts: Floats
-    tool_starts: Floats
-    refusals: tuple[str, ...]
-    frames: FrameDiagnosis | None
-    remarks: tuple[str, ...]
-    q: Floats
-    sets: Integers
-    remainders_before: Floats
-    remainders: Floats
-    held_out_remainders: Floats
-    points: tuple[TouchedPoint, ...] = ()
-    camera: Camera | None = None
-    views: BoardViews | None = None
-    explained: RefusalCauses = RefusalCauses()
-
-    @property
-    def accepted(self) -> bool:
-        """Return whether it is a calibration: its rows agree, and no more remains than may."""
-        return not self.refusals
-
-    @property
-    def kind(self) -> str:
-        """Return what was measured, in a word."""
-        if self.points:
-            return 'touches'
-        return 'positions' if self.positions else 'poses'
-
-    @property
-    def row(self) -> str:
-        """Return what a row is, in a word."""
-        return 'touch' if self.points else 'pose'
-
-    @property
-    def placed(self) -> str:
-        """Return what is fitted where nothing of the table is, in words."""
-        return 'tip and points' if self.points else 'base and tool'
-
-    def rms_in_words(self, errors: Errors) -> str:
-        """Return the RMS values of errors as far as they were measured, in words."""
-        return in_words(*errors.rms, self.positions)
-
-    @property
-    def noise_told(self) -> bool:
-        """Return whether the noise is known; otherwise so few numbers do not tell it."""
-        return min(self.freedom) > UNTOLD
-
-    @property
-    def before(self) -> Errors:
-        """Return what remains with base and tool fitted alone, without outliers."""
-        return self.without.before
-
-    @property
-    def after(self) -> Errors:
-        """Return what remains with the corrections, without outliers."""
-        return self.without.after
-
-    @property
-    def held_out_before(self) -> Errors:
-        """Return `before` of rows that nothing was fitted to."""
-        return self.without.held_out_before
-
-    @property
-    def held_out(self) -> Errors:
-        """Return `after` of rows that nothing was fitted to."""
-        return self.without.held_out
-
-    @cached_property
-    def corrections(self) -> dict[str, float]:
-        """Return the corrections by name, rad and m."""
-        return {one.name: one.correction for one in self.parameters}
-
-    @property
-    def not_identifiable(self) -> tuple[str, ...]:
-        """Return the parameters of the table that mostly stay where their prior has them."""
-        return tuple(
-            one.name
-            for one in self.parameters
-            if one.group in TABLE_GROUPS and not one.identifiable
-        )
 
 
 def calibrate(
@@ -427,9 +241,8 @@ def calibrate(
         q = change.joints(given.q)
         return again(robot, q, B, sets=given.sets, check=False)
 
-    used = ~np.isin(np.arange(found.count), found.outliers)
     changes = mistakes_of(robot, given, read)
-    return _with_explanations(found, changes, scores_of_poses(robot, given, used), undone)
+    return _with_explanations(found, changes, scores_of_poses(robot, given, found.used), undone)
 
 
 def _noise_of(given: tuple[float, float]) -> Noise:
@@ -499,19 +312,6 @@ def _fitted(
             problem.prior.tolist(),
         )
     )
-    points = names.points(problem, found)
-    judged = JudgedFit(
-        robot,
-        given.q,
-        ~used,
-        after,
-        'touch' if points else 'pose',
-        without.after,
-        with_outliers.after,
-        given.positions,
-        {one.name for one in names.table if one.group != GEARS} <= set(problem.names),
-        instrument,
-    )
     calibration = Calibration(
         robot=robot,
         calibrated=corrected_robot(robot, problem.parameters, np.round(found.values, DECIMALS)),
@@ -535,22 +335,20 @@ def _fitted(
         tool_offsets=tool,
         base_starts=base_starts,
         tool_starts=tool_starts,
-        refusals=refusals_of(judged),
+        refusals=(),
         frames=frames,
-        remarks=(
-            *_few_rows(given, found),
-            *_far_corrections(parameters),
-            *noise_remarks(judged),
-            *names.remarks(problem, found),
-        ),
+        remarks=(*_few_rows(given, found), *_far_corrections(parameters)),
         q=given.q.copy(),
         sets=given.sets.copy(),
         remainders_before=before,
         remainders=after,
         held_out_remainders=left[-1],
-        points=points,
+        points=names.points(problem, found),
     )
-    return calibration, found
+    whole = {one.name for one in names.table if one.group != GEARS} <= set(problem.names)
+    judged = JudgedFit(calibration, whole)
+    remarks = (*calibration.remarks, *noise_remarks(judged), *names.remarks(problem, found))
+    return replace(calibration, refusals=refusals_of(judged), remarks=remarks), found
 
 
 def _errors(remainders: Floats, used: Flags) -> Errors:
@@ -585,7 +383,7 @@ def _few_rows(given: Measured, found: Identified) -> Iterator[str]:
 def _far_corrections(parameters: Sequence[CalibratedParameter]) -> Iterator[str]:
     for one in parameters:
         beyond = abs(one.correction) / one.prior
-        if one.group in TABLE_GROUPS and beyond > FAR:
+        if one.group in TABLE_GROUPS and beyond > FAR_DEVIATIONS:
             yield (
                 f'{one.name} is corrected by {one.in_words(one.correction)}, {beyond:.2g} times '
                 f'its usual error of {one.in_words(one.prior)}: look at the table of the robot '

@@ -20,19 +20,26 @@ from ..frame_check.errors import angle_in_words, length_in_words, time_in_words
 from ..frame_check.hypotheses import DEGREES, INVERSE, from_degrees, joint_hypotheses_of
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
-# Poses of a set, and poses by which a cause is tested.
-LEAST, LEAST_FOR_CAUSE = 3, 8
-# Joints that all move less than this (rad, m) tell nothing.
+# Poses of a set: base and tool need three.
+LEAST = 3
+# Poses by which a cause is tested.
+LEAST_FOR_CAUSE = 8
+# Joints, and rotations, that differ by less (rad, m) are the same.
 ALIKE = 1e-3
 # No robot is off by this much (m) with base and tool fitted.
 NO_CALIBRATION = 0.02
-# Rows this many medians off are left out of the frame check; a mistake is named where it leaves
-# this many times more than its opposite.
-FAR_OFF, DECISIVE = 5.0, 3.0
+# The frame check leaves out rows that are this many medians off.
+MEDIANS_OFF = 5.0
+# A mistake is named if undoing it leaves a third or less.
+DECISIVE = 3.0
 # A rival leaves nearly as little: within this factor.
 AS_WELL = 2.0
 # Rows of hypotheses that are compared at once, some 20 MB.
 ROWS_AT_ONCE = 20_000
+# Names in one sentence.
+MOST_NAMED = 8
+# Poses, screws and shares (m, rad) that differ by less are the same.
+ROUND_OFF = 1e-9
 # The option to type, by mistake.
 OPTIONS = {
     INVERSE: '. Poses of a board take calibrate-camera, with the right --camera',
@@ -252,7 +259,7 @@ def _checked(
     middle = float(np.median(found.remainder))
     if positions:
         _check_positions(robot, q, poses, middle, free)
-    near = np.flatnonzero(found.remainder <= FAR_OFF * middle + ALIKE)
+    near = np.flatnonzero(found.remainder <= MEDIANS_OFF * middle + ALIKE)
     near = near[np.unique(np.linspace(0, len(near) - 1, MOST_POSES).astype(int))]
     diagnosis = None
     if not positions and len(near) >= LEAST_FOR_CAUSE:
@@ -325,7 +332,7 @@ def _too_far_off(robot: Robot, middle: float, free: Free) -> str:
 def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free: Free) -> None:
     mirrored, small = np.array(poses), np.array(poses)
     mirrored[:, 2, 3] *= -1.0
-    small[:, :3, 3] *= 1e-3
+    small[:, :3, 3] /= 1000
     axes = 'mirrored axes: one axis of the positions points the wrong way'
     for sentence, joints, others in (
         ('the positions are in millimetres, not metres', q, small),
@@ -366,7 +373,7 @@ IN_WORDS: dict[str, Callable[[float], str]] = {
     'rad': angle_in_words,
     'm': length_in_words,
     's': time_in_words,
-    '': lambda share: f'{100.0 * share:.3g} %',
+    '': lambda share: f'{100 * share:.3g} %',
 }
 
 

@@ -18,7 +18,7 @@ from ...kernel import Floats, Integers
 from ...kinematics.statics import joint_torques
 from ...robot.file.parts.parameters import ANGLE, LENGTH, SIX, ArmParameter
 from ...robot.robot import Robot
-from .checking import ALIKE, COMPLIANCE, PLACEMENT, ZEROS, Measured
+from .checking import ALIKE, COMPLIANCE, PLACEMENT, ROUND_OFF, ZEROS, Measured
 
 # Standard deviations of compliances before, rad/Nm and m/N: those of soft gears.
 PLIANT = {True: 1e-4, False: 1e-5}
@@ -29,8 +29,6 @@ DRIFT_SHARE = 0.25
 STANDARD_GRAVITY = 9.80665  # m/s^2
 # Largest load (kg) of an arm whose tool is 1 m from its base (RMS); it grows with the cube.
 LARGEST_LOAD = 300.0
-# Torques below this share of the weight times 1 m are round-off.
-ROUND_OFF = 1e-9
 
 
 class ToolLoads(NamedTuple):

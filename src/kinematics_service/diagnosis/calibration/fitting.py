@@ -1,13 +1,15 @@
 """
-The corrections that bring the poses of an arm to the measured ones, and how well they are known.
+Fit the numbers of an arm to measured poses, with normal priors, and estimate the deviations.
 
-Each number has a prior: zero, with the standard deviation of a usual error. So a few poses, or
-poses that do not tell a number, leave it where it was. The noise of the poses is found along with
-the corrections, from the remainder and from how many numbers the poses determine (MacKay 1992).
+Gauss-Newton steps of the maximum a posteriori estimate: first with Huber's weights from the
+median of the remainders (Huber 1964), then without the rows that a chi-square test rejects. The
+noise follows from the remainder and from how many numbers the rows determine (MacKay 1992); where
+few rows tell it, the deviations have the factor of Student's distribution.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from statistics import NormalDist
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -19,24 +21,30 @@ from ...kinematics.uncertainty.triangle import triangle_of
 from ...rigid_motion import inverses, rotation_vector
 from ...robot.file.parts.parameters import ArmParameter
 
-# Noise (m and rad) below this is round-off; with this many rows more than numbers or fewer the
-# poses cannot tell it, and it is no less than encoders and trackers have.
-LEAST_NOISE, FEW_ROWS, USUAL_NOISE = 1e-10, 30.0, 2e-5
-# The median length of three normal numbers; a remainder beyond this many standard deviations
-# weighs less at first, and of a pose, or of a position, it is an outlier in the end.
-MEDIAN, HUBER, OUTLIER, OUTLIER_OF_THREE = 1.538, 3.0, 6.0, 5.3
-# Rounds of the robust start, of the rest, of those that may still change the outliers, and steps
-# where the noise is known already.
-ROBUST_ROUNDS, ROUNDS, SORTING_ROUNDS, KNOWN_STEPS = 12, 25, 8, 4
-# A step within this share of the standard deviations, and a change of the noise, ends it.
-ENOUGH = 1e-3
+# Noise (m and rad) below this is round-off.
+LEAST_NOISE = 1e-10
+# Degrees of freedom below which the noise is no less than that of encoders and trackers,
+FEW_ROWS = 30.0
+# which is this (m and rad).
+USUAL_NOISE = 2e-5
+# Rows beyond this quantile of chi-square weigh less in the robust start.
+HUBER_QUANTILE = 0.95
+# A row is an outlier if chance makes one in 300,000 as far off.
+OUTLIER_CHANCE = 3e-6
+# Most rounds of each phase; they end when they converge.
+MAX_ROUNDS = 25
+# Rounds that may still change the outliers: afterwards they might alternate.
+SORTING_ROUNDS = 8
+# A step, or a change of the noise, of this share of the deviations ends the rounds.
+STEP_TOLERANCE = 1e-3
 # Student's factor f / (f - 2) takes f - 2 as at least this: it is infinite at 2.
-LEAST_FREEDOM = 1.0
-# With this number of degrees of freedom or fewer the rows do not tell the noise.
-UNTOLD = 1.0
+STUDENT_FREEDOM = 1.0
+# With at most this number of degrees of freedom the rows do not tell the noise.
+UNTOLD_FREEDOM = 1.0
+# Halvings of a step that brings the rows no nearer.
 HALVINGS = 5
 # Standard deviation (m) of a distance between points that is known.
-DISTANCE = 1e-5
+KNOWN_DISTANCE = 1e-5
 # Difference (rad, m) of joints: the cube root of the round-off has the least error (Nocedal and
 # Wright, section 8.1).
 STEP = float(np.cbrt(np.finfo(np.float64).eps))
@@ -205,7 +213,7 @@ class FitProblem:
             length = float(np.linalg.norm(between))
             row[second], row[first] = between / length, -between / length
             remainders[k] = one.distance - length
-        return rows[:, self.columns] / DISTANCE, remainders / DISTANCE
+        return rows[:, self.columns] / KNOWN_DISTANCE, remainders / KNOWN_DISTANCE
 
     def only(self, groups: tuple[str, ...]) -> 'FitProblem':
         """Return the problem of these groups of parameters alone."""
@@ -354,21 +362,21 @@ def find_values(
     """
     values = np.zeros(len(problem.parameters))
     weights = np.ones(len(problem.q))
-    limit = OUTLIER_OF_THREE if problem.positions else OUTLIER
+    limit, huber = outlier_limit(problem.kinds), length_quantile(HUBER_QUANTILE, problem.kinds)
     remainders = problem.weighed(values)
-    for k in range(ROBUST_ROUNDS):
+    for k in range(MAX_ROUNDS):
         progress(k)
         found = _at_least(noise, _median_noise(remainders))
         distances = distances_of(problem, remainders, found)
-        weights = np.minimum(1.0, HUBER / np.maximum(distances, 1e-300))
+        weights = huber / np.maximum(distances, huber)
         step, remainders = _stepped(_Equations(problem, found, weights), values, remainders)
         values = values + step
-        if np.all(np.abs(step) < ENOUGH * problem.prior):
+        if np.all(np.abs(step) < STEP_TOLERANCE * problem.prior):
             break
     found = _at_least(noise, _median_noise(remainders))
     used = distances_of(problem, remainders, found) < limit
-    for k in range(ROUNDS):
-        progress(ROBUST_ROUNDS + k)
+    for k in range(MAX_ROUNDS):
+        progress(MAX_ROUNDS + k)
         solved = _Equations(problem, found, used).solved(values)
         values = values + problem.prior * solved.step
         inverse = np.asarray(np.linalg.inv(solved.triangle), dtype=np.float64)
@@ -382,7 +390,7 @@ def find_values(
         same = bool(np.array_equal(sorted_, used)) or k >= SORTING_ROUNDS
         used = used if same else sorted_
         changed = max(abs(b / a - 1.0) if a else 0.0 for a, b in zip(before, found))
-        if same and moved < ENOUGH and changed < ENOUGH:
+        if same and max(moved, changed) < STEP_TOLERANCE:
             break
     freedom = Noise(*(f if own <= e else np.inf for own, e, f in zip(found, evident, freedom)))
     return FoundValues(values, found, used, distances, freedom)
@@ -418,7 +426,7 @@ def widened(noise: Noise, freedom: Noise) -> Noise:
 
 
 def _widening(freedom: float) -> float:
-    return float(np.sqrt(1.0 + 2.0 / max(freedom - 2.0, LEAST_FREEDOM)))
+    return float(np.sqrt(1.0 + 2.0 / max(freedom - 2.0, STUDENT_FREEDOM)))
 
 
 def refined(
@@ -433,12 +441,12 @@ def refined(
 
     `there`: the equations of the problem at the values that it begins with, if they are known.
     """
-    for k in range(KNOWN_STEPS if len(values) else 0):
+    for k in range(MAX_ROUNDS if len(values) else 0):
         solved = _Equations(problem, noise, used).solved(values, there if k == 0 else None)
         values = values + problem.prior * solved.step
         # By the deviations after, of which exact poses leave next to nothing; or those before.
         moved = np.linalg.norm(solved.triangle @ solved.step)
-        if moved < ENOUGH or np.all(np.abs(solved.step) < ENOUGH * ENOUGH):
+        if moved < STEP_TOLERANCE or np.all(np.abs(solved.step) < STEP_TOLERANCE**2):
             break
     return values
 
@@ -510,6 +518,18 @@ def _stepped(equations: _Equations, values: Floats, remainders: Floats) -> tuple
     return np.asarray(step), equations.problem.weighed(values + step)
 
 
+def length_quantile(share: float, kinds: int) -> float:
+    """Return a quantile of the length of 3 or 6 normal numbers (Wilson and Hilferty 1931)."""
+    spread = 2 / (9 * 3 * kinds)
+    cube = 1.0 - spread + NormalDist().inv_cdf(share) * float(np.sqrt(spread))
+    return float(np.sqrt(3 * kinds * cube**3))
+
+
+def outlier_limit(kinds: int) -> float:
+    """Return the distance, in deviations of the noise, beyond which a row is an outlier."""
+    return length_quantile(1.0 - OUTLIER_CHANCE, kinds)
+
+
 def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Floats:
     """Return weighed remainders (N, 2, 3) in deviations of the noise, shape (N,)."""
     each = np.asarray(noise, dtype=np.float64)[: problem.kinds]
@@ -518,7 +538,7 @@ def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Float
 
 
 def _median_noise(remainders: Floats) -> Noise:
-    sizes = np.median(np.linalg.norm(remainders, axis=2), axis=0) / MEDIAN
+    sizes = np.median(np.linalg.norm(remainders, axis=2), axis=0) / length_quantile(0.5, 1)
     return Noise(*np.maximum(sizes, LEAST_NOISE).tolist())
 
 
@@ -531,9 +551,9 @@ def _evident_noise(
     leverage = np.sum(basis**2, axis=2).reshape(count, kinds, 3)
     found, freedom = [], []
     for kind in range(kinds):
-        free = 3.0 * np.sum(used) - np.sum(leverage[:, kind])
+        free = 3 * np.sum(used) - np.sum(leverage[:, kind])
         squares = float(np.sum(remainders[used, kind] ** 2))
         least = USUAL_NOISE if free < FEW_ROWS else LEAST_NOISE
         found.append(max(float(np.sqrt(squares / max(free, 1.0))), least))
-        freedom.append(max(float(free), UNTOLD))
+        freedom.append(max(float(free), UNTOLD_FREEDOM))
     return Noise(found[0], found[-1]), Noise(freedom[0], freedom[-1])

@@ -8,9 +8,12 @@ from ...kernel import Floats
 from ...rigid_motion import nearest_rotation
 from ..frame_check.offsets import fit_offsets
 
-# Rounds in which the worst rows are left out, the share of the rows that is kept, and steps to the
-# base and the tool of positions.
-ROUNDS, KEPT, STEPS = 3, 0.7, 40
+# Rounds of least trimmed squares (Rousseeuw 1984), which fit the nearest rows of the last round.
+ROUNDS = 3
+# The share of the rows that is kept.
+KEPT = 0.7
+# Steps by turns to the base and the tool of positions.
+STEPS = 40
 # Where the tool's point moves the positions by less than this share of its own motion, it is not
 # told by them and stays in the frame of the tool.
 UNTOLD = 1e-6

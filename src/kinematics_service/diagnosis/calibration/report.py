@@ -11,13 +11,11 @@ from ...robot.file.parts.parameters import ENDS, TABLE_GROUPS, end_parameters
 from ...typography import listed
 from ..frame_check.errors import length_in_words
 from .board_views import view_document
-from .calibration import BLOCKS, Calibration
-from .checking import COMPLIANCE, PLACEMENT, ZEROS, in_words, value_in_words
+from .checking import COMPLIANCE, MOST_NAMED, PLACEMENT, ZEROS, in_words, value_in_words
 from .identified_table import CalibratedParameter
 from .placed_camera import camera_sentences, placed_camera
+from .result import BLOCKS, Calibration
 
-# Outliers named in a sentence.
-MOST_NAMED = 8
 OF_CONDITION = {
     PLACEMENT: 'Drifts of where the instrument stands, from the first session',
     ZEROS: 'Drifts of the zeros of the joints, from the first session',

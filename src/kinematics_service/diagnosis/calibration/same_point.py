@@ -1,10 +1,10 @@
 """
 Calibration without an instrument: points that the tip of the tool touched from many poses.
 
-Nobody knows where the points are, nor where the tip is in the tool frame; both are fitted along
-with the arm. What is measured is that the tip was at the same point. Larger or smaller by one
-factor, arm, tip and points would touch as well: lengths are known by their ratios alone, unless
-the distance between two points is known.
+The observation is that the tip was at the same point; where the points and the tip are is fitted
+along with the arm. The start is by least trimmed squares (Rousseeuw 1984), linear in points and
+tip. An arm with its tip and points larger by one factor touches as well: lengths are known by
+their ratios alone, unless the distance between two points is known.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -25,7 +25,6 @@ from ...robot.file.parts.parameters import (
     GROUPS,
     LENGTH,
     SIX,
-    TABLE_GROUPS,
     ArmParameter,
     end_parameters,
 )
@@ -36,6 +35,7 @@ from ..frame_check.hypotheses import DEGREES, Hypothesis, from_degrees
 from .checking import (
     ALIKE,
     LEAST,
+    MOST_NAMED,
     NO_CALIBRATION,
     Measured,
     check_different,
@@ -43,31 +43,27 @@ from .checking import (
     refuse_mistake,
     rigid_positions,
 )
-from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint
+from .chosen_parameters import ChosenParameters, TouchedPoint
 from .explanations import truncated
 from .fitting import (
-    OUTLIER_OF_THREE,
     FitProblem,
     Identified,
     KnownDistance,
     Noise,
+    outlier_limit,
     weighted_jacobian,
 )
 from .knowledge import ParameterCombination, combinations_of
+from .placing import KEPT, ROUNDS, STEPS, UNTOLD
 
 # The group of the positions of points.
 POINTS = 'points'
-# How far (m) touches are apart at first, beside which nothing is known of the tip; rounds in which
-# the worst rows are left out, and the share that is kept.
-NOMINAL, TRIALS, KEPT = 5e-3, 3, 0.7
-# A pose touches a point to round-off (m); steps to there, and the longest one (rad, m).
-TOUCHES, STEPS, LONGEST_STEP = 1e-13, 60, 0.3
-# What remains of a scale, as a share of it, where nothing tells it.
-NO_SCALE = 1e-7
-# No joint (rad) turns farther: more is in degrees.
-FAR_TURNED = 13.0
-# Outliers that are looked at for a wrong name.
-MOST_NAMED = 8
+# A pose touches a point to round-off (m).
+TOUCHES = 1e-13
+# Longest step to there (rad, m).
+LONGEST_STEP = 0.3
+# Joints do not turn farther (rad): more is in degrees.
+FARTHEST_TURN = 4 * np.pi
 # A constant motion that turns the sign of translations: a correction of the point is the opposite
 # one of the tip.
 MIRROR = np.diag([-1.0, -1.0, -1.0, 1.0])
@@ -221,27 +217,18 @@ class SamePointParameters(ChosenParameters):
     def combinations(
         self, problem: FitProblem, noise: Noise, used: Flags
     ) -> tuple[ParameterCombination, ...]:
-        """Return the parameters that these touches do not tell apart; of a scale in words."""
+        """Return the parameters that these touches do not tell apart."""
         J = self._exact_jacobian(problem, noise, self.touches.q[used], self.touches.point[used])
-        names = self._scaled_lengths(J, problem.parameters)
-        if not names:
-            return combinations_of(J, problem.parameters)
-        scale = ParameterCombination(
-            names,
-            len(names) - 1,
-            (),
-            'the scale of the lengths is not identifiable: if arm, tip and points are all larger '
-            'by one factor, they touch in the same way; the priors decide the scale, and a known '
-            'distance between two points makes it identifiable',
-        )
-        # Beside that, what is not told were one length known: of those that name fewest others.
-        size = float(np.max(np.abs(J)))
-        found = []
-        for k, one in enumerate(problem.parameters):
-            if one.name in names:
-                known = size * (np.arange(J.shape[1]) == k)
-                found.append(combinations_of(np.vstack([J, known]), problem.parameters))
-        return (scale, *min(found, key=lambda sets: sum(len(one.names) for one in sets)))
+        return combinations_of(J, problem.parameters)
+
+    def _scale_is_open(self, problem: FitProblem) -> bool:
+        # All lengths may grow by one factor, and no sliding joint measures one.
+        lengths = {
+            one.name
+            for one in self.every
+            if one.group == 'lengths' or (one.group == 'tool' and not one.angle)
+        }
+        return not (self.apart or any(self.robot.prismatic)) and lengths <= set(problem.names)
 
     def _exact_jacobian(
         self, problem: FitProblem, noise: Noise, q: Floats, point: Integers
@@ -261,25 +248,6 @@ class SamePointParameters(ChosenParameters):
         scales = np.array([one.scale for one in problem.parameters]) / problem.prior
         zero = np.zeros(len(scales))
         return weighted_jacobian(there, zero, noise, np.ones(len(there.q), dtype=bool)) * scales
-
-    def _scaled_lengths(self, J: Floats, parameters: Sequence[ArmParameter]) -> tuple[str, ...]:
-        # Lengths of the table whose growth, with that of the tip, moves tips as points that grow.
-        lengths = [
-            k
-            for k, one in enumerate(parameters)
-            if one.group == 'lengths' or (one.group == 'tool' and not one.angle)
-        ]
-        points = [k for k, one in enumerate(parameters) if one.group == POINTS]
-        moved = J[:, points] @ (self.start.points.reshape(-1) / LENGTH)
-        growth = np.linalg.lstsq(J[:, lengths], -moved, rcond=NO_SCALE)[0]
-        rest = float(np.linalg.norm(J[:, lengths] @ growth + moved))
-        if not rest < NO_SCALE * float(np.linalg.norm(moved)):
-            return ()
-        return tuple(
-            parameters[k].name
-            for k, by in zip(lengths, growth)
-            if parameters[k].group in TABLE_GROUPS and abs(by) > NO_SCALE * np.max(np.abs(growth))
-        )
 
     def ends_of(self, problem: FitProblem, values: Floats) -> tuple[Floats, Floats]:
         """Return X and Y (1, 4, 4) of tip = X calibrated Y; X is the identity."""
@@ -317,8 +285,14 @@ class SamePointParameters(ChosenParameters):
         """Return sentences on what deviations do not say, and on rows that have a wrong name."""
         points = np.array([one.position for one in self.points(problem, found)])
         left = problem.remainders(found.values)[:, 0]
-        near = OUTLIER_OF_THREE * found.noise.position
+        near = outlier_limit(1) * found.noise.position
         result = [*super().remarks(problem, found)]
+        if self._scale_is_open(problem):
+            result.append(
+                'The scale of the lengths is not identifiable: if arm, tip and points are all '
+                'larger by one factor, they touch in the same way; the priors decide the scale, '
+                'and a known distance between two points makes it identifiable'
+            )
         for row in np.flatnonzero(~found.used)[:MOST_NAMED]:
             own = int(self.touches.point[row])
             distances = np.linalg.norm(points - (points[own] - left[row]), axis=1)
@@ -335,7 +309,7 @@ def _started(robot: Robot, q: Floats, point: Integers, free: bool) -> _Start:
     count = int(np.max(point)) + 1
     used = np.ones(len(q), dtype=bool)
     found = _least_squares(poses, point, count, used, free)
-    for _ in range(TRIALS):
+    for _ in range(ROUNDS):
         used = np.zeros(len(q), dtype=bool)
         for k in range(count):
             own = np.flatnonzero(point == k)
@@ -353,10 +327,7 @@ def _least_squares(poses: Floats, point: Integers, count: int, used: Flags, free
     if free:
         rows = [(R[own] - R[own].mean(axis=0)).reshape(-1, 3) for own in each]
         right = [-(x[own] - x[own].mean(axis=0)).reshape(-1) for own in each]
-        weak = NOMINAL / ANYWHERE * np.eye(3)
-        tip = np.linalg.lstsq(
-            np.concatenate([*rows, weak]), np.concatenate([*right, np.zeros(3)]), rcond=None
-        )[0]
+        tip = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=UNTOLD)[0]
     tips = x + R @ tip
     points = np.array([tips[own].mean(axis=0) for own in each])
     return _Start(points, tip, np.linalg.norm(points[point] - tips, axis=1))
@@ -368,7 +339,7 @@ def _check_touches(robot: Robot, touches: Touches, start: _Start) -> None:
         return
     (left,) = _left_of(robot, touches, [from_degrees(robot, touches.q)])
     # Angles so small bring the tip to nearly one point, whatever was touched.
-    if np.max(np.abs(touches.q[:, ~robot.prismatic]), initial=0.0) > FAR_TURNED:
+    if np.max(np.abs(touches.q[:, ~robot.prismatic]), initial=0.0) > FARTHEST_TURN:
         refuse_mistake(DEGREES, float(np.median(left)), middle)
     if middle > NO_CALIBRATION:
         raise CalibrationError(
@@ -386,7 +357,7 @@ def _check_distances(
         found = float(np.linalg.norm(start.points[j] - start.points[i]))
         if abs(given - found) > NO_CALIBRATION:
             unit = ''
-            if abs(1e-3 * given - found) < NO_CALIBRATION:
+            if abs(given / 1000 - found) < NO_CALIBRATION:
                 unit = '; are these millimetres?'
             raise CalibrationError(
                 f'points {names[i]} and {names[j]} are {length_in_words(found)} apart by the '

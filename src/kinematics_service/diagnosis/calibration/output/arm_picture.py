@@ -8,8 +8,8 @@ import numpy as np
 from ....kernel import Floats, Integers
 from ....kinematics.forward import forward_kinematics, link_frames
 from ...frame_check.errors import length_in_words
-from ..calibration import Calibration
 from ..camera import ON_TOOL
+from ..result import Calibration
 
 WIDTH, HEIGHT = 720, 460
 # From where it is seen, to begin with (rad).

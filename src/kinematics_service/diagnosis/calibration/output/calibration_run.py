@@ -26,7 +26,7 @@ from ....robot.loops import refuse_loops
 from ....robot.robot import Robot
 from ...frame_check.errors import PoseLimit
 from ..board_views import board_views
-from ..calibration import Calibration, calibrate
+from ..calibration import calibrate
 from ..camera import ON_TOOL, Camera
 from ..checking import Measured, rigid_positions
 from ..chosen_parameters import ChosenParameters, asks_for_gears
@@ -44,6 +44,7 @@ from ..reading import (
     without_lag,
 )
 from ..report import cells_of, document_of, sentences_of
+from ..result import Calibration
 from ..robot_text import CalibrationOrigin, Frames, calibrated_text
 from ..zeros import JointZero, calibrate_zeros, zero_sentences, zeros_of
 from .page import PageOrigin, page_of

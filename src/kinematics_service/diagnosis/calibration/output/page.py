@@ -12,10 +12,10 @@ from ....page import document, facts, resource, table
 from ....robot.file.parts.parameters import TABLE_GROUPS
 from ....version import __version__
 from ...frame_check.errors import Errors
-from ..calibration import Calibration
 from ..identified_table import CalibratedParameter
 from ..knowledge import KNOWN
 from ..report import cells_of, not_nothing, sentences_of
+from ..result import Calibration
 from .arm_picture import arm_picture
 from .plots import NARROW, PointPlot
 
@@ -104,7 +104,7 @@ def _rows(found: Calibration) -> Floats:
 
 
 def _series(found: Calibration, rows: Floats, kind: int) -> list[tuple[str, Floats]]:
-    scale = np.degrees(1.0) if kind else 1e3
+    scale = np.degrees(1.0) if kind else 1000
     return [
         (style, scale * np.linalg.norm(one[rows, kind], axis=1))
         for style, one in (('before', found.remainders_before), ('after', found.remainders))

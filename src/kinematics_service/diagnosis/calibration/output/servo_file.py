@@ -11,7 +11,7 @@ from ....formats.recordings.joint_format import SERVO_TURN
 from ..zeros import JointZero
 
 # Largest homing offset that a servo holds (11 bits and a sign), ticks.
-MOST = 2047
+MOST = (1 << 11) - 1
 
 
 def read_servos(file: Path, joints: Sequence[str]) -> dict[str, Any]:
