@@ -206,7 +206,7 @@ def test_the_command_says_where_camera_and_board_are(where, tmp_path, capsys):
     first, second = json.loads(found.read_text())['camera']
     assert (first['name'], first['frame'], second['frame']) == (on_tool, 'tool', 'base')
     assert np.abs(np.subtract(first['pose'], arm.on_tool)[:3, 3]).max() < 5e-3
-    assert 'error vectors at the arm' in page.read_text()
+    assert 'error of the position by pose' in page.read_text()
     code, out, err = run(capsys, 'check', '--strict', mine)
     assert (code, err) == (0, '')
     assert '5 of 5 agree' in out

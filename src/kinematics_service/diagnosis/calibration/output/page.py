@@ -1,4 +1,4 @@
-"""A calibration as one page that needs nothing else; its script, page.js, turns the arm."""
+"""A calibration as one page that needs nothing else."""
 
 import math
 from collections.abc import Sequence
@@ -16,7 +16,6 @@ from ..identified_table import CalibratedParameter
 from ..knowledge import KNOWN
 from ..report import cells_of, not_nothing, sentences_of
 from ..result import Calibration
-from .arm_picture import arm_picture
 from .plots import NARROW, PointPlot
 
 # Rows drawn at most.
@@ -43,7 +42,6 @@ def page_of(found: Calibration, origin: PageOrigin) -> str:
         _verdict(found, origin),
         '<h2>Errors</h2>\n',
         _errors(found),
-        arm_picture(found),
         _by_pose(found),
         _by_joint(found),
         '<h2>What is known, and how well</h2>\n',
@@ -51,8 +49,7 @@ def page_of(found: Calibration, origin: PageOrigin) -> str:
         _directions(found),
         f'<p class="soft">kinematics_service {__version__}.</p>\n',
     ]
-    style, script = (resource(__package__, name) for name in ('page.css', 'page.js'))
-    return document(title, body, style, script)
+    return document(title, body, resource(__package__, 'page.css'))
 
 
 def _header(found: Calibration, origin: PageOrigin) -> str:
