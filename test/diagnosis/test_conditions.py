@@ -242,6 +242,9 @@ def test_what_cannot_be_meant_is_refused():
         rows.calibrated(sessions=['a'] * 50)
     with pytest.raises(CalibrationError, match='must name the session of each of 50 rows'):
         rows.calibrated(sessions=['a', 'b'])
+    for name in ('base', 'tool2', 'compliance', '', 'a\nlinks:'):
+        with pytest.raises(CalibrationError, match='a session may not be called'):
+            rows.calibrated(sessions=['a', name] * 25)
     with pytest.raises(CalibrationError, match='same_point takes joint positions alone'):
         ks.calibrate(rows.robot, rows.q, same_point=['a'] * 50, sessions=['a'] * 50)
 

@@ -22,8 +22,8 @@ from .result import Calibration
 OUTLIER_SHARE = 0.1
 # Level of Fisher's exact test of whether the rows left out share positions of a joint.
 TEST_LEVEL = 1e-3
-# Rows may be off by this many times the noise of the instrument, if it is known.
-NOISE_RATIO = 1.5
+# Rows may be off by two deviations of the instrument's noise, if it is known.
+NOISE_RATIO = 2.0
 
 
 class JudgedFit(NamedTuple):

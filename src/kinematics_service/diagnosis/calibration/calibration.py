@@ -22,7 +22,7 @@ from ..frame_check.errors import Errors, errors_of
 from ..frame_check.hypotheses import Hypothesis, joint_hypotheses_of
 from .acceptance import JudgedFit, noise_remarks, refusals_of
 from .camera import ON_TOOL, Camera, given_by_camera, wrong_size
-from .checking import Measured, checked_offsets, measured
+from .checking import FAR_DEVIATIONS, Measured, checked_offsets, measured
 from .chosen_parameters import ChosenParameters, asks_for_gears
 from .conditions import ToolLoads, with_conditions
 from .corrections import corrected_robot
@@ -43,8 +43,6 @@ from .placing import Free
 from .result import BLOCKS, Calibration, FitErrors
 from .same_point import SamePointParameters, scores_of_touches, touches_of
 
-# Corrections of more standard deviations of their priors are remarked on.
-FAR_DEVIATIONS = 4.0
 # Decimals (m, rad) of the corrections of the calibrated robot: far below what any noise leaves.
 DECIMALS = 13
 

@@ -9,17 +9,15 @@ from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import inverses
 from ...robot.robot import Robot
-from .checking import Measured, refuse_mistake
+from .checking import FAR_DEVIATIONS, Measured, refuse_mistake
 from .fitting import FitProblem, Identified, one_more
 from .placing import Free, offsets_of
 
 Camera = Literal['on-tool', 'fixed']
 ON_TOOL: Camera = 'on-tool'
-# A share by which sizes are off is remarked on beyond 4 of its standard deviations,
-SIZE_DEVIATIONS = 4.0
-# and beyond this share;
+# Sizes that are off by a larger share are remarked on.
 REMARKED_SHARE = 0.003
-# and a calibration is refused beyond this one.
+# A calibration is refused beyond this one.
 REFUSED_SHARE = 0.01
 LARGER = (
     'the squares of the board are some {} times as large as given, if the arm is as large as its '
@@ -72,7 +70,7 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
         moves = np.zeros((len(poses), 2, 3))
         moves[:, 0] = -poses[:, :3, 3] * axes
         share, deviation = one_more(problem, fit, moves)
-        if abs(share) > max(SIZE_DEVIATIONS * deviation, REMARKED_SHARE):
+        if abs(share) > max(FAR_DEVIATIONS * deviation, REMARKED_SHARE):
             sentence = what.format(f'{1.0 + share:.3f}')
             found.append((abs(share) / deviation, WrongSize(sentence, share)))
     return max(found)[1] if found else None

@@ -1,5 +1,6 @@
 """Measured poses looked at before anything is fitted: what is wrong with them, in a sentence."""
 
+import re
 from collections.abc import Callable, Mapping
 from functools import partial
 from types import MappingProxyType
@@ -30,6 +31,8 @@ ALIKE = 1e-3
 NO_CALIBRATION = 0.02
 # The frame check leaves out rows that are this many medians off.
 MEDIANS_OFF = 5.0
+# Corrections and sizes beyond this many of their deviations are remarked on.
+FAR_DEVIATIONS = 4.0
 # A mistake is named if undoing it leaves a third or less.
 DECISIVE = 3.0
 # A rival leaves nearly as little: within this factor.
@@ -47,6 +50,8 @@ OPTIONS = {
     'the poses are in millimetres, not metres': '; add --pose-format mm',
     'the positions are in millimetres, not metres': '; add --pose-format mm,position',
 }
+# Beginnings of names of parameters.
+TAKEN = re.compile(r'(base|tool)\d*|compliance')
 # Groups of parameters of sessions and loads.
 PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
 # What a calibration finds by itself.
@@ -189,6 +194,19 @@ def _check_set(robot: Robot, given: Measured) -> None:
         except FramesError as error:
             raise CalibrationError(str(error)) from None
     check_different(given.q, f'the {count} poses')
+
+
+def check_mark(what: str, name: str) -> None:
+    """
+    Refuse a name of a point or a session that cannot begin those of parameters.
+
+    Raises
+    ------
+    CalibrationError
+        It cannot be printed in a line, or parameters begin with it already.
+    """
+    if TAKEN.fullmatch(name) or not name or not name.isprintable():
+        raise CalibrationError(f'a {what} may not be called {name!r}')
 
 
 def check_different(q: Floats, whose: str, least: int = LEAST) -> None:

@@ -18,14 +18,14 @@ from ...kernel import Floats, Integers
 from ...kinematics.statics import joint_torques
 from ...robot.file.parts.parameters import ANGLE, LENGTH, SIX, ArmParameter
 from ...robot.robot import Robot
-from .checking import ALIKE, COMPLIANCE, PLACEMENT, ROUND_OFF, ZEROS, Measured
+from .checking import ALIKE, COMPLIANCE, PLACEMENT, ROUND_OFF, ZEROS, Measured, check_mark
 
 # Standard deviations of compliances before, rad/Nm and m/N: those of soft gears.
 PLIANT = {True: 1e-4, False: 1e-5}
 # Standard deviations of drifts before, of where the instrument stands (rad, m): a usual error.
 PLACED = {True: float(ANGLE), False: LENGTH}
-# Zeros of joints drift by their temperature, less than an arm is off its datasheet.
-DRIFT_SHARE = 0.25
+# Zeros of joints drift by their temperature, half as much as an arm is off its datasheet.
+DRIFT_SHARE = 0.5
 STANDARD_GRAVITY = 9.80665  # m/s^2
 # Largest load (kg) of an arm whose tool is 1 m from its base (RMS); it grows with the cube.
 LARGEST_LOAD = 300.0
@@ -127,6 +127,8 @@ def _session_names(sessions: Sequence[object], count: int) -> tuple[str, ...]:
         raise CalibrationError(
             f'all rows are of one session, {names[0]!r}: there is no other to compare with'
         )
+    for name in names:
+        check_mark('session', name)
     return names
 
 

@@ -33,16 +33,12 @@ HUBER_QUANTILE = 0.95
 OUTLIER_CHANCE = 3e-6
 # Most rounds of each phase; they end when they converge.
 MAX_ROUNDS = 25
-# Rounds that may still change the outliers: afterwards they might alternate.
-SORTING_ROUNDS = 8
 # A step, or a change of the noise, of this share of the deviations ends the rounds.
 STEP_TOLERANCE = 1e-3
 # Student's factor f / (f - 2) takes f - 2 as at least this: it is infinite at 2.
 STUDENT_FREEDOM = 1.0
 # With at most this number of degrees of freedom the rows do not tell the noise.
 UNTOLD_FREEDOM = 1.0
-# Halvings of a step that brings the rows no nearer.
-HALVINGS = 5
 # Standard deviation (m) of a distance between points that is known.
 KNOWN_DISTANCE = 1e-5
 # Difference (rad, m) of joints: the cube root of the round-off has the least error (Nocedal and
@@ -387,7 +383,7 @@ def find_values(
         distances = distances_of(problem, remainders, found)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
         sorted_ = _known_distances(distances, freedom) < limit
-        same = bool(np.array_equal(sorted_, used)) or k >= SORTING_ROUNDS
+        same = bool(np.array_equal(sorted_, used)) or 2 * k > MAX_ROUNDS  # else they may alternate
         used = used if same else sorted_
         changed = max(abs(b / a - 1.0) if a else 0.0 for a, b in zip(before, found))
         if same and max(moved, changed) < STEP_TOLERANCE:
@@ -510,7 +506,7 @@ def _stepped(equations: _Equations, values: Floats, remainders: Floats) -> tuple
     # are those before.
     step = equations.problem.prior * equations.solved(values).step
     before = equations.squares(values, remainders)
-    for _ in range(HALVINGS):
+    for _ in range(MAX_ROUNDS):
         after = equations.problem.weighed(values + step)
         if equations.squares(values + step, after) <= before:
             return step, after

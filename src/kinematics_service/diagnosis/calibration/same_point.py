@@ -39,6 +39,7 @@ from .checking import (
     NO_CALIBRATION,
     Measured,
     check_different,
+    check_mark,
     explained_by_joints,
     refuse_mistake,
     rigid_positions,
@@ -61,7 +62,7 @@ POINTS = 'points'
 # A pose touches a point to round-off (m).
 TOUCHES = 1e-13
 # Longest step to there (rad, m).
-LONGEST_STEP = 0.3
+LONGEST_STEP = 0.5
 # Joints do not turn farther (rad): more is in degrees.
 FARTHEST_TURN = 4 * np.pi
 # A constant motion that turns the sign of translations: a correction of the point is the opposite
@@ -107,8 +108,7 @@ def touches_of(robot: Robot, q: npt.ArrayLike, same_point: Sequence[object]) -> 
     if not names:
         raise CalibrationError(f'no point is touched: at least {LEAST} poses at one are needed')
     for name in names:
-        if name == 'tool' or not name or not name.isprintable():
-            raise CalibrationError(f'a point may not be called {name!r}')
+        check_mark('point', name)
     point = np.array([names.index(one) for one in marks])
     for k, name in enumerate(names):
         own = joints[point == k]

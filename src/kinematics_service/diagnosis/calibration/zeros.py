@@ -27,8 +27,7 @@ from .knowledge import ParameterCombination
 from .placing import Free, offsets_of
 from .result import Calibration
 
-# How far zeros may be off before (rad, m), and how well one is known if it is called known.
-BEFORE = (float(np.radians(10.0)), 0.03)
+# A zero is known if its standard deviation is less (rad, m).
 KNOWN = (float(np.radians(1.0)), 0.003)
 # A touch of a cross is taken to be off by this (m, of each number) where too few touches tell it.
 TOUCH = 1e-3
@@ -96,7 +95,8 @@ def calibrate_zeros(
         As `calibrate`.
     """
     offsets = [one for one in parameters_of(robot).table if one.group == 'offsets']
-    before = {one.name: BEFORE[not one.angle] for one in offsets}
+    # Before, zeros may be off by ten times as much as they are to be known to.
+    before = {one.name: 10.0 * KNOWN[not one.angle] for one in offsets}
     fit = ('offsets', *ENDS, *([] if approach is None else [BACKLASH.group]))
 
     touch = TOUCH if noise is None else noise[0]

@@ -164,8 +164,8 @@ def _parameters(found: Calibration) -> str:
 def _bar(one: CalibratedParameter) -> str:
     # From the prior, which is where the axis ends, down to a thousandth of it.
     def across(value: float) -> float:
-        share = 1.0 + math.log10(max(value / one.prior, 1e-9)) / DECADES
-        return 200.0 * min(max(share, 0.005), 1.0)
+        share = 1.0 + math.log10(max(value / one.prior, 10.0**-DECADES)) / DECADES
+        return 200 * min(share, 1.0)
 
     known = 'deviation' if one.identifiable or one.group not in TABLE_GROUPS else 'assumed'
     x = across(abs(one.correction))
@@ -179,7 +179,7 @@ def _bar(one: CalibratedParameter) -> str:
 
 
 def _directions(found: Calibration) -> str:
-    values = np.maximum(found.singular_values, 1e-12)
+    values = np.maximum(found.singular_values, np.finfo(np.float64).tiny)
     plot = PointPlot(
         'how well each combination of the parameters is identified',
         f'singular values in units of the priors; identifiable above {KNOWN:g}',
