@@ -41,7 +41,7 @@ from .identified_table import CalibratedParameter
 from .knowledge import KNOWN
 from .placing import Free
 from .result import BLOCKS, Calibration, FitErrors
-from .same_point import SamePointParameters, scores_of_touches, touches_of
+from .same_point import SamePointParameters, touches_of
 
 # Decimals (m, rad) of the corrections of the calibrated robot: far below what any noise leaves.
 DECIMALS = 13
@@ -186,7 +186,7 @@ def calibrate(
         return _with_explanations(
             found,
             list(joint_hypotheses_of(robot, touched.q)),
-            scores_of_touches(robot, touched),
+            points.scores,
             lambda change: again(
                 robot, change.joints(touched.q), same_point=same_point, check=False
             ),

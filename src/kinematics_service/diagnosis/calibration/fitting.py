@@ -341,6 +341,27 @@ class _Equations:
         return float(np.sum(self.weights * d**2) + known + priors)
 
 
+def robust_values(
+    problem: FitProblem,
+    noise: Noise | None = None,
+    progress: Callable[[int], None] = lambda round_: None,
+) -> Floats:
+    """Return the corrections (P,) of Huber's estimate; arguments are as of `find_values`."""
+    values = np.zeros(len(problem.parameters))
+    huber = length_quantile(HUBER_QUANTILE, problem.kinds)
+    remainders = problem.weighed(values)
+    for k in range(MAX_ROUNDS):
+        progress(k)
+        found = _at_least(noise, _median_noise(remainders))
+        distances = distances_of(problem, remainders, found)
+        weights = huber / np.maximum(distances, huber)
+        step, remainders = _stepped(_Equations(problem, found, weights), values, remainders)
+        values = values + step
+        if np.all(np.abs(step) < STEP_TOLERANCE * problem.prior):
+            break
+    return values
+
+
 def find_values(
     problem: FitProblem,
     noise: Noise | None = None,
@@ -356,19 +377,8 @@ def find_values(
     progress
         Is called with the number of each round.
     """
-    values = np.zeros(len(problem.parameters))
-    weights = np.ones(len(problem.q))
-    limit, huber = outlier_limit(problem.kinds), length_quantile(HUBER_QUANTILE, problem.kinds)
+    values, limit = robust_values(problem, noise, progress), outlier_limit(problem.kinds)
     remainders = problem.weighed(values)
-    for k in range(MAX_ROUNDS):
-        progress(k)
-        found = _at_least(noise, _median_noise(remainders))
-        distances = distances_of(problem, remainders, found)
-        weights = huber / np.maximum(distances, huber)
-        step, remainders = _stepped(_Equations(problem, found, weights), values, remainders)
-        values = values + step
-        if np.all(np.abs(step) < STEP_TOLERANCE * problem.prior):
-            break
     found = _at_least(noise, _median_noise(remainders))
     used = distances_of(problem, remainders, found) < limit
     for k in range(MAX_ROUNDS):

@@ -2,14 +2,13 @@
 Calibration without an instrument: points that the tip of the tool touched from many poses.
 
 The observation is that the tip was at the same point; where the points and the tip are is fitted
-along with the arm. The start is by least trimmed squares (Rousseeuw 1984), linear in points and
-tip. An arm with its tip and points larger by one factor touches as well: lengths are known by
-their ratios alone, unless the distance between two points is known.
+along with the arm. The start is Huber's estimate of points and tip with the nominal table. An arm
+with its tip and points larger by one factor touches as well: lengths are known by their ratios
+alone, unless the distance between two points is known.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -52,10 +51,11 @@ from .fitting import (
     KnownDistance,
     Noise,
     outlier_limit,
+    robust_values,
     weighted_jacobian,
 )
 from .knowledge import ParameterCombination, combinations_of
-from .placing import KEPT, ROUNDS, STEPS, UNTOLD
+from .placing import STEPS
 
 # The group of the positions of points.
 POINTS = 'points'
@@ -79,10 +79,15 @@ class Touches(NamedTuple):
 
 
 class _Start(NamedTuple):
-    # Points (K, 3) in the base frame, the tip (3,) in the tool frame, distances (N,) of the rows.
+    # Points (K, 3) in the base frame, the tip (3,) in the tool frame, and from tips to points
+    # (N, 3).
     points: Floats
     tip: Floats
-    distances: Floats
+    left: Floats
+
+    @property
+    def distances(self) -> Floats:
+        return np.asarray(np.linalg.norm(self.left, axis=1))
 
 
 def touches_of(robot: Robot, q: npt.ArrayLike, same_point: Sequence[object]) -> Touches:
@@ -178,9 +183,9 @@ class SamePointParameters(ChosenParameters):
         """
         q, point, names = self.touches
         tool = range(self.first('tool', 0), self.first('tool', 0) + 3)
-        start = _started(self.robot, q, point, free=set(tool) <= set(chosen))
+        start = self.started(q, free=set(tool) <= set(chosen))
         if check:
-            _check_touches(self.robot, self.touches, start)
+            self._check_touches(start)
             _check_distances(start, names, self.apart)
         self.start = start
         points = start.points
@@ -193,6 +198,44 @@ class SamePointParameters(ChosenParameters):
         chains = [self._chain(k, start.tip) for k in range(len(names))]
         poses = rigid_positions(points[point])
         return self.problem(chains, poses, chosen, tolerances, known_distances=distances)
+
+    def started(self, q: Floats, free: bool) -> _Start:
+        """Return points and tip by the nominal table; unless free the tip is the tool's origin."""
+        point, first = self.touches.point, self.first(POINTS, 0)
+        tools = forward_kinematics(self.robot, q)[:, :3, 3]
+        names = range(len(self.touches.names))
+        points = np.array([np.median(tools[point == k], axis=0) for k in names])
+        ends = range(first, self.first('tool', 0) + (3 if free else 0))
+        chains = [self._chain(k, np.zeros(3)) for k in names]
+        problem = replace(self.problem(chains, rigid_positions(points[point]), ends, {}), q=q)
+        values = robust_values(problem)
+        moved = problem.every(values)[first:].reshape(-1, 3)
+        tip = self.robot.description.tool.motion.matrix[:3, :3].T @ moved[len(points)]
+        return _Start(points + moved[: len(points)], tip, problem.remainders(values)[:, 0])
+
+    def scores(self, changes: Sequence[Hypothesis]) -> Floats:
+        """Return how badly touches fit with each mistake of the joint positions undone."""
+        left = self._distances([one.joints(self.touches.q) for one in changes])
+        return truncated((left / MOST.position) ** 2)
+
+    def _distances(self, joints: Iterable[Floats]) -> Floats:
+        # From tips to points (H, N), m, by other joint positions, each (N, n).
+        return np.array([self.started(q, free=True).distances for q in joints])
+
+    def _check_touches(self, start: _Start) -> None:
+        robot, q, middle = self.robot, self.touches.q, float(np.median(start.distances))
+        if middle < ALIKE:
+            return
+        # Angles so small bring the tip to nearly one point, whatever was touched.
+        if np.max(np.abs(q[:, ~robot.prismatic]), initial=0.0) > FARTHEST_TURN:
+            (left,) = self._distances([from_degrees(robot, q)])
+            refuse_mistake(DEGREES, float(np.median(left)), middle)
+        if middle > NO_CALIBRATION:
+            raise CalibrationError(
+                f'half of the touches are more than {length_in_words(middle)} from their points: '
+                f'no robot {robot.name} is off by as much; it is another robot, or the rows are '
+                'marked with wrong points' + explained_by_joints(robot, q, middle, self._distances)
+            )
 
     def _chain(self, k: int, tip: Floats) -> CorrectedChain:
         # From the base frame to the tip; the correction of point k moves it the other way.
@@ -263,9 +306,7 @@ class SamePointParameters(ChosenParameters):
 
     def as_given(self) -> Floats:
         """Return how far the tip of the file is from the points, (N, 2, 3), m."""
-        q, point, _ = self.touches
-        start = _started(self.robot, q, point, free=False)
-        left = start.points[point] - forward_kinematics(self.robot, q)[:, :3, 3]
+        left = self.started(self.touches.q, free=False).left
         return np.stack([left, np.zeros_like(left)], axis=1)
 
     def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
@@ -303,53 +344,6 @@ class SamePointParameters(ChosenParameters):
         return tuple(result)
 
 
-def _started(robot: Robot, q: Floats, point: Integers, free: bool) -> _Start:
-    # The worst rows of each round do not count in the next one.
-    poses = forward_kinematics(robot, q)
-    count = int(np.max(point)) + 1
-    used = np.ones(len(q), dtype=bool)
-    found = _least_squares(poses, point, count, used, free)
-    for _ in range(ROUNDS):
-        used = np.zeros(len(q), dtype=bool)
-        for k in range(count):
-            own = np.flatnonzero(point == k)
-            order = own[np.argsort(found.distances[own], kind='stable')]
-            used[order[: max(LEAST, round(KEPT * len(own)))]] = True
-        found = _least_squares(poses, point, count, used, free)
-    return found
-
-
-def _least_squares(poses: Floats, point: Integers, count: int, used: Flags, free: bool) -> _Start:
-    # point = x + R tip: of each point the mean drops out, and the tip is what is left.
-    R, x = poses[:, :3, :3], poses[:, :3, 3]
-    each = [used & (point == k) for k in range(count)]
-    tip = np.zeros(3)
-    if free:
-        rows = [(R[own] - R[own].mean(axis=0)).reshape(-1, 3) for own in each]
-        right = [-(x[own] - x[own].mean(axis=0)).reshape(-1) for own in each]
-        tip = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=UNTOLD)[0]
-    tips = x + R @ tip
-    points = np.array([tips[own].mean(axis=0) for own in each])
-    return _Start(points, tip, np.linalg.norm(points[point] - tips, axis=1))
-
-
-def _check_touches(robot: Robot, touches: Touches, start: _Start) -> None:
-    middle = float(np.median(start.distances))
-    if middle < ALIKE:
-        return
-    (left,) = _left_of(robot, touches, [from_degrees(robot, touches.q)])
-    # Angles so small bring the tip to nearly one point, whatever was touched.
-    if np.max(np.abs(touches.q[:, ~robot.prismatic]), initial=0.0) > FARTHEST_TURN:
-        refuse_mistake(DEGREES, float(np.median(left)), middle)
-    if middle > NO_CALIBRATION:
-        raise CalibrationError(
-            f'half of the touches are more than {length_in_words(middle)} from their points: no '
-            f'robot {robot.name} is off by as much; it is another robot, or the rows are marked '
-            'with wrong points'
-            + explained_by_joints(robot, touches.q, middle, partial(_left_of, robot, touches))
-        )
-
-
 def _check_distances(
     start: _Start, names: Sequence[str], apart: Mapping[tuple[int, int], float]
 ) -> None:
@@ -363,22 +357,6 @@ def _check_distances(
                 f'points {names[i]} and {names[j]} are {length_in_words(found)} apart by the '
                 f'touches, not {length_in_words(given)}: no table is off by as much{unit}'
             )
-
-
-def scores_of_touches(robot: Robot, touches: Touches) -> Callable[[Sequence[Hypothesis]], Floats]:
-    """Return how badly touches fit with each mistake of the joint positions undone."""
-
-    def scores(changes: Sequence[Hypothesis]) -> Floats:
-        left = _left_of(robot, touches, [one.joints(touches.q) for one in changes])
-        return truncated((left / MOST.position) ** 2)
-
-    return scores
-
-
-def _left_of(robot: Robot, touches: Touches, joints: Iterable[Floats]) -> Floats:
-    # What remains of touches (H, N), m, by other joint positions, each (N, n).
-    starts = [_started(robot, q, touches.point, free=True) for q in joints]
-    return np.array([start.distances for start in starts])
 
 
 def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Floats, Flags]:
