@@ -19,7 +19,7 @@ USUAL = TermColumns()
 
 
 class ConditionOptions(NamedTuple):
-    """What differs between rows."""
+    """Sessions and loads of the rows."""
 
     sessions: Annotated[
         Optional[str],

@@ -29,7 +29,7 @@ from .calibration_options import (
 from .missing_ros import ros_module
 from .options import RobotOption, WrongUsage, given_robot, named
 
-LONGEST = 86_400.0  # s, a day
+TIME_LIMIT = 86_400.0  # s, a day
 
 
 class LiveOptions(NamedTuple):
@@ -72,8 +72,8 @@ def calibrate_live(
     arm, seconds = given_robot(robot), options.seconds
     where = None if camera is None else camera.value
     run = CalibrationRun(arm, fitting.fitting(False, not outputs.anyway, camera=where))
-    if not 0.0 < seconds <= LONGEST:
-        raise WrongUsage(f'--seconds: {seconds:g} is not above 0 and at most {LONGEST:,.0f} s')
+    if not 0.0 < seconds <= TIME_LIMIT:
+        raise WrongUsage(f'--seconds: {seconds:g} is not above 0 and at most {TIME_LIMIT:,.0f} s')
     with named_errors(()):
         run.check_names()
         heard = collected(arm, options, run.of_heard, written.stream, context.obj)

@@ -93,7 +93,7 @@ def calibrate_propose(
                 refused = '; '.join(after.refusals)
                 raise CalibrationError(f'this is no calibration to go on from: {refused}')
     settings = EstimatorSettings(reading.joint_prefix)
-    # Of the arm alone: poses are still to be measured.
+    # Joint positions alone are read: poses are still to be measured.
     alone = reading._replace(pose_topic=None)
     chosen = None if among is None else read_positions(among, alone, settings)
     write_proposal(arm, WantedPoses(count, chosen, sight), plans, positions, after)

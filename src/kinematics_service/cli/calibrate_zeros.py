@@ -67,8 +67,8 @@ def calibrate_zeros(
     Find the zeros of the joints of an arm whose encoders were mounted by hand.
 
     Without FILE, --html writes a sheet to print. FILE is a table (.csv) of joint positions at
-    which the tip touched its crosses, and of their names. Where the sheet lies and where the tip
-    is are fitted. Columns velocity.<joint>, the way each joint came, make a backlash identifiable.
+    which the tip touched its crosses, and of their names. The places of the sheet and of the
+    tip are fitted. Columns velocity.<joint>, the way each joint came, identify a backlash.
 
     \b
     Examples:

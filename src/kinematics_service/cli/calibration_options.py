@@ -48,14 +48,14 @@ class FramesChoice(str, Enum):
 
 
 class CameraChoice(str, Enum):
-    """Where the camera is."""
+    """The place of the camera."""
 
     on_tool = 'on-tool'
     fixed = 'fixed'
 
 
 class TableOptions(NamedTuple):
-    """What columns of a table mean."""
+    """The columns of a table, and their units."""
 
     columns: Annotated[
         Optional[str],
@@ -80,7 +80,7 @@ class TableOptions(NamedTuple):
 
 
 class PoseOptions(NamedTuple):
-    """Which poses of a recording are taken, and which of several files have a base in common."""
+    """The poses of a recording, and what each of several files has of its own."""
 
     topic: Annotated[
         Optional[str], named('--topic', 'Topic of joint states, if a bag has several.', 'TOPIC')
@@ -141,7 +141,7 @@ class FitOptions(NamedTuple):
 
 
 class OutputOptions(NamedTuple):
-    """What is written."""
+    """The outputs."""
 
     output: Annotated[
         Optional[Path], named('--output', 'Write the calibrated robot file.', 'FILE')
@@ -159,7 +159,7 @@ class OutputOptions(NamedTuple):
     force: Annotated[bool, named('--force', 'Overwrite the output.')] = False
 
     def checked(self, inputs: Sequence[Path]) -> CalibrationOutputs:
-        """Return the outputs, if they can be written, before anything is heard or computed."""
+        """Return the outputs; refuse those that cannot be written before anything is computed."""
         check_inputs(inputs)
         for name in ('output', 'html', 'json'):
             if (file := getattr(self, name)) is not None and str(file) != '-':
@@ -185,7 +185,7 @@ class ImageOptions(NamedTuple):
     ] = None
 
     def finder(self, files: Sequence[Path]) -> BoardFinder | None:
-        """Return what finds the board, or None if there are no images."""
+        """Return what finds the board; None if no folder of images is given."""
         if self.images is None:
             if self.board is not None or self.intrinsics is not None:
                 raise WrongUsage(

@@ -15,7 +15,7 @@ from ..frame_check.errors import (
     length_in_words,
 )
 from ..frame_check.judgement import FrameLimits
-from .checking import LEAST
+from .checking import MIN_POSES
 from .result import Calibration
 
 # Largest share of rows that are outliers: more of them contradict the arm.
@@ -102,7 +102,7 @@ def _by_joint(fit: JudgedFit) -> str:
     # was left out: how many of them were left out, and how likely as many are by chance.
     out = fit.contradicting
     left, count = int(np.sum(out)), len(out)
-    if left < LEAST or left == count:
+    if left < MIN_POSES or left == count:
         return ''
     likeliest = (TEST_LEVEL, '')
     tests = 3 * fit.found.q.shape[1] * left

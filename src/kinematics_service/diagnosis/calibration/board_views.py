@@ -17,7 +17,7 @@ from ...rigid_motion import apart, exponential, inverses
 from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
 from .camera import ON_TOOL, Camera
-from .checking import ALIKE, LEAST, MOST_NAMED
+from .checking import ALIKE, MIN_POSES, NAMES_IN_SENTENCE
 from .placing import Free, offsets_of
 
 # A flat board looks nearly alike from two sides. Its corners exclude the second pose if this one
@@ -215,15 +215,15 @@ def board_views(
     found = {k: board_poses(intrinsics, one) for k, one in given.items()}
     sure = [k for k, one in found.items() if len(one) == 1]
     if len(sure) < len(found):
-        if len(sure) < LEAST:
+        if len(sure) < MIN_POSES:
             left_out += [f'{names[k]}: {TOO_FLAT}' for k in found if k not in sure]
             found = {k: found[k] for k in sure}
         else:
             found = _decided(robot, q, found, sure, camera)
-    if len(found) < LEAST:
+    if len(found) < MIN_POSES:
         raise CalibrationError(
-            f'{len(found)} of {len(seen)} images tell where the board is: at least {LEAST} are '
-            f'needed. {_named(left_out)}'
+            f'{len(found)} of {len(seen)} images tell where the board is: at least {MIN_POSES} '
+            f'are needed. {_named(left_out)}'
         )
     poses, squares = zip(*(one[0] for one in found.values()))
     return BoardViews(
@@ -280,8 +280,8 @@ def view_sentences(views: BoardViews, held_out: Floats, outliers: Sequence[int])
 
 
 def _named(left_out: Sequence[str]) -> str:
-    more = len(left_out) - MOST_NAMED
-    return '; '.join(left_out[:MOST_NAMED]) + (f'; and {more} more' if more > 0 else '')
+    more = len(left_out) - NAMES_IN_SENTENCE
+    return '; '.join(left_out[:NAMES_IN_SENTENCE]) + (f'; and {more} more' if more > 0 else '')
 
 
 def view_document(views: BoardViews, held_out: Floats) -> dict[str, Any]:

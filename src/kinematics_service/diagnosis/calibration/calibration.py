@@ -22,7 +22,7 @@ from ..frame_check.errors import Errors, errors_of
 from ..frame_check.hypotheses import Hypothesis, joint_hypotheses_of
 from .acceptance import JudgedFit, noise_remarks, refusals_of
 from .camera import ON_TOOL, Camera, given_by_camera, wrong_size
-from .checking import FAR_DEVIATIONS, Measured, checked_offsets, measured
+from .checking import REMARKED_DEVIATIONS, Measured, checked_offsets, measured
 from .chosen_parameters import ChosenParameters, asks_for_gears
 from .conditions import ToolLoads, with_conditions
 from .corrections import corrected_robot
@@ -381,7 +381,7 @@ def _few_rows(given: Measured, found: Identified) -> Iterator[str]:
 def _far_corrections(parameters: Sequence[CalibratedParameter]) -> Iterator[str]:
     for one in parameters:
         beyond = abs(one.correction) / one.prior
-        if one.group in TABLE_GROUPS and beyond > FAR_DEVIATIONS:
+        if one.group in TABLE_GROUPS and beyond > REMARKED_DEVIATIONS:
             yield (
                 f'{one.name} is corrected by {one.in_words(one.correction)}, {beyond:.2g} times '
                 f'its usual error of {one.in_words(one.prior)}: look at the table of the robot '

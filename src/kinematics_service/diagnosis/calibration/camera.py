@@ -9,7 +9,7 @@ from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import inverses
 from ...robot.robot import Robot
-from .checking import FAR_DEVIATIONS, Measured, refuse_mistake
+from .checking import REMARKED_DEVIATIONS, Measured, refuse_mistake
 from .fitting import FitProblem, Identified, one_more
 from .placing import Free, offsets_of
 
@@ -70,7 +70,7 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
         moves = np.zeros((len(poses), 2, 3))
         moves[:, 0] = -poses[:, :3, 3] * axes
         share, deviation = one_more(problem, fit, moves)
-        if abs(share) > max(FAR_DEVIATIONS * deviation, REMARKED_SHARE):
+        if abs(share) > max(REMARKED_DEVIATIONS * deviation, REMARKED_SHARE):
             sentence = what.format(f'{1.0 + share:.3f}')
             found.append((abs(share) / deviation, WrongSize(sentence, share)))
     return max(found)[1] if found else None

@@ -22,9 +22,9 @@ from ..frame_check.hypotheses import DEGREES, INVERSE, from_degrees, joint_hypot
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
 # Poses of a set: base and tool need three.
-LEAST = 3
+MIN_POSES = 3
 # Poses by which a cause is tested.
-LEAST_FOR_CAUSE = 8
+MIN_POSES_FOR_CAUSE = 8
 # Joints, and rotations, that differ by less (rad, m) are the same.
 ALIKE = 1e-3
 # No robot is off by this much (m) with base and tool fitted.
@@ -32,7 +32,7 @@ NO_CALIBRATION = 0.02
 # The frame check leaves out rows that are this many medians off.
 MEDIANS_OFF = 5.0
 # Corrections and sizes beyond this many of their deviations are remarked on.
-FAR_DEVIATIONS = 4.0
+REMARKED_DEVIATIONS = 4.0
 # A mistake is named if undoing it leaves a third or less.
 DECISIVE = 3.0
 # A rival leaves nearly as little: within this factor.
@@ -40,7 +40,7 @@ AS_WELL = 2.0
 # Rows of hypotheses that are compared at once, some 20 MB.
 ROWS_AT_ONCE = 20_000
 # Names in one sentence.
-MOST_NAMED = 8
+NAMES_IN_SENTENCE = 8
 # Poses, screws and shares (m, rad) that differ by less are the same.
 ROUND_OFF = 1e-9
 # The option to type, by mistake.
@@ -76,7 +76,7 @@ class Measured(NamedTuple):
     sessions : shape (N,)
         Whole numbers from 0.
     placements
-        Parameters of where the instrument stands in each session but the first, six each.
+        Parameters of the place of the instrument, six for each session but the first.
     priors
         Standard deviations before of placements and moving parameters, by name.
     remarks
@@ -182,10 +182,10 @@ def rigid_positions(points: Floats) -> Floats:
 
 def _check_set(robot: Robot, given: Measured) -> None:
     count = len(given.q)
-    if count < LEAST:
+    if count < MIN_POSES:
         few = '1 pose is' if count == 1 else f'{count} poses are'
         raise CalibrationError(
-            f'{few} too few: at least {LEAST} are needed, and some {robot.dof + 4} or more '
+            f'{few} too few: at least {MIN_POSES} are needed, and some {robot.dof + 4} or more '
             'identify most of an arm'
         )
     if not given.positions:
@@ -209,7 +209,7 @@ def check_mark(what: str, name: str) -> None:
         raise CalibrationError(f'a {what} may not be called {name!r}')
 
 
-def check_different(q: Floats, whose: str, least: int = LEAST) -> None:
+def check_different(q: Floats, whose: str, least: int = MIN_POSES) -> None:
     """
     Refuse joint positions (N, n), rad or m, that are fewer different ones than tell anything.
 
@@ -280,7 +280,7 @@ def _checked(
     near = np.flatnonzero(found.remainder <= MEDIANS_OFF * middle + ALIKE)
     near = near[np.unique(np.linspace(0, len(near) - 1, MOST_POSES).astype(int))]
     diagnosis = None
-    if not positions and len(near) >= LEAST_FOR_CAUSE:
+    if not positions and len(near) >= MIN_POSES_FOR_CAUSE:
         diagnosis = diagnose_frames(robot, q[near], poses[near], read=read)
         cause = diagnosis.cause
         left = middle if cause is None else cause.errors.position_rms

@@ -41,7 +41,7 @@ class ToolLoads(NamedTuple):
     at : m
         Its centre of mass in the tool frame.
     gravity
-        Where it is pulled to in the base frame of the robot file; only the direction counts.
+        Its direction in the base frame of the robot file; the length does not count.
     """
 
     masses: npt.ArrayLike

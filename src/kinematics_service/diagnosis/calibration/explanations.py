@@ -21,7 +21,7 @@ from .placing import Free, offsets_of
 # Rows by which mistakes are compared, besides as many that were left out.
 SIFTED = 40
 # Mistakes that are then tried in a calibration.
-TRIED = 3
+MISTAKE_TRIALS = 3
 
 
 class TriedCalibration(NamedTuple):
@@ -87,7 +87,7 @@ def explained(
     """
     begin, *others = scores_of([Hypothesis('', ''), *changes]).tolist()
     scores = np.array(others)
-    likeliest = np.argsort(scores, kind='stable')[:TRIED]
+    likeliest = np.argsort(scores, kind='stable')[:MISTAKE_TRIALS]
     found = []
     for k in likeliest[scores[likeliest] < begin].tolist():
         try:

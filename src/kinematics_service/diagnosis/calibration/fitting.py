@@ -22,25 +22,25 @@ from ...rigid_motion import inverses, rotation_vector
 from ...robot.file.parts.parameters import ArmParameter
 
 # Noise (m and rad) below this is round-off.
-LEAST_NOISE = 1e-10
+NOISE_FLOOR = 1e-10
 # Degrees of freedom below which the noise is no less than that of encoders and trackers,
-FEW_ROWS = 30.0
+NOISE_FREEDOM = 30.0
 # which is this (m and rad).
 USUAL_NOISE = 2e-5
 # Rows beyond this quantile of chi-square weigh less in the robust start.
 HUBER_QUANTILE = 0.95
-# A row is an outlier if chance makes one in 300,000 as far off.
+# Level of the chi-square test of a row: beyond it the row is an outlier.
 OUTLIER_CHANCE = 3e-6
 # Most rounds of each phase; they end when they converge.
 MAX_ROUNDS = 25
-# A step, or a change of the noise, of this share of the deviations ends the rounds.
+# The rounds end if step and change of the noise are less, in deviations.
 STEP_TOLERANCE = 1e-3
 # Student's factor f / (f - 2) takes f - 2 as at least this: it is infinite at 2.
 STUDENT_FREEDOM = 1.0
 # With at most this number of degrees of freedom the rows do not tell the noise.
-UNTOLD_FREEDOM = 1.0
+UNKNOWN_NOISE_FREEDOM = 1.0
 # Standard deviation (m) of a distance between points that is known.
-KNOWN_DISTANCE = 1e-5
+DISTANCE_DEVIATION = 1e-5
 # Difference (rad, m) of joints: the cube root of the round-off has the least error (Nocedal and
 # Wright, section 8.1).
 STEP = float(np.cbrt(np.finfo(np.float64).eps))
@@ -209,7 +209,7 @@ class FitProblem:
             length = float(np.linalg.norm(between))
             row[second], row[first] = between / length, -between / length
             remainders[k] = one.distance - length
-        return rows[:, self.columns] / KNOWN_DISTANCE, remainders / KNOWN_DISTANCE
+        return rows[:, self.columns] / DISTANCE_DEVIATION, remainders / DISTANCE_DEVIATION
 
     def only(self, groups: tuple[str, ...]) -> 'FitProblem':
         """Return the problem of these groups of parameters alone."""
@@ -545,7 +545,7 @@ def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Float
 
 def _median_noise(remainders: Floats) -> Noise:
     sizes = np.median(np.linalg.norm(remainders, axis=2), axis=0) / length_quantile(0.5, 1)
-    return Noise(*np.maximum(sizes, LEAST_NOISE).tolist())
+    return Noise(*np.maximum(sizes, NOISE_FLOOR).tolist())
 
 
 def _evident_noise(
@@ -559,7 +559,7 @@ def _evident_noise(
     for kind in range(kinds):
         free = 3 * np.sum(used) - np.sum(leverage[:, kind])
         squares = float(np.sum(remainders[used, kind] ** 2))
-        least = USUAL_NOISE if free < FEW_ROWS else LEAST_NOISE
+        least = USUAL_NOISE if free < NOISE_FREEDOM else NOISE_FLOOR
         found.append(max(float(np.sqrt(squares / max(free, 1.0))), least))
-        freedom.append(max(float(free), UNTOLD_FREEDOM))
+        freedom.append(max(float(free), UNKNOWN_NOISE_FREEDOM))
     return Noise(found[0], found[-1]), Noise(freedom[0], freedom[-1])

@@ -9,7 +9,7 @@ from ...kernel import Floats
 from ...kinematics.uncertainty.parameters import NOTHING
 from ...robot.file.parts.parameters import ArmParameter
 from ...typography import listed
-from .checking import MOST_NAMED
+from .checking import NAMES_IN_SENTENCE
 
 # A direction is known where the poses tell it this much better than its prior does.
 KNOWN = 3.0
@@ -97,7 +97,7 @@ def _combination(
     part = part[np.any(part != 0.0, axis=1)]
     chosen = [parameters[k] for k in own]
     names = tuple(one.name for one in chosen)
-    determined, shown = len(own) - len(part), listed(names, MOST_NAMED)
+    determined, shown = len(own) - len(part), listed(names, NAMES_IN_SENTENCE)
     if determined == 0:
         return ParameterCombination(names, 0, (), f'not identifiable: {shown}')
     if determined > 1:

@@ -11,7 +11,7 @@ from ..frame_check.offsets import fit_offsets
 # Rounds of least trimmed squares (Rousseeuw 1984), which fit the nearest rows of the last round.
 ROUNDS = 3
 # The share of the rows that is kept.
-KEPT = 0.7
+TRIMMED_SHARE = 0.7
 # Steps by turns to the base and the tool of positions.
 STEPS = 40
 # Where the tool's point moves the positions by less than this share of its own motion, it is not
@@ -52,7 +52,7 @@ def offsets_of(A: Floats, B: Floats, positions: bool, free: Free) -> Offsets:
     found, each = _offsets(A, B, positions, free), np.arange(len(A))[:, None]
     for _ in range(ROUNDS):
         order = np.argsort(found.remainder, axis=1, kind='stable')
-        rows = order[:, : max(3, round(KEPT * A.shape[1]))]
+        rows = order[:, : max(3, round(TRIMMED_SHARE * A.shape[1]))]
         some = _offsets(A[each, rows], B[each, rows], positions, free)
         found = _with_remainder(some.base, some.tool, A, B)
     return found

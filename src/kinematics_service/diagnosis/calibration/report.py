@@ -11,7 +11,7 @@ from ...robot.file.parts.parameters import ENDS, TABLE_GROUPS, end_parameters
 from ...typography import listed
 from ..frame_check.errors import length_in_words
 from .board_views import view_document
-from .checking import COMPLIANCE, MOST_NAMED, PLACEMENT, ZEROS, in_words, value_in_words
+from .checking import COMPLIANCE, NAMES_IN_SENTENCE, PLACEMENT, ZEROS, in_words, value_in_words
 from .identified_table import CalibratedParameter
 from .placed_camera import camera_sentences, placed_camera
 from .result import BLOCKS, Calibration
@@ -92,12 +92,12 @@ def _verdict(found: Calibration) -> Iterator[str]:
 
 
 def _of_conditions(found: Calibration) -> Iterator[str]:
-    # What differs from session to session, and what joints yield to loads.
+    # Drifts from session to session, and compliances.
     for group, words in OF_CONDITION.items():
         own = [one for one in found.parameters if one.group == group]
         beyond = [one.name for one in own if not one.may_be_zero]
         if own:
-            named = f' ({listed(beyond, MOST_NAMED)})' if beyond else ''
+            named = f' ({listed(beyond, NAMES_IN_SENTENCE)})' if beyond else ''
             yield (
                 f'{words}, are more than two deviations from zero for {len(beyond)} of {len(own)} '
                 f'numbers{named}; by chance one in twenty is. The robot file has none of them'
@@ -134,7 +134,7 @@ def _outliers(found: Calibration) -> str:
     names = {k: f'{k} {images[k].name}' if images else f'{k}' for k in rows}
     named = [f'{names[k]} ({found.distances[k]:.0f} sigma)' for k in rows]
     what = 'outlier is' if len(rows) == 1 else 'outliers are'
-    shown = listed(named, MOST_NAMED)
+    shown = listed(named, NAMES_IN_SENTENCE)
     return f'{len(rows)} {what} left out, counted from 0: {found.row} {shown}'
 
 

@@ -17,7 +17,7 @@ from .camera import Camera
 from .checking import in_words
 from .chosen_parameters import TouchedPoint
 from .explanations import RefusalCauses
-from .fitting import UNTOLD_FREEDOM, Noise
+from .fitting import UNKNOWN_NOISE_FREEDOM, Noise
 from .identified_table import IdentifiedTable
 from .knowledge import ParameterCombination
 
@@ -27,7 +27,7 @@ BLOCKS = 5
 
 class FitErrors(NamedTuple):
     """
-    What remains of rows.
+    Errors of rows.
 
     Attributes
     ----------
@@ -55,12 +55,11 @@ class Calibration(IdentifiedTable):
     parameters : P
         Those fitted.
     covariance : shape (P, P), rad and m
-        Of their corrections.
+        The covariance of their corrections.
     noise
         Standard deviation of one number of a measured position (m), and rotation vector (rad).
     freedom
-        By how many numbers it is known, beyond those that parameters take up; infinite where it
-        is that of the instrument.
+        Its degrees of freedom; infinite if it is that of the instrument.
     instrument
         The same of the instrument, where it was given.
     count, positions
@@ -68,11 +67,11 @@ class Calibration(IdentifiedTable):
     outliers
         Rows that were left out, the farthest first.
     distances : shape (N,)
-        What remains of each row, in standard deviations of the noise.
+        The error of each row, in standard deviations of the noise.
     as_given
-        What was between the poses of the file and the measured ones.
+        Errors of the robot file as it is.
     without, with_outliers
-        What remains of the rows that were used, and of all.
+        Errors of the rows that were used, and of all rows.
     known, possible
         Number of directions of the parameters that these poses tell better than the priors; and
         that any poses of this kind could tell.
@@ -85,11 +84,11 @@ class Calibration(IdentifiedTable):
     base_starts, tool_starts : shape (sets, 4, 4)
         Base and tool that their corrections, along and about their own axes, begin at.
     refusals
-        Why it is no calibration, sentences; empty if it is accepted.
+        Reasons against the calibration, sentences; empty if it is accepted.
     explained
         Mistakes that would explain a refusal.
     frames
-        What the frame check said; None of positions.
+        The result of the frame check; None for positions.
     remarks
         Sentences on the data.
     q : shape (N, n), rad or m
@@ -97,14 +96,14 @@ class Calibration(IdentifiedTable):
     sets : shape (N,)
         The set of each row; of touches the point.
     remainders_before, remainders : shape (N, 2, 3), m and rad
-        What remains of each row with base and tool fitted alone, and with the corrections: of the
+        Errors of each row with base and tool fitted alone, and with the corrections: of the
         position, and a rotation vector; in the frame of the poses.
     held_out_remainders : shape (N, 2, 3), m and rad
         The last of these of rows that nothing was fitted to.
     points
         Those that were touched, if the poses were measured by nothing else.
     camera
-        Where the camera is that saw a board, if one did. On the tool `measured` is the camera in
+        The place of the camera that saw a board. On the tool `measured` is the camera in
         the frame of the board, and what remains is the board in the frame of the camera.
     views
         The board in the images that the poses are from, if there are any.
@@ -149,7 +148,7 @@ class Calibration(IdentifiedTable):
 
     @property
     def used(self) -> Flags:
-        """Return the rows (N,) that are no outliers."""
+        """Return which rows (N,) were used: all but the outliers."""
         return ~np.isin(np.arange(self.count), self.outliers)
 
     @property
@@ -166,17 +165,17 @@ class Calibration(IdentifiedTable):
 
     @property
     def placed(self) -> str:
-        """Return what is fitted where nothing of the table is, in words."""
+        """Return in words what is fitted before the table."""
         return 'tip and points' if self.points else 'base and tool'
 
     def rms_in_words(self, errors: Errors) -> str:
-        """Return the RMS values of errors as far as they were measured, in words."""
+        """Return the RMS values of errors in words, without those that were not measured."""
         return in_words(*errors.rms, self.positions)
 
     @property
     def noise_told(self) -> bool:
         """Return whether the noise is known; otherwise so few numbers do not tell it."""
-        return min(self.freedom) > UNTOLD_FREEDOM
+        return min(self.freedom) > UNKNOWN_NOISE_FREEDOM
 
     @property
     def before(self) -> Errors:

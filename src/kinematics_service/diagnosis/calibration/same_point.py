@@ -33,8 +33,8 @@ from ..frame_check.errors import MOST, length_in_words
 from ..frame_check.hypotheses import DEGREES, Hypothesis, from_degrees
 from .checking import (
     ALIKE,
-    LEAST,
-    MOST_NAMED,
+    MIN_POSES,
+    NAMES_IN_SENTENCE,
     NO_CALIBRATION,
     Measured,
     check_different,
@@ -62,7 +62,7 @@ POINTS = 'points'
 # A pose touches a point to round-off (m).
 TOUCHES = 1e-13
 # Longest step to there (rad, m).
-LONGEST_STEP = 0.5
+STEP_LIMIT = 0.5
 # Joints do not turn farther (rad): more is in degrees.
 FARTHEST_TURN = 4 * np.pi
 # A constant motion that turns the sign of translations: a correction of the point is the opposite
@@ -111,17 +111,19 @@ def touches_of(robot: Robot, q: npt.ArrayLike, same_point: Sequence[object]) -> 
     marks = [str(one) for one in same_point]
     names = tuple(dict.fromkeys(marks))
     if not names:
-        raise CalibrationError(f'no point is touched: at least {LEAST} poses at one are needed')
+        raise CalibrationError(
+            f'no point is touched: at least {MIN_POSES} poses at one are needed'
+        )
     for name in names:
         check_mark('point', name)
     point = np.array([names.index(one) for one in marks])
     for k, name in enumerate(names):
         own = joints[point == k]
-        if len(own) < LEAST:
+        if len(own) < MIN_POSES:
             raise CalibrationError(
                 f'point {name} is touched from {len(own)} '
-                f'{"pose" if len(own) == 1 else "poses"}: at least {LEAST} are needed, and some '
-                f'{2 * robot.dof} or more at each point identify most of an arm'
+                f'{"pose" if len(own) == 1 else "poses"}: at least {MIN_POSES} are needed, and '
+                f'some {2 * robot.dof} or more at each point identify most of an arm'
             )
         # An arm of three joints has no more than a few poses there.
         check_different(own, f'the {len(own)} poses at point {name}', least=2)
@@ -219,7 +221,7 @@ class SamePointParameters(ChosenParameters):
         return truncated((left / MOST.position) ** 2)
 
     def _distances(self, joints: Iterable[Floats]) -> Floats:
-        # From tips to points (H, N), m, by other joint positions, each (N, n).
+        # Distances (H, N) from tips to points, m, by other joint positions, each (N, n).
         return np.array([self.started(q, free=True).distances for q in joints])
 
     def _check_touches(self, start: _Start) -> None:
@@ -334,7 +336,7 @@ class SamePointParameters(ChosenParameters):
                 'larger by one factor, they touch in the same way; the priors decide the scale, '
                 'and a known distance between two points makes it identifiable'
             )
-        for row in np.flatnonzero(~found.used)[:MOST_NAMED]:
+        for row in np.flatnonzero(~found.used)[:NAMES_IN_SENTENCE]:
             own = int(self.touches.point[row])
             distances = np.linalg.norm(points - (points[own] - left[row]), axis=1)
             other = int(np.argmin(distances))
@@ -375,7 +377,7 @@ def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Fl
         damped += np.finfo(float).eps * np.eye(3)
         step = (np.swapaxes(J, 1, 2) @ np.linalg.solve(damped, left[:, :, None]))[:, :, 0]
         longest = np.max(np.abs(step), axis=1, keepdims=True)
-        q += step * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, LONGEST_STEP))
+        q += step * np.minimum(1.0, STEP_LIMIT / np.maximum(longest, STEP_LIMIT))
     return q, np.linalg.norm(left, axis=1) < TOUCHES
 
 
