@@ -17,7 +17,7 @@ from ..version import __version__
 from .node import MANAGED, MIXED_ROS, ROBOT, UNSECURED, NodeOptions, start_node
 from .options import WrongUsage, flag, named, option
 
-# The commands, in the order of the help. Each has a file of its name with a function of that name,
+# The commands, in the order of the help. Each has a file and a function of its name (_ for -),
 # whose parameters are its arguments and options, and whose docstring is its help.
 COMMANDS = {
     'check': 'Check robot files and print what they say.',
