@@ -55,7 +55,7 @@ setup(
         NAME: ['py.typed', '*.pyi', 'page.css'],
         f'{NAME}.kernel': ['layout/*.pxd'],
         f'{NAME}.diagnosis.audit.report': ['page.js'],
-        f'{NAME}.diagnosis.calibration.output': ['page.css', 'page.js'],
+        f'{NAME}.diagnosis.calibration.output': ['page.css'],
         f'{NAME}.symbolic.output': ['formulas.css'],
         f'{NAME}.ros.process': ['fastdds_*.xml'],
         f'{NAME}.config': [*CONFIG, *(f'ros/{ending}' for ending in CONFIG_ROS)],

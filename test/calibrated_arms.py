@@ -11,10 +11,12 @@ from arms import robot_of
 import kinematics_service as ks
 from kinematics_service.diagnosis.calibration.board_views import board_views
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
+from kinematics_service.diagnosis.calibration.fitting import widened
 from kinematics_service.diagnosis.calibration.output.sheet import SHEETS
 from kinematics_service.formats.images.board import Board, SeenCorners
 from kinematics_service.formats.images.intrinsics import Intrinsics
-from kinematics_service.kinematics.uncertainty.parameters import parameters_of
+from kinematics_service.kinematics.uncertainty.corrected_chain import pose_change
+from kinematics_service.kinematics.uncertainty.parameters import parameters_of, placement
 from kinematics_service.rigid_motion import (
     exponential,
     inverse,
@@ -102,6 +104,30 @@ def predicted(found, q):
     """Return the measured poses (N, 4, 4) that a calibration predicts, of its first set."""
     poses = ks.forward_kinematics(found.calibrated, q)
     return found.base_offsets[0] @ poses @ found.tool_offsets[0]
+
+
+def held_out_chi_square(arm, found, count, noise, seed):
+    """
+    Return chi-square over its number of poses of the first set that nothing was fitted to.
+
+    Their errors are counted by the noise, with Student's factor, and what the fit left open.
+    """
+    q = positions_within(arm.robot, count, [seed, 77])
+    random = np.random.default_rng([seed, 78])
+    poses = truly(arm, q)
+    poses[:, :3, 3] += noise * random.normal(size=(count, 3))
+    poses[:, :3, :3] = exponential(noise * random.normal(size=(count, 3))) @ poses[:, :3, :3]
+    ahead = predicted(found, q)
+    turned = rotation_vector(poses[:, :3, :3] @ np.swapaxes(ahead[:, :3, :3], 1, 2))
+    left = np.concatenate([(poses - ahead)[:, :3, 3], turned], axis=1)
+    arm_of = parameters_of(found.robot)
+    begin = len(arm_of.table)
+    chain = placement(arm_of.chain, found.base_starts[0], found.tool_starts[0], (begin, begin + 6))
+    values = np.array([one.correction for one in found.parameters])
+    J = pose_change(chain, values, q).jacobian
+    each = np.repeat(widened(found.noise, found.freedom), 3)
+    C = J @ found.covariance @ np.swapaxes(J, 1, 2) + np.diag(each**2)
+    return np.sum(left * np.linalg.solve(C, left[:, :, None])[:, :, 0]) / left.size
 
 
 def truly(arm, q, base=BASE, tool=TOOL):

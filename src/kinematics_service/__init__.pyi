@@ -1,10 +1,10 @@
 from .diagnosis.audit.dataset.labels import judge_table as judge_table
-from .diagnosis.calibration.calibration import Calibration as Calibration
 from .diagnosis.calibration.calibration import calibrate as calibrate
-from .diagnosis.calibration.optional_terms import ToolLoads as ToolLoads
+from .diagnosis.calibration.conditions import ToolLoads as ToolLoads
 from .diagnosis.calibration.proposal import LineOfSight as LineOfSight
 from .diagnosis.calibration.proposal import ProposedPoses as ProposedPoses
 from .diagnosis.calibration.proposal import propose_poses as propose_poses
+from .diagnosis.calibration.result import Calibration as Calibration
 from .diagnosis.frame_check.diagnosis import FrameDiagnosis as FrameDiagnosis
 from .diagnosis.frame_check.diagnosis import diagnose_frames as diagnose_frames
 from .errors import CalibrationError as CalibrationError

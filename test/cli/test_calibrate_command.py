@@ -11,8 +11,7 @@ from recordings import recorded
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.cli import calibrate as command
-from kinematics_service.cli import live_calibration
+from kinematics_service.cli import calibrate_live
 from kinematics_service.diagnosis.calibration.collecting import CollectedPoses
 from kinematics_service.diagnosis.calibration.corrections import corrected_robot
 from kinematics_service.diagnosis.calibration.output import calibration_run
@@ -43,6 +42,18 @@ def table(file, robot, q, poses, rate=1.0, ends='x y z qx qy qz qw'):
     lines += [','.join([f'{row[0]:.6f}', *map(repr, row[1:].tolist())]) for row in rows]
     file.write_text('\n'.join(lines))
     return file
+
+
+@pytest.mark.parametrize('task', ['', '-touch', '-zeros', '-camera', '-live', '-propose'])
+def test_each_help_is_one_screen(task, capsys, monkeypatch):
+    monkeypatch.setenv('COLUMNS', '100')
+    _, out, _ = run(capsys, f'calibrate{task}', '--help')
+    lines = out.splitlines()
+    assert len(lines) <= 40
+    assert max(map(len, lines)) <= 100
+    assert (
+        f'kinematics_service calibrate{task} ' in out.partition('Examples:')[2] or '-live' in task
+    )
 
 
 def test_a_table_without_stamps_is_of_standing_poses(tmp_path, capsys):
@@ -407,7 +418,7 @@ def test_poses_are_proposed_among_those_of_a_table_and_in_sight(tmp_path, capsys
     rows = [','.join(['stamp', *(f'position.{name}' for name in robot.joint_names)])]
     rows += [','.join(map(str, [k, *row])) for k, row in enumerate(q.tolist())]
     many.write_text('\n'.join(rows))
-    given = ['calibrate', '--robot', 'ur5e', '--propose']
+    given = ['calibrate-propose', '--robot', 'ur5e', '--count']
     code, out, err = run(capsys, *given, '3', '--among', many)
     assert (code, err) == (0, '')
     chosen = np.array([line.split(',')[1:] for line in out.splitlines()[1:]], dtype=float)
@@ -421,27 +432,24 @@ def test_poses_are_proposed_among_those_of_a_table_and_in_sight(tmp_path, capsys
         pose = ks.forward_kinematics(robot, [float(x) for x in row.split(',')[1:]])
         way = np.array([2.0, 0.0, 1.0]) - pose[:3, 3]
         assert -pose[:3, 0] @ way > np.cos(np.radians(30.1)) * np.linalg.norm(way)
-    code, _, err = run(capsys, *given[:3], '--live', '9', '--propose', '2', '--among', many)
-    assert code == 2
-    assert '--live proposes as it hears' in ' '.join(err.split())
 
 
 @pytest.mark.slow
 def test_proposed_poses_are_a_table_and_a_plan_that_audit_accepts(tmp_path, capsys):
     csv, yaml = tmp_path / 'next.csv', tmp_path / 'next.yaml'
-    options = ['--robot', 'ur5e', '--propose', '5', '--plan', csv, '--plan', yaml]
-    code, out, err = run(capsys, 'calibrate', *options)
+    options = ['--robot', 'ur5e', '--count', '5', '--plan', csv, '--plan', yaml]
+    code, out, err = run(capsys, 'calibrate-propose', *options)
     assert (code, err) == (0, '')
     assert out == f'wrote {csv}: 5 poses\nwrote {yaml}: 5 poses\n'
     for file in (csv, yaml):
         code, out, err = run(capsys, 'audit', file, '--robot', 'ur5e', '--fail-on', 'limits')
         assert (code, err) == (0, '')
-    code, out, _ = run(capsys, 'calibrate', '--robot', 'ur5e', '--propose', '5')
+    code, out, _ = run(capsys, 'calibrate-propose', '--robot', 'ur5e', '--count', '5')
     assert out == csv.read_text()
     code, _, err = run(capsys, 'calibrate', '--robot', 'ur5e')
     assert code == 2
-    assert 'give FILE with measured poses, or --propose N alone' in err
-    code, _, err = run(capsys, 'calibrate', *options)
+    assert 'give FILE with measured poses; calibrate-propose says which' in ' '.join(err.split())
+    code, _, err = run(capsys, 'calibrate-propose', *options)
     assert code == 2
     assert 'exists already' in err
 
@@ -462,18 +470,13 @@ def test_wrong_options_are_wrong_usage(tmp_path, capsys):
 
 
 def test_what_is_wrong_with_live_is_a_sentence(tmp_path, capsys, monkeypatch):
-    given = ['calibrate', '--robot', 'ur5e', '--live']
-    for sentence, *options in (
-        ('-1 s is not above 0 and at most 86,400 s', '-1'),
-        ('--live hears a running robot', '10', tmp_path / 'tracker.csv'),
-        ('--live hears a running robot', '10', '--same-point', 'hole'),
-    ):
-        code, _, err = run(capsys, *given, *options)
-        assert code == 2
-        assert sentence in ' '.join(err.split())
+    given = ['calibrate-live', '--robot', 'ur5e', '--seconds']
+    code, _, err = run(capsys, *given, '-1')
+    assert code == 2
+    assert '-1 is not above 0 and at most 86,400 s' in ' '.join(err.split())
     code, _, err = run(capsys, 'calibrate', 'a.csv', '--robot', 'ur5e', '--ros-args', '-r', 'a:=b')
     assert code == 2
-    assert 'calibrate takes no --ros-args without --live' in err
+    assert 'calibrate takes no --ros-args: it needs no ROS' in err
     monkeypatch.setitem(sys.modules, 'rclpy', None)
     for module in [name for name in sys.modules if name.startswith('kinematics_service.ros.')]:
         monkeypatch.delitem(sys.modules, module)
@@ -513,8 +516,8 @@ def test_touched_points_make_a_robot_file_that_goes_on(tmp_path, capsys):
     one = touches(tmp_path / 'one.csv', arm, range(30), ['', '99.0,1,1,1,1,1,1,'])
     two = touches(tmp_path / 'two.csv', arm, range(30, 80))
     output, document = tmp_path / 'mine.yaml', tmp_path / 'found.json'
-    options = ['--robot', 'ur5e', '--same-point', 'hole', '--output', output]
-    code, out, err = run(capsys, 'calibrate', one, two, *options)
+    options = ['--robot', 'ur5e', '--point', 'hole', '--output', output]
+    code, out, err = run(capsys, 'calibrate-touch', one, two, *options)
     assert (code, err) == (0, '')
     assert f'ur5e: 80 touches of {one}, {two}' in out
     assert '1 row names no point and is left out.' in out
@@ -527,7 +530,7 @@ def test_touched_points_make_a_robot_file_that_goes_on(tmp_path, capsys):
     assert (code, err) == (0, '')
     assert '5 of 5 agree' in out
     options += ['--force', '--distance', 'A,B=754.983mm', '--json', document]
-    code, out, err = run(capsys, 'calibrate', one, two, *options)
+    code, out, err = run(capsys, 'calibrate-touch', one, two, *options)
     assert (code, err) == (0, '')
     found = json.loads(document.read_text())
     assert (found['known'], found['possible']) == (27, 27)
@@ -540,37 +543,36 @@ def test_touched_points_make_a_robot_file_that_goes_on(tmp_path, capsys):
 def test_wrong_options_of_touched_points_are_sentences(tmp_path, capsys):
     arm = touching_arm('ur5e', HOLES, 40, NOISE)
     file = touches(tmp_path / 'one.csv', arm, range(80))
-    given = ['calibrate', file, '--robot', 'ur5e']
+    given = ['calibrate-touch', file, '--robot', 'ur5e']
     for code, sentence, *options in (
-        (1, "there is no column 'hol'; the header has stamp", '--same-point', 'hol'),
-        (2, 'write for instance A,B=0.25', '--same-point', 'hole', '--distance', 'A=3'),
-        (1, 'no row touches point C', '--same-point', 'hole', '--distance', 'A,C=3'),
-        (2, 'give --same-point COLUMN too', '--distance', 'A,B=0.25'),
-        (2, '--propose is for measured poses', '--same-point', 'hole', '--propose', '3'),
+        (1, "there is no column 'hol'; the header has stamp", '--point', 'hol'),
+        (2, 'write for instance A,B=0.25', '--point', 'hole', '--distance', 'A=3'),
+        (1, 'no row touches point C', '--point', 'hole', '--distance', 'A,C=3'),
+        (1, "there is no column 'point'", '--distance', 'A,B=0.25'),
     ):
         found, _, err = run(capsys, *given, *options)
         assert found == code
         assert sentence in ' '.join(err.split())
     few = touches(tmp_path / 'few.csv', arm, [0, 1, 2, 40, 41])
-    code, _, err = run(capsys, 'calibrate', few, '--robot', 'ur5e', '--same-point', 'hole')
+    code, _, err = run(capsys, 'calibrate-touch', few, '--robot', 'ur5e', '--point', 'hole')
     assert code == 1
     assert 'point B is touched from 2 poses: at least 3 are needed' in err
     hole = touches(tmp_path / 'hole.csv', arm, range(80), ['99.0,1,1,,1,1,1,A'])
-    code, _, err = run(capsys, 'calibrate', hole, '--robot', 'ur5e', '--same-point', 'hole')
+    code, _, err = run(capsys, 'calibrate-touch', hole, '--robot', 'ur5e', '--point', 'hole')
     assert code == 1
     assert 'row 80, counted from 0, has no number for some joint' in err
     bag = tmp_path / 'bag.mcap'
     bag.write_bytes(b'')
-    code, _, err = run(capsys, 'calibrate', bag, '--robot', 'ur5e', '--same-point', 'hole')
+    code, _, err = run(capsys, 'calibrate-touch', bag, '--robot', 'ur5e', '--point', 'hole')
     assert code == 1
-    assert 'names a column of a table' in err
+    assert '--point names a column of a table' in err
 
 
-@pytest.mark.parametrize('option', ['--output', '--html', '--json', '--plan'])
+@pytest.mark.parametrize('option', ['--output', '--html', '--json'])
 def test_an_output_that_cannot_be_written_is_refused_before_a_robot_is_heard(
     option, tmp_path, capsys
 ):
-    given = ['calibrate', '--robot', 'ur5e', '--live', '600', '--propose', '3', option]
+    given = ['calibrate-live', '--robot', 'ur5e', option]
     code, _, err = run(capsys, *given, tmp_path / 'none' / 'a.yaml')
     assert code == 2
     assert f'{option}: there is no folder {tmp_path / "none"}' in ' '.join(err.split())
@@ -606,27 +608,34 @@ def test_a_row_without_joints_does_not_make_the_others_evenly_spread(tmp_path, c
 @pytest.mark.parametrize(
     ('options', 'sentence'),
     [
-        (['--distance', 'A,B=755'], 'farther than an arm reaches: write millimetres as A,B=755mm'),
-        (['--distance', 'A,B=0.7', '--distance', 'B,A=0.3'], 'B and A are given twice'),
-        (['holes.csv'], 'FILE: one recording is given twice'),
-        (['--tolerance', '0mm'], "'0mm' is no length or angle with its unit, above 0"),
-        (['--fit', ''], '--fit names nothing; without it all but gears are fitted'),
-        (['--propose', '0'], '--propose: 0 is not within 1 and 200 poses'),
         (
-            ['--among', 'a.csv'],
-            'choose proposed poses: give --propose N too',
+            ['-touch', '--distance', 'A,B=755'],
+            'farther than an arm reaches: write millimetres as A,B=755mm',
         ),
+        (['-touch', '--distance', 'A,B=0.7', '--distance', 'B,A=0.3'], 'B and A are given twice'),
+        (['', 'holes.csv'], 'FILE: one recording is given twice'),
+        (['', '--tolerance', '0mm'], "'0mm' is no length or angle with its unit, above 0"),
+        (['', '--fit', ''], '--fit names nothing; without it all but gears are fitted'),
+        (['-propose', '--count', '0'], '--count: 0 is not within 1 and 200 poses'),
+        (['', '--own', 'bas'], "--own: 'bas' is not one of base, tool"),
         (
-            ['--propose', '2', '--line-of-sight', '2,0,1'],
+            ['-propose', '--count', '2', '--line-of-sight', '2,0,1'],
             "'2,0,1' is not accepted",
         ),
-        (['--propose', '2', '--line-of-sight', '2,0,1,0'], 'write for instance 2.5,0,1.2,30 for'),
-        (['--propose', '2', '--line-of-sight', '2,0,nan,9'], "'2,0,nan,9' is not accepted"),
+        (
+            ['-propose', '--count', '2', '--line-of-sight', '2,0,1,0'],
+            'write for instance 2.5,0,1.2,30 for',
+        ),
+        (
+            ['-propose', '--count', '2', '--line-of-sight', '2,0,nan,9'],
+            "'2,0,nan,9' is not accepted",
+        ),
     ],
 )
 def test_what_cannot_be_meant_is_wrong_usage(options, sentence, capsys):
-    given = ['calibrate', 'holes.csv', '--robot', 'ur5e', '--same-point', 'hole']
-    code, _, err = run(capsys, *given, *options)
+    command, *others = options
+    given = [f'calibrate{command}', 'holes.csv', '--robot', 'ur5e']
+    code, _, err = run(capsys, *given, *others)
     assert code == 2
     assert sentence in ' '.join(err.split())
 
@@ -636,7 +645,6 @@ def test_what_cannot_be_meant_is_wrong_usage(options, sentence, capsys):
     [
         ('ur5e', ['--fit', 'theta9'], "'theta9' is no parameter of ur5e"),
         ('ur5e', ['--fix', 'all'], 'nothing is left to be fitted'),
-        ('ur5e', ['--own', 'bas'], "--own: 'bas' is not one of base, tool"),
         ('five_bar', [], 'the calibration does not know of closed loops'),
     ],
 )
@@ -646,9 +654,9 @@ def test_what_no_poses_would_help_is_refused_before_they_are_heard(
     def heard(*_):
         raise AssertionError('poses are heard')
 
-    monkeypatch.setattr(command, 'collected', heard)
-    code, _, err = run(capsys, 'calibrate', '--robot', robot, '--live', '600', *options)
-    assert code == (2 if 'theta9' in options or '--own' in options else 1)
+    monkeypatch.setattr(calibrate_live, 'collected', heard)
+    code, _, err = run(capsys, 'calibrate-live', '--robot', robot, *options)
+    assert code == (2 if 'theta9' in options else 1)
     assert sentence in ' '.join(err.split())
 
 
@@ -662,8 +670,8 @@ def test_poses_heard_are_kept_where_their_calibration_is_refused(tmp_path, capsy
         poses = CollectedPoses(
             arm.q[:count], np.zeros((count, 6)), arm.poses[:count], stamps[:count]
         )
-        monkeypatch.setattr(command, 'collected', lambda *arguments: poses)
-        return run(capsys, 'calibrate', '--robot', 'ur5e', '--live', 5, '--json', '-')
+        monkeypatch.setattr(calibrate_live, 'collected', lambda *arguments: poses)
+        return run(capsys, 'calibrate-live', '--robot', 'ur5e', '--json', '-')
 
     code, out, _ = heard(40)
     assert code == 0
@@ -684,7 +692,7 @@ def test_poses_heard_are_kept_where_their_calibration_is_refused(tmp_path, capsy
     assert f'the 2 poses heard are kept in {file.name}, which calibrate reads' in err
     file.unlink()
     with monkeypatch.context() as patch:
-        patch.setattr(live_calibration, 'Path', lambda name: tmp_path / 'no_folder' / name)
+        patch.setattr(calibrate_live, 'Path', lambda name: tmp_path / 'no_folder' / name)
         _, _, again = heard(2)
     assert 'kept' not in again
     assert again == err.partition('\n')[2]  # why it was refused, and not why nothing was kept

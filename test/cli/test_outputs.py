@@ -44,7 +44,7 @@ WRITERS = {
     'audit-html': ('audit run.csv --robot planar_2r --html {}', ''),
     'audit-json': ('audit run.csv --robot planar_2r --json {}', ''),
     'audit-out': ('audit run.csv --robot planar_2r --out {}', ''),
-    'calibrate-plan': ('calibrate --robot planar_2r --propose 2 --force --plan {}', '.csv'),
+    'calibrate-plan': ('calibrate-propose --robot planar_2r --count 2 --force --plan {}', '.csv'),
 }
 PACKAGES = {'derive-plot': 'matplotlib', 'plot': 'matplotlib', 'audit-out': 'rosbags'}
 

@@ -5,6 +5,7 @@ Each wrong thing is made by hand here: the calibration does not know its name.
 """
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -327,9 +328,12 @@ def test_rows_left_out_are_told_by_a_joint_where_that_is_no_chance(count, left, 
     out = np.arange(count) >= count - left
     after = np.where(out[:, None, None], 0.1, 0.0) * np.ones((count, 2, 3))
     nothing = Errors(0.0, 0.0, 0.0, 0.0)
-    fit = JudgedFit(
-        robot_of('planar_2r'), q, out, after, 'pose', nothing, nothing, False, True, None
+    left_out = SimpleNamespace(after=nothing)
+    found = SimpleNamespace(
+        **{'robot': robot_of('planar_2r'), 'q': q, 'count': count, 'used': ~out, 'row': 'pose'},
+        **{'remainders': after, 'outliers': np.flatnonzero(out), 'positions': False},
+        **{'without': left_out, 'with_outliers': left_out, 'instrument': None},
     )
-    refusals = refusals_of(fit)
+    refusals = refusals_of(JudgedFit(found, True))
     assert len(refusals) == told
     assert all('where joint q1 is above' in sentence for sentence in refusals)

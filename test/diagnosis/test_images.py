@@ -217,7 +217,7 @@ def test_a_camera_that_is_elsewhere_is_refused(where):
     for seed in (26,):
         arm = pictured_arm(where, 25, seed)
         other = BOTH[BOTH.index(where) - 1]
-        with pytest.raises(CalibrationError, match='take --camera on-tool, or fixed'):
+        with pytest.raises(CalibrationError, match='take calibrate-camera'):
             pictured(arm, other)
 
 
@@ -257,9 +257,10 @@ def test_the_command_goes_from_images_to_the_robot_file(tmp_path, capsys):
     (tmp_path / 'camera.yaml').write_text(ros_file(SMALL))
     file = table(tmp_path / 'taken.csv', arm, [f'{k:03}' for k in range(12)])
     mine, document, page = (tmp_path / name for name in ('mine.yaml', 'all.json', 'all.html'))
-    given = ['calibrate', file, '--robot', 'ur5e', '--stamps', 'none', '--camera', where]
+    given = [file, '--robot', 'ur5e', '--stamps', 'none', '--camera', where]
     given += ['--images', folder, '--board', WORDS, '--intrinsics', tmp_path / 'camera.yaml']
-    code, out, err = run(capsys, *given, '--output', mine, '--json', document, '--html', page)
+    outputs = ['--output', mine, '--json', document, '--html', page]
+    code, out, err = run(capsys, 'calibrate-camera', *given, *outputs)
     assert (code, err) == (0, '')
     assert 'Corners of held-out images are 0.' in out
     assert '1 image is left out: 003.png: 0 corners and 0 markers are seen' in out
@@ -274,7 +275,7 @@ def test_the_command_goes_from_images_to_the_robot_file(tmp_path, capsys):
     assert np.abs(np.subtract(first['pose'], arm.on_tool)[:3, 3]).max() < 5e-3
     code, out, err = run(capsys, 'check', '--strict', mine)
     assert (code, err) == (0, '')
-    code, out, err = run(capsys, *given, '--propose', 3)
+    code, out, err = run(capsys, 'calibrate-propose', *given, '--count', 3)
     assert (code, err) == (0, '')
     _, _, rows = out.partition('stamp,position.')
     assert len(rows.split()) == 4
@@ -299,15 +300,13 @@ def test_wrong_options_of_images_are_sentences(tmp_path, capsys):
     for code, sentence, *options in (
         (2, 'give --images FOLDER too', file, *on_tool, *board),
         (2, 'give --images FOLDER too', file, *on_tool, *intrinsics),
-        (2, '--images needs --camera', file, *images, *board, *intrinsics),
-        (2, '--images needs --camera', file, *images, *on_tool, *intrinsics),
-        (2, '--images needs --camera', file, *images, *on_tool, *board),
+        (2, "Missing option '--camera'", file, *images, *board, *intrinsics),
+        (2, '--images needs --board', file, *images, *on_tool, *intrinsics),
+        (2, '--images needs --board', file, *images, *on_tool, *board),
         (2, 'there is no folder', file, '--images', camera, *board, *on_tool, *intrinsics),
         (2, 'takes one FILE', file, other, *every),
         (2, 'takes one FILE', camera, *every),
-        (2, 'takes one FILE', *every, '--propose', 3),
-        (2, '--sessions: for measured poses, not for --images', file, *every, '--sessions', 'q'),
-        (2, '--load: for measured poses, not for --images', file, *every, '--load', 'q'),
+        (2, 'give FILE with poses of a board', *every),
         (2, 'for instance 7x5', file, *images, '--board', '7x5', *on_tool, *intrinsics),
         (2, 'which are smaller', file, *images, '--board', WORDS.replace('30mm', '50mm'), *on_tool,
          *intrinsics),
@@ -319,7 +318,9 @@ def test_wrong_options_of_images_are_sentences(tmp_path, capsys):
         (1, 'two rows name the image a.png', names['a'], *every),
         (1, "the image 'b' may be b.jpg, b.png", names['b'], *every),
     ):  # fmt: skip
-        found, _, err = run(capsys, 'calibrate', '--robot', 'ur5e', '--stamps', 'none', *options)
+        found, _, err = run(
+            capsys, 'calibrate-camera', '--robot', 'ur5e', '--stamps', 'none', *options
+        )
         assert (found, sentence in err) == (code, True), err
 
 
@@ -331,7 +332,16 @@ def test_an_image_of_too_many_pixels_is_named(tmp_path, capsys):
     camera = tmp_path / 'camera.yaml'
     camera.write_text(ros_file(SMALL))
     file = table(tmp_path / 'taken.csv', arm._replace(q=arm.q[:1]), ['a'])
-    given = ['calibrate', file, '--robot', 'ur5e', '--stamps', 'none', '--camera', 'on-tool']
+    given = [
+        'calibrate-camera',
+        file,
+        '--robot',
+        'ur5e',
+        '--stamps',
+        'none',
+        '--camera',
+        'on-tool',
+    ]
     given += ['--images', tmp_path, '--board', WORDS, '--intrinsics', camera]
     code, _, err = run(capsys, *given)
     assert (code, '\n' in err) == (1, False)
@@ -347,7 +357,7 @@ def test_mirrored_images_are_named(tmp_path, capsys):
         image = picture(BOARD, SMALL, pose, np.random.default_rng(1))
         cv2.imwrite(str(folder / one.name), np.ascontiguousarray(image[::-1]))
     given = [
-        'calibrate',
+        'calibrate-camera',
         table(tmp_path / 'taken.csv', arm),
         '--robot',
         'ur5e',

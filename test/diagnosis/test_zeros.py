@@ -201,7 +201,7 @@ def servos(file, **changes):
 
 def test_the_command_writes_the_sheet_the_arm_and_its_servos(tmp_path, capsys):
     sheet = tmp_path / 'sheet.html'
-    given = ['calibrate', '--robot', 'so101', '--zeros']
+    given = ['calibrate-zeros', '--robot', 'so101']
     code, out, err = run(capsys, *given, '--sheet', 'letter', '--html', sheet)
     assert (code, out, err) == (0, f'wrote {sheet}\n', '')
     assert 'LETTER' in sheet.read_text()
@@ -234,7 +234,7 @@ def test_the_command_writes_the_sheet_the_arm_and_its_servos(tmp_path, capsys):
 
 def test_a_servo_that_counts_the_other_way_is_moved_the_other_way(tmp_path, capsys):
     file = table(tmp_path / 'touches.csv', touches_of(4))
-    given = ['calibrate', '--robot', 'so101', '--zeros', '--stamps', 'none', file]
+    given = ['calibrate-zeros', '--robot', 'so101', '--stamps', 'none', file]
     offsets = []
     for mode in (0, 1):
         new = tmp_path / f'new{mode}.json'
@@ -251,22 +251,19 @@ def test_wrong_options_of_zeros_are_sentences(tmp_path, capsys):
     old = servos(tmp_path / 'old.json', homing_offset=2047)
     bad = tmp_path / 'bad.json'
     bad.write_text('{"elbow_flex": {}}')
-    zeros = [file, '--zeros', '--stamps', 'none']
+    zeros = [file, '--stamps', 'none']
     for code, sentence, *options in (
-        (2, 'give --zeros too', file, '--sheet', 'a4'),
-        (2, 'give --zeros too', file, '--motors', old, new),
-        (2, 'of the joints alone: no --fit, --live', *zeros, '--fit', 'offsets', '--live', '3'),
-        (2, 'or --html FILE for the sheet to print', '--zeros'),
-        (2, 'give --zeros too', file, '--backlash', '1deg'),
+        (2, 'No such option: --fit', *zeros, '--fit', 'offsets'),
+        (2, 'or --html FILE for the sheet to print'),
         (2, "'1mm' is no angle; write for instance 0.5deg", *zeros, '--backlash', '1mm'),
         (2, 'exists already', *zeros, '--motors', old, old),
         (1, 'no calibration of servos with a homing_offset of each', *zeros, '--motors', bad, new),
         (1, 'would be', *zeros, '--motors', old, new),
-        (1, "there is no column 'hole'", *zeros, '--same-point', 'hole'),
+        (1, "there is no column 'hole'", *zeros, '--point', 'hole'),
     ):
-        found, _, err = run(capsys, 'calibrate', '--robot', 'so101', *options)
+        found, _, err = run(capsys, 'calibrate-zeros', '--robot', 'so101', *options)
         assert (found, sentence in ' '.join(err.split())) == (code, True), err
     file.write_text(file.read_text().replace('B2', 'D2', 1))
-    found, _, err = run(capsys, 'calibrate', '--robot', 'so101', *zeros)
+    found, _, err = run(capsys, 'calibrate-zeros', '--robot', 'so101', *zeros)
     assert found == 1
     assert "there is no point 'D2' on the sheet; it has A1, A2" in err

@@ -1,4 +1,4 @@
-"""`calibrate --live` as a process: a virtual arm with errors, and poses of it from elsewhere."""
+"""`calibrate-live` as a process: a virtual arm with errors, and poses of it from elsewhere."""
 
 import json
 import signal
@@ -57,12 +57,12 @@ class Measured:
 
 
 class Live:
-    """`python -m kinematics_service calibrate --live` as a process, its lines as they come."""
+    """`python -m kinematics_service calibrate-live` as a process, its lines as they come."""
 
     def __init__(self, *arguments):
         self.lines = []
         self.popen = subprocess.Popen(
-            [sys.executable, '-m', 'kinematics_service', 'calibrate', *map(str, arguments)],
+            [sys.executable, '-m', 'kinematics_service', 'calibrate-live', *map(str, arguments)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -111,7 +111,18 @@ def measured(request, ros_domain):
 def test_a_running_robot_is_calibrated_and_ctrl_c_ends_the_collecting(live, measured, tmp_path):
     output, document = tmp_path / 'mine.yaml', tmp_path / 'found.json'
     one = live(
-        *('--robot', 'ur5e', '--live', 600, '--output', output, '--json', document, '--fix', 'lag')
+        *(
+            '--robot',
+            'ur5e',
+            '--seconds',
+            600,
+            '--output',
+            output,
+            '--json',
+            document,
+            '--fix',
+            'lag',
+        )
     )
     measured.peer.spin_until(lambda: measured.virtual.heard, 'listener', DEADLINE)
     measured.virtual.start()
@@ -150,7 +161,7 @@ def test_a_running_robot_is_calibrated_and_ctrl_c_ends_the_collecting(live, meas
 @pytest.mark.slow
 @pytest.mark.parametrize('measured', [False], indirect=True, ids=['no poses'])
 def test_the_time_ends_the_collecting_and_too_few_poses_are_a_sentence(live, measured):
-    one = live('--robot', 'ur5e', '--live', 6)
+    one = live('--robot', 'ur5e', '--seconds', 6)
     measured.peer.spin_until(lambda: measured.virtual.heard, 'listener', DEADLINE)
     measured.virtual.start()
     measured.peer.spin_until(lambda: one.popen.poll() is not None, 'the end', DEADLINE)
@@ -162,7 +173,7 @@ def test_the_time_ends_the_collecting_and_too_few_poses_are_a_sentence(live, mea
 
 @pytest.mark.parametrize(('option', 'topic'), [('--topic', 'a b'), ('--pose-topic', '9/x')])
 def test_a_topic_that_is_none_is_one_sentence(ros_domain, capfd, option, topic):
-    assert main(['calibrate', '--robot', 'ur5e', '--live', '3', option, topic]) == 2
+    assert main(['calibrate-live', '--robot', 'ur5e', '--seconds', '3', option, topic]) == 2
     name = 'joint_states or /arm/joint_states'
     assert capfd.readouterr() == (
         '',
@@ -171,7 +182,7 @@ def test_a_topic_that_is_none_is_one_sentence(ros_domain, capfd, option, topic):
 
 
 def test_a_robot_that_is_none_is_the_same_sentence_with_and_without_ros(ros_domain, capfd):
-    main(['calibrate', '--live', '3', '--robot', 'nosuch'])
+    main(['calibrate-live', '--robot', 'nosuch'])
     told = capfd.readouterr().err.splitlines()[-1].partition('--robot: ')[2]
     assert main(['--robot', 'nosuch']) == 1
     assert capfd.readouterr() == ('', f'{told}\n')

@@ -17,7 +17,7 @@ from ..version import __version__
 from .node import MANAGED, MIXED_ROS, ROBOT, UNSECURED, NodeOptions, start_node
 from .options import WrongUsage, flag, named, option
 
-# The commands, in the order of the help. Each has a file of its name with a function of that name,
+# The commands, in the order of the help. Each has a file and a function of its name (_ for -),
 # whose parameters are its arguments and options, and whose docstring is its help.
 COMMANDS = {
     'check': 'Check robot files and print what they say.',
@@ -29,6 +29,11 @@ COMMANDS = {
     'derive': 'Derive the kinematics exactly.',
     'audit': 'Judge a recording or a planned trajectory.',
     'calibrate': "Identify an arm's numbers from measured poses.",
+    'calibrate-touch': 'The same from points that the tip of the tool touched.',
+    'calibrate-zeros': 'Find the zeros of joints with a printed sheet.',
+    'calibrate-camera': 'Calibrate arm and camera by a board.',
+    'calibrate-live': 'Calibrate a running robot.',
+    'calibrate-propose': 'Propose the poses to measure next.',
     'export': 'Write a robot as URDF.',
     'import': 'Make a robot file from a URDF or a factory calibration.',
     'plot': 'Draw a pose, a path, a map or the workspace.',
@@ -39,10 +44,12 @@ COMMANDS = {
     'reload': 'Let a running node read its robot file again.',
     'view': 'Show the arm live on a web page.',
 }
+# Columns that a help takes at most, if the terminal has them.
+WIDE = {'max_content_width': 100}
 # Python has no module of the first name, and another function of the second.
 RENAMED = {'import': 'import_urdf', 'set': 'set_parameter'}
 # Those that hand on the arguments of ROS.
-WITH_ROS = ('calibrate', 'demo', 'echo', 'reload', 'set', 'view')
+WITH_ROS = ('calibrate-live', 'demo', 'echo', 'reload', 'set', 'view')
 # Those whose first argument is a robot, which they take by --robot as well.
 ROBOT_FIRST = ('check', 'compare', 'derive', 'export', 'plot')
 # What a first argument that stands alone is of those that take all theirs by options.
@@ -76,13 +83,13 @@ class CommandGroup(typer.core.TyperGroup):
         """Return a command, whose file is loaded now; None where there is none of that name."""
         if cmd_name not in COMMANDS:
             return None
-        name = RENAMED.get(cmd_name, cmd_name)
+        name = RENAMED.get(cmd_name, cmd_name.replace('-', '_'))
         module = import_module(f'.{name}', __package__)
         alone = typer.Typer(add_completion=False, rich_markup_mode=None)
         command = getattr(module, name)
         words = f'{cleandoc(command.__doc__ or "")}\n{getattr(module, "HELP_ENDS", "")}'
         # `set` takes values such as -1.
-        settings = {'ignore_unknown_options': cmd_name == 'set'}
+        settings = {**WIDE, 'ignore_unknown_options': cmd_name == 'set'}
         alone.command(cmd_name, help=words, context_settings=settings)(command)
         return typer.main.get_command(alone)
 

@@ -17,22 +17,22 @@ from ...rigid_motion import apart, exponential, inverses
 from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
 from .camera import ON_TOOL, Camera
-from .checking import LEAST
+from .checking import ALIKE, MIN_POSES, NAMES_IN_SENTENCE
 from .placing import Free, offsets_of
 
-# A flat board looks nearly alike from two sides: the second pose is not excluded by corners that
-# it leaves less than so many standard deviations farther off.
-DECIDED = 5.0
-# Poses turned by less (rad) are the same; steps of a refinement, and the change that ends it, with
-# OpenCV's flag that both do.
-SAME, REFINED = 1e-3, (3, 50, 1e-12)
+# A flat board looks nearly alike from two sides. Its corners exclude the second pose if this one
+# leaves them more than 5 standard deviations farther off.
+POSE_DEVIATIONS = 5.0
+# OpenCV's flags of both criteria, most steps of a refinement, and the change that ends it.
+REFINED = (3, 50, float(np.finfo(np.float64).eps))
 # Corners usually have less noise (px).
 USUAL_PIXELS = 0.3
-# Proposed poses have the board so much nearer or farther than images at most, and the cosine of
-# its normal and the view above this (55 degrees); a share of the image is kept free around it.
-FARTHER, FACING, RIM = 1.2, 0.57, 0.04
-# Images named in a sentence.
-MOST_NAMED = 5
+# Proposed poses have the board at most this many times nearer or farther than images.
+DISTANCE_RATIO = 1.2
+# The least cosine of the normal of a proposed board and the view: 60 degrees.
+FACING_COSINE = 0.5
+# The share of the image that is kept free around a proposed board.
+RIM_SHARE = 0.04
 TOO_FLAT = 'the board is seen too flat, or from too far, to tell which way it is inclined'
 
 
@@ -136,12 +136,12 @@ class BoardViews(FrozenArrays):
         points = self._whole.points
         middle = np.append(points.mean(axis=0), 1.0)
         depths = (self.poses @ middle)[:, 2]
-        near, far = depths.min() / FARTHER, depths.max() * FARTHER
+        near, far = depths.min() / DISTANCE_RATIO, depths.max() * DISTANCE_RATIO
         z = (poses @ middle)[:, 2]
-        free = (poses[:, 2, 2] > FACING) & (near < z) & (z < far)
+        free = (poses[:, 2, 2] > FACING_COSINE) & (near < z) & (z < far)
         for k in np.flatnonzero(free):
             at = points @ poses[k, :3, :3].T + poses[k, :3, 3]
-            free[k] = np.all(self.camera.sees(at, RIM))
+            free[k] = np.all(self.camera.sees(at, RIM_SHARE))
         return np.asarray(free)
 
     def pixel_errors(self, remainders: Floats) -> Floats:
@@ -181,9 +181,9 @@ def board_poses(camera: Intrinsics, seen: SeenCorners) -> list[BoardPose]:
         found.append(BoardPose(pose, float(np.sum(moved(camera, pose, seen)[0] ** 2))))
     best, *others = sorted(found, key=lambda one: one.squares)
     free = 2 * len(seen.points) - 6
-    most = best.squares * (1.0 + DECIDED**2 / free)
+    most = best.squares * (1.0 + POSE_DEVIATIONS**2 / free)
     turned = apart(best.pose[None], np.array([one.pose for one in [best, *others]]))[1][1:]
-    return [best, *(one for one, w in zip(others, turned) if one.squares < most and w > SAME)]
+    return [best, *(one for one, w in zip(others, turned) if one.squares < most and w > ALIKE)]
 
 
 def board_views(
@@ -215,15 +215,15 @@ def board_views(
     found = {k: board_poses(intrinsics, one) for k, one in given.items()}
     sure = [k for k, one in found.items() if len(one) == 1]
     if len(sure) < len(found):
-        if len(sure) < LEAST:
+        if len(sure) < MIN_POSES:
             left_out += [f'{names[k]}: {TOO_FLAT}' for k in found if k not in sure]
             found = {k: found[k] for k in sure}
         else:
             found = _decided(robot, q, found, sure, camera)
-    if len(found) < LEAST:
+    if len(found) < MIN_POSES:
         raise CalibrationError(
-            f'{len(found)} of {len(seen)} images tell where the board is: at least {LEAST} are '
-            f'needed. {_named(left_out)}'
+            f'{len(found)} of {len(seen)} images tell where the board is: at least {MIN_POSES} '
+            f'are needed. {_named(left_out)}'
         )
     poses, squares = zip(*(one[0] for one in found.values()))
     return BoardViews(
@@ -280,8 +280,8 @@ def view_sentences(views: BoardViews, held_out: Floats, outliers: Sequence[int])
 
 
 def _named(left_out: Sequence[str]) -> str:
-    more = len(left_out) - MOST_NAMED
-    return '; '.join(left_out[:MOST_NAMED]) + (f'; and {more} more' if more > 0 else '')
+    more = len(left_out) - NAMES_IN_SENTENCE
+    return '; '.join(left_out[:NAMES_IN_SENTENCE]) + (f'; and {more} more' if more > 0 else '')
 
 
 def view_document(views: BoardViews, held_out: Floats) -> dict[str, Any]:

@@ -1,9 +1,9 @@
-"""The calibration of an arm: its numbers identified from measured poses, with what is known."""
+"""The calibration of an arm: its numbers identified from measured poses, touches or a board."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass, replace
-from functools import cached_property, partial
-from typing import NamedTuple, get_args
+from dataclasses import astuple, replace
+from functools import partial
+from typing import get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -16,232 +16,35 @@ from ...kinematics.uncertainty.parameters import parameters_of
 from ...rigid_motion import inverses
 from ...robot.file.parts.parameters import BACKLASH, ENDS, GEARS, TABLE_GROUPS
 from ...robot.loops import refuse_loops
-from ...robot.robot import AnyRobot, Robot, as_robot
+from ...robot.robot import AnyRobot, as_robot
 from ..frame_check.diagnosis import FrameDiagnosis
 from ..frame_check.errors import Errors, errors_of
 from ..frame_check.hypotheses import Hypothesis, joint_hypotheses_of
 from .acceptance import JudgedFit, noise_remarks, refusals_of
-from .board_views import BoardViews
 from .camera import ON_TOOL, Camera, given_by_camera, wrong_size
-from .checking import Measured, checked_offsets, in_words, measured
-from .chosen_parameters import ChosenParameters, TouchedPoint, asks_for_gears
+from .checking import REMARKED_DEVIATIONS, Measured, checked_offsets, measured
+from .chosen_parameters import ChosenParameters, asks_for_gears
+from .conditions import ToolLoads, with_conditions
 from .corrections import corrected_robot
 from .explanations import RefusalCauses, TriedCalibration, explained, mistakes_of, scores_of_poses
 from .fitting import (
-    UNTOLD,
     FitProblem,
     Identified,
     Noise,
+    find_values,
     held_out_remainders,
     refined,
     weighted_jacobian,
+    with_covariance,
 )
-from .identified_table import CalibratedParameter, IdentifiedTable
-from .knowledge import KNOWN, ParameterCombination
-from .optional_terms import (
-    NOTHING_ASKED,
-    FittedTerms,
-    ToolLoads,
-    TriedTerm,
-    asked_terms,
-    fitted_terms,
-)
+from .identified_table import CalibratedParameter
+from .knowledge import KNOWN
 from .placing import Free
-from .same_point import SamePointParameters, scores_of_touches, touches_of
+from .result import BLOCKS, Calibration, FitErrors
+from .same_point import SamePointParameters, touches_of
 
-# Blocks of time for the cross-validation.
-BLOCKS = 5
-# Corrections of so many standard deviations of their priors are remarked on.
-FAR = 4.0
 # Decimals (m, rad) of the corrections of the calibrated robot: far below what any noise leaves.
 DECIMALS = 13
-
-
-class FitErrors(NamedTuple):
-    """
-    What remains of rows.
-
-    Attributes
-    ----------
-    before, after
-        With base and tool fitted alone, and with the corrections.
-    held_out_before, held_out
-        The same of rows that nothing was fitted to: by cross-validation over blocks of rows.
-    """
-
-    before: Errors
-    after: Errors
-    held_out_before: Errors
-    held_out: Errors
-
-
-@dataclass(frozen=True, eq=False)
-class Calibration(IdentifiedTable):
-    """
-    A robot identified from measured poses, if it is `accepted`.
-
-    Attributes
-    ----------
-    robot, calibrated
-        The nominal robot; the same with the corrections of its table, its base and tool unchanged.
-    parameters : P
-        Those fitted.
-    covariance : shape (P, P), rad and m
-        Of their corrections.
-    noise
-        Standard deviation of one number of a measured position (m), and rotation vector (rad).
-    freedom
-        By how many numbers it is known, beyond those that parameters take up; infinite where it
-        is that of the instrument.
-    instrument
-        The same of the instrument, where it was given.
-    count, positions
-        Number of poses, and whether they are positions alone.
-    outliers
-        Rows that were left out, the farthest first.
-    distances : shape (N,)
-        What remains of each row, in standard deviations of the noise.
-    as_given
-        What was between the poses of the file and the measured ones.
-    without, with_outliers
-        What remains of the rows that were used, and of all.
-    known, possible
-        Number of directions of the parameters that these poses tell better than the priors; and
-        that any poses of this kind could tell.
-    singular_values : shape (P,)
-        How well, in units of the priors; descending.
-    combinations
-        Parameters that no pose tells apart, or not these.
-    base_offsets, tool_offsets : shape (sets, 4, 4)
-        X and Y of measured = X calibrated Y.
-    base_starts, tool_starts : shape (sets, 4, 4)
-        Base and tool that their corrections, along and about their own axes, begin at.
-    refusals
-        Why it is no calibration, sentences; empty if it is accepted.
-    explained
-        Mistakes that would explain a refusal.
-    frames
-        What the frame check said; None of positions.
-    remarks
-        Sentences on the data.
-    q : shape (N, n), rad or m
-        Joint positions of the rows.
-    sets : shape (N,)
-        The set of each row; of touches the point.
-    remainders_before, remainders : shape (N, 2, 3), m and rad
-        What remains of each row with base and tool fitted alone, and with the corrections: of the
-        position, and a rotation vector; in the frame of the poses.
-    held_out_remainders : shape (N, 2, 3), m and rad
-        The last of these of rows that nothing was fitted to.
-    points
-        Those that were touched, if the poses were measured by nothing else.
-    camera
-        Where the camera is that saw a board, if one did. On the tool `measured` is the camera in
-        the frame of the board, and what remains is the board in the frame of the camera.
-    terms
-        Elasticity of the joints and drifts of sessions, if they were asked for. What remains is so
-        with those that are kept; the calibrated robot has none of them.
-    views
-        The board in the images that the poses are from, if there are any.
-    """
-
-    calibrated: Robot
-    noise: Noise
-    freedom: Noise
-    instrument: Noise | None
-    count: int
-    positions: bool
-    outliers: tuple[int, ...]
-    distances: Floats
-    as_given: Errors
-    without: FitErrors
-    with_outliers: FitErrors
-    known: int
-    possible: int
-    singular_values: Floats
-    combinations: tuple[ParameterCombination, ...]
-    base_offsets: Floats
-    tool_offsets: Floats
-    base_starts: Floats
-    tool_starts: Floats
-    refusals: tuple[str, ...]
-    frames: FrameDiagnosis | None
-    remarks: tuple[str, ...]
-    q: Floats
-    sets: Integers
-    remainders_before: Floats
-    remainders: Floats
-    held_out_remainders: Floats
-    points: tuple[TouchedPoint, ...] = ()
-    camera: Camera | None = None
-    views: BoardViews | None = None
-    explained: RefusalCauses = RefusalCauses()
-    terms: tuple[TriedTerm, ...] = ()
-
-    @property
-    def accepted(self) -> bool:
-        """Return whether it is a calibration: its rows agree, and no more remains than may."""
-        return not self.refusals
-
-    @property
-    def kind(self) -> str:
-        """Return what was measured, in a word."""
-        if self.points:
-            return 'touches'
-        return 'positions' if self.positions else 'poses'
-
-    @property
-    def row(self) -> str:
-        """Return what a row is, in a word."""
-        return 'touch' if self.points else 'pose'
-
-    @property
-    def placed(self) -> str:
-        """Return what is fitted where nothing of the table is, in words."""
-        return 'tip and points' if self.points else 'base and tool'
-
-    def rms_in_words(self, errors: Errors) -> str:
-        """Return the RMS values of errors as far as they were measured, in words."""
-        return in_words(*errors.rms, self.positions)
-
-    @property
-    def noise_told(self) -> bool:
-        """Return whether the noise is known; otherwise so few numbers do not tell it."""
-        return min(self.freedom) > UNTOLD
-
-    @property
-    def before(self) -> Errors:
-        """Return what remains with base and tool fitted alone, without outliers."""
-        return self.without.before
-
-    @property
-    def after(self) -> Errors:
-        """Return what remains with the corrections, without outliers."""
-        return self.without.after
-
-    @property
-    def held_out_before(self) -> Errors:
-        """Return `before` of rows that nothing was fitted to."""
-        return self.without.held_out_before
-
-    @property
-    def held_out(self) -> Errors:
-        """Return `after` of rows that nothing was fitted to."""
-        return self.without.held_out
-
-    @cached_property
-    def corrections(self) -> dict[str, float]:
-        """Return the corrections by name, rad and m."""
-        return {one.name: one.correction for one in self.parameters}
-
-    @property
-    def not_identifiable(self) -> tuple[str, ...]:
-        """Return the parameters of the table that mostly stay where their prior has them."""
-        return tuple(
-            one.name
-            for one in self.parameters
-            if one.group in TABLE_GROUPS and not one.identifiable
-        )
 
 
 def calibrate(
@@ -302,10 +105,10 @@ def calibrate(
         stands still; or `fixed`, and the board is on the tool.
     sessions : N
         The name of the session each row was measured in. Where the instrument stands, and the
-        zeros of the joints, may drift from session to session: that is fitted, too, where
-        cross-validation says that it helps, and `terms` says so.
+        zeros of the joints, may drift: the differences from the first session are parameters,
+        `placement` and `zeros`.
     loads
-        The load on the tool at each row. The joints may yield to it: as `sessions`.
+        The load on the tool at each row. The joints yield to it: a `compliance` of each.
     whitening : shape (N, 3, 3) or (N, 6, 6)
         What differences of positions, or of these and of rotations, are multiplied by where they
         are weighed, so that their noise is the same along all axes and in all rows; None: it is so
@@ -376,15 +179,14 @@ def calibrate(
         arm = parameters_of(robot, asks_for_gears(fit))
         points = SamePointParameters(robot, touched, arm, apart or {})
         problem = points.touch_problem(points.fitted(fit, fix, priors), priors, check)
-        best = fitted_terms(problem, NOTHING_ASKED, known, progress)
-        found = _fitted(points, problem, None, best, known, progress)
+        found = _fitted(points, problem, None, known, progress)[0]
         if found.accepted or not check:
             return found
         progress('explanations')
         return _with_explanations(
             found,
             list(joint_hypotheses_of(robot, touched.q)),
-            scores_of_touches(robot, touched),
+            points.scores,
             lambda change: again(
                 robot, change.joints(touched.q), same_point=same_point, check=False
             ),
@@ -397,18 +199,19 @@ def calibrate(
         given = measured(robot, q, poses, sets, qdot)
     else:
         half_behind = -0.5 * np.sign(numbers_of('approach', approach))
-        given = measured(robot, q, poses, sets, half_behind)._replace(along=BACKLASH)
+        given = measured(robot, q, poses, sets, half_behind, BACKLASH)
     if camera is not None:
         given = given_by_camera(robot, given, camera, check)
     for end in own:
         if end not in ENDS:
             raise CalibrationError(f'own: {end!r} is not one of {", ".join(ENDS)}')
+    each = Free('base' in own, 'tool' in own)
+    given = with_conditions(robot, given, each.base, sessions, loads)
     arm = parameters_of(robot, asks_for_gears(fit))
     names = ChosenParameters(robot, given, tuple(own), arm.table)
     fitted = names.fitted(fit, fix, priors)
     free = Free('base' in names.groups(fitted), 'tool' in names.groups(fitted))
     progress('frame check')
-    each = Free('base' in own, 'tool' in own)
     offsets, frames = checked_offsets(robot, given, free, each, check, read)
     problem = names.problem(
         names.chains(arm.chain, offsets),
@@ -418,11 +221,9 @@ def calibrate(
         from_tool=camera == ON_TOOL,
         whitening=whitening,
     )
-    asked = asked_terms(robot, given, each.base, free.base, sessions, loads)
-    best = fitted_terms(problem, asked, known, progress)
-    found = _fitted(names, problem, frames, best, known, progress)
+    found, identified = _fitted(names, problem, frames, known, progress)
     found = replace(found, camera=camera)
-    size = wrong_size(best.problem, best.found) if camera is not None and check else None
+    size = wrong_size(problem, identified) if camera is not None and check else None
     if size is not None and not size.refused:
         found = replace(found, remarks=(*found.remarks, size.sentence))
     elif size is not None:
@@ -438,9 +239,8 @@ def calibrate(
         q = change.joints(given.q)
         return again(robot, q, B, sets=given.sets, check=False)
 
-    used = ~np.isin(np.arange(found.count), found.outliers)
     changes = mistakes_of(robot, given, read)
-    return _with_explanations(found, changes, scores_of_poses(robot, given, used), undone)
+    return _with_explanations(found, changes, scores_of_poses(robot, given, found.used), undone)
 
 
 def _noise_of(given: tuple[float, float]) -> Noise:
@@ -476,15 +276,12 @@ def _fitted(
     names: ChosenParameters,
     problem: FitProblem,
     frames: FrameDiagnosis | None,
-    fit: FittedTerms,
     instrument: Noise | None,
     progress: Callable[[str], None],
-) -> Calibration:
-    robot, given, count = names.robot, names.given, len(problem.parameters)
-    found = replace(
-        fit.found,
-        values=fit.found.values[:count],
-        covariance=fit.found.covariance[:count, :count],
+) -> tuple[Calibration, Identified]:
+    robot, given = names.robot, names.given
+    found = with_covariance(
+        problem, find_values(problem, instrument, lambda k: progress(f'round {k + 1}'))
     )
     progress('cross-validation')
     used = found.used
@@ -494,12 +291,12 @@ def _fitted(
     values = np.linalg.svd(weighted, compute_uv=False)
     base, tool = names.ends_of(problem, found.values)
     base_starts, tool_starts = names.starts_of(problem)
-    before, after = ends.remainders(begin), fit.problem.remainders(fit.found.values)
+    before, after = ends.remainders(begin), problem.remainders(found.values)
     left = (
         before,
         after,
         held_out_remainders(ends, begin, found, _blocks(ends)),
-        held_out_remainders(fit.problem, fit.found.values, found, _blocks(fit.problem)),
+        held_out_remainders(problem, found.values, found, _blocks(problem)),
     )
     without, with_outliers = (
         FitErrors(*(_errors(one, rows) for one in left)) for rows in (used, np.ones_like(used))
@@ -513,20 +310,7 @@ def _fitted(
             problem.prior.tolist(),
         )
     )
-    points = names.points(problem, found)
-    judged = JudgedFit(
-        robot,
-        given.q,
-        ~used,
-        after,
-        'touch' if points else 'pose',
-        without.after,
-        with_outliers.after,
-        given.positions,
-        {one.name for one in names.table if one.group != GEARS} <= set(problem.names),
-        instrument,
-    )
-    return Calibration(
+    calibration = Calibration(
         robot=robot,
         calibrated=corrected_robot(robot, problem.parameters, np.round(found.values, DECIMALS)),
         parameters=parameters,
@@ -549,22 +333,20 @@ def _fitted(
         tool_offsets=tool,
         base_starts=base_starts,
         tool_starts=tool_starts,
-        refusals=refusals_of(judged),
+        refusals=(),
         frames=frames,
-        remarks=(
-            *_few_rows(given, found),
-            *_far_corrections(parameters),
-            *noise_remarks(judged),
-            *names.remarks(problem, found),
-        ),
+        remarks=(*_few_rows(given, found), *_far_corrections(parameters)),
         q=given.q.copy(),
         sets=given.sets.copy(),
         remainders_before=before,
         remainders=after,
         held_out_remainders=left[-1],
-        points=points,
-        terms=fit.tried,
+        points=names.points(problem, found),
     )
+    whole = {one.name for one in names.table if one.group != GEARS} <= set(problem.names)
+    judged = JudgedFit(calibration, whole)
+    remarks = (*calibration.remarks, *noise_remarks(judged), *names.remarks(problem, found))
+    return replace(calibration, refusals=refusals_of(judged), remarks=remarks), found
 
 
 def _errors(remainders: Floats, used: Flags) -> Errors:
@@ -599,7 +381,7 @@ def _few_rows(given: Measured, found: Identified) -> Iterator[str]:
 def _far_corrections(parameters: Sequence[CalibratedParameter]) -> Iterator[str]:
     for one in parameters:
         beyond = abs(one.correction) / one.prior
-        if one.group in TABLE_GROUPS and beyond > FAR:
+        if one.group in TABLE_GROUPS and beyond > REMARKED_DEVIATIONS:
             yield (
                 f'{one.name} is corrected by {one.in_words(one.correction)}, {beyond:.2g} times '
                 f'its usual error of {one.in_words(one.prior)}: look at the table of the robot '

@@ -9,15 +9,16 @@ from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import inverses
 from ...robot.robot import Robot
-from .checking import Measured, refuse_mistake
+from .checking import REMARKED_DEVIATIONS, Measured, refuse_mistake
 from .fitting import FitProblem, Identified, one_more
 from .placing import Free, offsets_of
 
 Camera = Literal['on-tool', 'fixed']
 ON_TOOL: Camera = 'on-tool'
-# A share by which sizes are off is told where it is beyond so many of its standard deviations, and
-# beyond this share; and no calibration is what leaves more than that.
-TOLD, REMARKED, REFUSED = 4.0, 0.003, 0.01
+# Sizes that are off by a larger share are remarked on.
+REMARKED_SHARE = 0.003
+# A calibration is refused beyond this one.
+REFUSED_SHARE = 0.01
 LARGER = (
     'the squares of the board are some {} times as large as given, if the arm is as large as its '
     'table'
@@ -51,7 +52,7 @@ class WrongSize(NamedTuple):
     @property
     def refused(self) -> bool:
         """Return whether it is too much for a calibration."""
-        return abs(self.share) > REFUSED
+        return abs(self.share) > REFUSED_SHARE
 
 
 def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
@@ -69,7 +70,7 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
         moves = np.zeros((len(poses), 2, 3))
         moves[:, 0] = -poses[:, :3, 3] * axes
         share, deviation = one_more(problem, fit, moves)
-        if abs(share) > max(TOLD * deviation, REMARKED):
+        if abs(share) > max(REMARKED_DEVIATIONS * deviation, REMARKED_SHARE):
             sentence = what.format(f'{1.0 + share:.3f}')
             found.append((abs(share) / deviation, WrongSize(sentence, share)))
     return max(found)[1] if found else None
@@ -101,7 +102,7 @@ def _refuse_size(robot: Robot, given: Measured) -> None:
     M = np.concatenate([ones, R, -B[:, :3, 3, None]], axis=2).reshape(-1, 7)
     right = -(A[:, :3, 3] @ X[:3, :3].T).reshape(-1)
     size = float(np.linalg.lstsq(M, right, rcond=None)[0][6])
-    if size > 0.0 and abs(size - 1.0) > REFUSED:
+    if size > 0.0 and abs(size - 1.0) > REFUSED_SHARE:
         scaled = B.copy()
         scaled[:, :3, 3] *= size
         # By a smaller board all that remains is smaller.

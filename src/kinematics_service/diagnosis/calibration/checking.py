@@ -1,7 +1,9 @@
 """Measured poses looked at before anything is fitted: what is wrong with them, in a sentence."""
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Mapping
 from functools import partial
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -19,26 +21,39 @@ from ..frame_check.errors import angle_in_words, length_in_words, time_in_words
 from ..frame_check.hypotheses import DEGREES, INVERSE, from_degrees, joint_hypotheses_of
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
-# Poses of a set, and poses by which a cause is tested.
-LEAST, LEAST_FOR_CAUSE = 3, 8
-# Joints that all move less than this (rad, m) tell nothing.
+# Poses of a set: base and tool need three.
+MIN_POSES = 3
+# Poses by which a cause is tested.
+MIN_POSES_FOR_CAUSE = 8
+# Joints, and rotations, that differ by less (rad, m) are the same.
 ALIKE = 1e-3
 # No robot is off by this much (m) with base and tool fitted.
 NO_CALIBRATION = 0.02
-# Rows this many medians off are left out of the frame check; a mistake is named where it leaves
-# this many times more than its opposite.
-FAR_OFF, DECISIVE = 5.0, 3.0
+# The frame check leaves out rows that are this many medians off.
+MEDIANS_OFF = 5.0
+# Corrections and sizes beyond this many of their deviations are remarked on.
+REMARKED_DEVIATIONS = 4.0
+# A mistake is named if undoing it leaves a third or less.
+DECISIVE = 3.0
 # A rival leaves nearly as little: within this factor.
 AS_WELL = 2.0
 # Rows of hypotheses that are compared at once, some 20 MB.
 ROWS_AT_ONCE = 20_000
+# Names in one sentence.
+NAMES_IN_SENTENCE = 8
+# Poses, screws and shares (m, rad) that differ by less are the same.
+ROUND_OFF = 1e-9
 # The option to type, by mistake.
 OPTIONS = {
-    INVERSE: '. Poses of a board take --camera on-tool, or fixed, as the camera is',
+    INVERSE: '. Poses of a board take calibrate-camera, with the right --camera',
     DEGREES: '; add --joint-format deg',
     'the poses are in millimetres, not metres': '; add --pose-format mm',
     'the positions are in millimetres, not metres': '; add --pose-format mm,position',
 }
+# Beginnings of names of parameters.
+TAKEN = re.compile(r'(base|tool)\d*|compliance')
+# Groups of parameters of sessions and loads.
+PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
 # What a calibration finds by itself.
 FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
 
@@ -56,17 +71,43 @@ class Measured(NamedTuple):
         Whether they are positions alone.
     sets : shape (N,)
         Whole numbers from 0.
-    rates : shape (N, n), rad/s or m/s
-        How the joints move with the correction `along`: their velocities with the lag; None if
-        they are not known.
+    rates : shape (N, n, K)
+        How the joints move with the parameters `moving`, K: their velocities with a lag.
+    sessions : shape (N,)
+        Whole numbers from 0.
+    placements
+        Parameters of the place of the instrument, six for each session but the first.
+    priors
+        Standard deviations before of placements and moving parameters, by name.
+    remarks
+        Sentences on the rows.
     """
 
     q: Floats
     poses: Floats
     positions: bool
     sets: Integers
-    rates: Floats | None = None
-    along: ArmParameter = LAG
+    rates: Floats
+    moving: tuple[ArmParameter, ...]
+    sessions: Integers
+    placements: tuple[ArmParameter, ...] = ()
+    priors: Mapping[str, float] = MappingProxyType({})
+    remarks: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        q: Floats,
+        poses: Floats,
+        positions: bool,
+        sets: Integers,
+        qdot: Floats | None = None,
+        along: ArmParameter = LAG,
+    ) -> 'Measured':
+        """Return measured poses of one session; joints move by qdot (N, n) with `along`."""
+        rates = np.zeros((*q.shape, 0)) if qdot is None else qdot[:, :, None]
+        moving = () if qdot is None else (along,)
+        return cls(q, poses, positions, sets, rates, moving, 0 * sets)
 
     @property
     def set_count(self) -> int:
@@ -85,9 +126,15 @@ def measured(
     poses: npt.ArrayLike,
     sets: npt.ArrayLike | None,
     qdot: npt.ArrayLike | None = None,
+    along: ArmParameter = LAG,
 ) -> Measured:
     """
     Return measured poses as arrays that fit each other.
+
+    Parameters
+    ----------
+    qdot : shape (N, n)
+        How the joints move with the parameter `along`.
 
     Raises
     ------
@@ -111,7 +158,7 @@ def measured(
     rates = None if qdot is None else numbers_of('qdot', qdot)
     if rates is not None and not (rates.shape == at.shape and np.all(np.isfinite(rates))):
         raise CalibrationError(f'qdot must be finite, of the shape {at.shape}')
-    result = Measured(at, T, positions, _sets(sets, count), rates)
+    result = Measured.of(at, T, positions, _sets(sets, count), rates, along)
     for k in range(result.set_count if count else 1):
         _check_set(robot, result.of_set(k))
     return result
@@ -135,10 +182,10 @@ def rigid_positions(points: Floats) -> Floats:
 
 def _check_set(robot: Robot, given: Measured) -> None:
     count = len(given.q)
-    if count < LEAST:
+    if count < MIN_POSES:
         few = '1 pose is' if count == 1 else f'{count} poses are'
         raise CalibrationError(
-            f'{few} too few: at least {LEAST} are needed, and some {robot.dof + 4} or more '
+            f'{few} too few: at least {MIN_POSES} are needed, and some {robot.dof + 4} or more '
             'identify most of an arm'
         )
     if not given.positions:
@@ -149,7 +196,20 @@ def _check_set(robot: Robot, given: Measured) -> None:
     check_different(given.q, f'the {count} poses')
 
 
-def check_different(q: Floats, whose: str, least: int = LEAST) -> None:
+def check_mark(what: str, name: str) -> None:
+    """
+    Refuse a name of a point or a session that cannot begin those of parameters.
+
+    Raises
+    ------
+    CalibrationError
+        It cannot be printed in a line, or parameters begin with it already.
+    """
+    if TAKEN.fullmatch(name) or not name or not name.isprintable():
+        raise CalibrationError(f'a {what} may not be called {name!r}')
+
+
+def check_different(q: Floats, whose: str, least: int = MIN_POSES) -> None:
     """
     Refuse joint positions (N, n), rad or m, that are fewer different ones than tell anything.
 
@@ -217,10 +277,10 @@ def _checked(
     middle = float(np.median(found.remainder))
     if positions:
         _check_positions(robot, q, poses, middle, free)
-    near = np.flatnonzero(found.remainder <= FAR_OFF * middle + ALIKE)
+    near = np.flatnonzero(found.remainder <= MEDIANS_OFF * middle + ALIKE)
     near = near[np.unique(np.linspace(0, len(near) - 1, MOST_POSES).astype(int))]
     diagnosis = None
-    if not positions and len(near) >= LEAST_FOR_CAUSE:
+    if not positions and len(near) >= MIN_POSES_FOR_CAUSE:
         diagnosis = diagnose_frames(robot, q[near], poses[near], read=read)
         cause = diagnosis.cause
         left = middle if cause is None else cause.errors.position_rms
@@ -290,7 +350,7 @@ def _too_far_off(robot: Robot, middle: float, free: Free) -> str:
 def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free: Free) -> None:
     mirrored, small = np.array(poses), np.array(poses)
     mirrored[:, 2, 3] *= -1.0
-    small[:, :3, 3] *= 1e-3
+    small[:, :3, 3] /= 1000
     axes = 'mirrored axes: one axis of the positions points the wrong way'
     for sentence, joints, others in (
         ('the positions are in millimetres, not metres', q, small),
@@ -331,13 +391,15 @@ IN_WORDS: dict[str, Callable[[float], str]] = {
     'rad': angle_in_words,
     'm': length_in_words,
     's': time_in_words,
-    '': lambda share: f'{100.0 * share:.3g} %',
+    '': lambda share: f'{100 * share:.3g} %',
 }
 
 
 def unit_of(parameter: ArmParameter) -> str:
     """Return the SI unit of a parameter's numbers, empty of a share."""
-    return {LAG.group: 's', GEARS: ''}.get(parameter.group, 'rad' if parameter.angle else 'm')
+    plain = 'rad' if parameter.angle else 'm'
+    yields = 'rad/Nm' if parameter.angle else 'm/N'
+    return {LAG.group: 's', GEARS: '', COMPLIANCE: yields}.get(parameter.group, plain)
 
 
 def value_in_words(value: float, unit: str) -> str:

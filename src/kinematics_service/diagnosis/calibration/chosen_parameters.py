@@ -1,7 +1,7 @@
 """The parameters of an arm measured in sets: which are fitted, from where, and what is told."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,11 @@ from ...errors import CalibrationError, ParameterNotFoundError
 from ...formats.recordings.block import Flags
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
-from ...kinematics.uncertainty.corrected_chain import CorrectedChain, motion_of
+from ...kinematics.uncertainty.corrected_chain import (
+    CorrectedChain,
+    CorrectingMotion,
+    motion_of,
+)
 from ...kinematics.uncertainty.parameters import placement, scaled_jacobian, structural_rank
 from ...robot.file.parts.description import Tolerances
 from ...robot.file.parts.parameters import (
@@ -19,13 +23,14 @@ from ...robot.file.parts.parameters import (
     GEARS,
     GROUPS,
     LAG,
+    SIX,
     TABLE_GROUPS,
     ArmParameter,
     end_parameters,
 )
 from ...robot.file.parts.tolerances import GEAR
 from ...robot.robot import Robot
-from .checking import Measured
+from .checking import COMPLIANCE, PLACEMENT, ZEROS, Measured
 from .fitting import FitProblem, Identified, Noise, remainders_between, weighted_jacobian
 from .knowledge import ParameterCombination, combinations_of
 from .placing import Offsets
@@ -77,7 +82,7 @@ class ChosenParameters:
     """
 
     placed_groups: tuple[str, ...] = ENDS
-    words: tuple[str, ...] = GROUPS
+    words: tuple[str, ...] = (*GROUPS, PLACEMENT, ZEROS, COMPLIANCE)
 
     def __init__(
         self, robot: Robot, given: Measured, own: tuple[str, ...], table: Sequence[ArmParameter]
@@ -93,7 +98,8 @@ class ChosenParameters:
                 for k in range(self.ends[end])
                 for one in end_parameters(end, k)
             ),
-            *([] if given.rates is None else [given.along]),
+            *given.placements,
+            *given.moving,
         )
 
     def first(self, end: str, k: int) -> int:
@@ -108,10 +114,11 @@ class ChosenParameters:
         """Return which parameters are fitted, if all words are parameters or groups."""
         for word in (*fit, *fix, *tolerances):
             self._check(word)
+        asked = self.given.priors
         chosen = [
             k
             for k, one in enumerate(self.every)
-            if (not fit or {one.name, one.group, EVERYTHING} & set(fit))
+            if (not fit or one.name in asked or {one.name, one.group, EVERYTHING} & set(fit))
             and not {one.name, one.group, EVERYTHING} & set(fix)
         ]
         if self.given.positions:
@@ -138,13 +145,22 @@ class ChosenParameters:
         return {self.every[k].group for k in chosen}
 
     def chains(self, arm: CorrectedChain, offsets: Sequence[Offsets]) -> list[CorrectedChain]:
-        """Return the chain of each set; base and tool begin at offsets."""
+        """
+        Return the chains; base and tool begin at offsets.
+
+        Those of the sets in the first session, and then in each other one.
+        """
         description = self.robot.description
         base, tool = description.base.motion.matrix, description.tool.motion.matrix
         firsts = [(self.first('base', k), self.first('tool', k)) for k in range(len(offsets))]
-        return [
+        chains = [
             placement(arm, one.base @ base, tool @ one.tool, first)
             for one, first in zip(offsets, firsts)
+        ]
+        own = self.given.placements
+        first = len(self.every) - len(own) - len(self.given.moving)
+        return chains + [
+            _moved(chain, first + k) for k in range(0, len(own), len(SIX)) for chain in chains
         ]
 
     def problem(
@@ -155,20 +171,22 @@ class ChosenParameters:
         tolerances: Mapping[str, float],
         **more: Any,
     ) -> FitProblem:
-        """Return the problem of chains, one for each set, and what they lead to at each row."""
+        """Return the problem of chains, as `chains` has them, and of what they lead to."""
         parameters = tuple(self.every[k] for k in chosen)
-        of_file = self.robot.description.tolerances
+        given, of_file = self.given, self.robot.description.tolerances
+        session = given.sessions if given.placements else 0
+        priors = {**given.priors, **tolerances}
         return FitProblem(
             parameters,
-            np.array([prior_of(one, tolerances, of_file) for one in parameters]),
+            np.array([prior_of(one, priors, of_file) for one in parameters]),
             np.array(chosen),
             len(self.every),
             tuple(chains),
-            self.given.sets,
-            self.given.q,
+            given.sets + given.set_count * session,
+            given.q,
             poses,
-            self.given.positions,
-            None if self.given.rates is None else self.given.rates[:, :, None],
+            given.positions,
+            given.rates,
             **more,
         )
 
@@ -179,7 +197,9 @@ class ChosenParameters:
             :, problem.columns
         ]
         elsewhere = sum(not np.any(column) for column in J.T)
-        return structural_rank(J) + elsewhere
+        moving = problem.rates[:, :, problem.columns[problem.moving] - problem.first_rate]
+        idle = int(np.sum(~np.any(moving, axis=(0, 1))))
+        return structural_rank(J) + elsewhere - idle
 
     def combinations(
         self, problem: FitProblem, noise: Noise, used: Flags
@@ -205,7 +225,8 @@ class ChosenParameters:
 
     def starts_of(self, problem: FitProblem) -> tuple[Floats, Floats]:
         """Return bases and tools (sets, 4, 4) that the corrections of the sets begin at."""
-        base, tool = zip(*((one.still[0][0], one.still[-1][-1]) for one in problem.chains))
+        chains = problem.chains[: self.given.set_count]
+        base, tool = zip(*((one.still[0][0], one.still[-1][-1]) for one in chains))
         return np.array(base), np.array(tool)
 
     def as_given(self) -> Floats:
@@ -226,8 +247,17 @@ class ChosenParameters:
             if name not in names and not name.startswith(GEAR)
         ]
         if not unused:
-            return ()
-        return (f'The tolerance of {", ".join(unused)} in the robot file is not used',)
+            return self.given.remarks
+        unused_ = f'The tolerance of {", ".join(unused)} in the robot file is not used'
+        return (unused_, *self.given.remarks)
+
+
+def _moved(chain: CorrectedChain, first: int) -> CorrectedChain:
+    # Behind the corrections of the base those of where it is in a session.
+    begin = chain.still[0]
+    six = [CorrectingMotion(k > 2, k % 3, first + k) for k in range(len(SIX))]
+    at = 1 + len(SIX)
+    return replace(chain, still=((*begin[:at], *six, *begin[at:]), *chain.still[1:]))
 
 
 def prior_of(

@@ -10,11 +10,13 @@ from ...formats.recordings.block import Flags
 from ...kernel import Floats
 from ...robot.robot import Robot
 
-SECOND = 1_000_000_000
-# A pose between two joint states that are further apart (ns) is left out.
-LONGEST_GAP = 100_000_000
-# States, and poses that are ahead of them, kept at most.
-STATES, AHEAD = 2048, 256
+SECOND = 1_000_000_000  # ns
+# A pose between two joint states that are further apart (0.1 s, in ns) is left out.
+LONGEST_GAP = SECOND // 10
+# Joint states kept at most: four seconds at 500 Hz.
+STATES = 2048
+# Poses that are ahead of the joint states kept at most.
+AHEAD = STATES // 8
 # Poses whose joints differ by less (rad, prismatic joints by length) are one.
 VARIETY = 0.02
 # Poses kept at most.
@@ -142,7 +144,7 @@ class PoseCollector:
             return
         rates = (later[1] - state[1]) / (later[0] - state[0])
         q = state[1] + rates * (stamp - state[0])
-        self._keep(_MatchedPose(stamp, q, 1e9 * rates, pose))
+        self._keep(_MatchedPose(stamp, q, SECOND * rates, pose))
 
     def _keep(self, pair: _MatchedPose) -> None:
         pairs = self._pairs

@@ -113,7 +113,7 @@ def in_file_units(value: float, angle: bool, description: RobotDescription) -> f
     """Return a number of rad or m in the units of a file."""
     if angle:
         return round(math.degrees(value), DIGITS) if description.angle_unit == 'deg' else value
-    return round(1e3 * value, DIGITS) if description.length_unit == 'mm' else value
+    return round(1000 * value, DIGITS) if description.length_unit == 'mm' else value
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,9 +18,10 @@ from ..frame_check.offsets import fit_offsets
 from .checking import AS_WELL, DECISIVE, Measured, in_words
 from .placing import Free, offsets_of
 
-# Rows by which mistakes are compared, besides as many that were left out, and mistakes that are
-# then tried in a calibration.
-SIFTED, TRIED = 40, 3
+# Rows by which mistakes are compared, besides as many that were left out.
+SIFTED = 40
+# Mistakes that are then tried in a calibration.
+MISTAKE_TRIALS = 3
 
 
 class TriedCalibration(NamedTuple):
@@ -86,7 +87,7 @@ def explained(
     """
     begin, *others = scores_of([Hypothesis('', ''), *changes]).tolist()
     scores = np.array(others)
-    likeliest = np.argsort(scores, kind='stable')[:TRIED]
+    likeliest = np.argsort(scores, kind='stable')[:MISTAKE_TRIALS]
     found = []
     for k in likeliest[scores[likeliest] < begin].tolist():
         try:
@@ -133,7 +134,7 @@ def scores_of_poses(
     Base and tool are those of rows that were used, of the set of which most were left out. Rows
     beyond what any calibration leaves count alike, however far they are.
     """
-    number = int(np.argmax(np.bincount(given.sets, weights=~used + 1e-9)))
+    number = int(np.argmax(np.bincount(given.sets, weights=~used)))
     rows = np.concatenate(
         [
             own[np.unique(np.linspace(0, len(own) - 1, SIFTED).astype(int))]

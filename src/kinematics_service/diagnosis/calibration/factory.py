@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import CalibrationError
+from ...formats.tables.ur_calibration import JOINTS, UrCalibration, read_ur_calibration
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...kinematics.uncertainty.parameters import parameters_of
@@ -20,14 +21,12 @@ from ...robot.file.parts.parameters import ENDS
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from .calibration import calibrate
+from .checking import ROUND_OFF
 from .corrections import corrected_robot
 from .robot_text import CalibrationOrigin, Frames, calibrated_text, placed_robot
-from .ur_calibration import JOINTS, UrCalibration, read_ur_calibration
 
 # Poses that the corrections are found by; the others of the seeded ones prove them.
 FOUND_BY = 100
-# The two arms are the same to this (m, rad).
-SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +60,7 @@ class FactoryImport:
         return (
             f'{self.position_error:.1e} m and {self.rotation_error:.1e} rad from the factory '
             f'table at most, over {self.configurations} configurations; the nominal table is '
-            f'{1e3 * self.nominal_error:.2f} mm from it'
+            f'{1000 * self.nominal_error:.2f} mm from it'
         )
 
 
@@ -103,7 +102,7 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
         mine = placed_robot(found, frames)
         distances, angles = apart(forward_kinematics(mine, q[rest]), expected[rest])
         position, rotation = float(np.max(distances)), float(np.max(angles))
-        if max(position, rotation) < SAME:
+        if max(position, rotation) < ROUND_OFF:
             break
     else:
         raise CalibrationError(

@@ -1,14 +1,15 @@
 """
-The corrections that bring the poses of an arm to the measured ones, and how well they are known.
+Fit the numbers of an arm to measured poses, with normal priors, and estimate the deviations.
 
-Each number has a prior: zero, with the standard deviation of a usual error. So a few poses, or
-poses that do not tell a number, leave it where it was. The noise of the poses is found along with
-the corrections, from the remainder and from how many numbers the poses determine (MacKay 1992).
+Gauss-Newton steps of the maximum a posteriori estimate: first with Huber's weights from the
+median of the remainders (Huber 1964), then without the rows that a chi-square test rejects. The
+noise follows from the remainder and from how many numbers the rows determine (MacKay 1992); where
+few rows tell it, the deviations have the factor of Student's distribution.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import product
+from statistics import NormalDist
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -20,32 +21,29 @@ from ...kinematics.uncertainty.triangle import triangle_of
 from ...rigid_motion import inverses, rotation_vector
 from ...robot.file.parts.parameters import ArmParameter
 
-# Noise (m and rad) below this is round-off; with this many rows more than numbers or fewer the
-# poses cannot tell it, and it is no less than encoders and trackers have.
-LEAST_NOISE, FEW_ROWS, USUAL_NOISE = 1e-10, 30.0, 2e-5
-# The median length of three normal numbers; a remainder beyond this many standard deviations
-# weighs less at first, and of a pose, or of a position, it is an outlier in the end.
-MEDIAN, HUBER, OUTLIER, OUTLIER_OF_THREE = 1.538, 3.0, 6.0, 5.3
-# Rounds of the robust start, of the rest, of those that may still change the outliers, and steps
-# where the noise is known already.
-ROBUST_ROUNDS, ROUNDS, SORTING_ROUNDS, KNOWN_STEPS = 12, 25, 8, 4
-# A step within this share of the standard deviations, and a change of the noise, ends it.
-ENOUGH = 1e-3
-# Degrees of freedom beyond two that the noise is taken to have at least; a noise of no more than
-# the second is not told by the rows, and one that is assumed has the third: in nine cases of ten
-# it is between 0.6 and 4.4 times as large.
-LEAST_FREEDOM, UNTOLD, ASSUMED_FREEDOM = 1.0, 1.0, 2.0
-# Logarithms of half a chi-square, for means over what a noise may be that few rows tell.
-HALF_SQUARES = np.arange(-9.0, 4.0, 0.6)
-# Noises that are less likely by this factor are left out of a mean.
-UNLIKELY = 1e-3
-# Products of errors do not count whose squares are this share of the variances, or less.
-STRAIGHT = 0.5
-HALVINGS = 5
+# Noise (m and rad) below this is round-off.
+NOISE_FLOOR = 1e-10
+# Degrees of freedom below which the noise is no less than that of encoders and trackers,
+NOISE_FREEDOM = 30.0
+# which is this (m and rad).
+USUAL_NOISE = 2e-5
+# Rows beyond this quantile of chi-square weigh less in the robust start.
+HUBER_QUANTILE = 0.95
+# Level of the chi-square test of a row: beyond it the row is an outlier.
+OUTLIER_CHANCE = 3e-6
+# Most rounds of each phase; they end when they converge.
+MAX_ROUNDS = 25
+# The rounds end if step and change of the noise are less, in deviations.
+STEP_TOLERANCE = 1e-3
+# Student's factor f / (f - 2) takes f - 2 as at least this: it is infinite at 2.
+STUDENT_FREEDOM = 1.0
+# With at most this number of degrees of freedom the rows do not tell the noise.
+UNKNOWN_NOISE_FREEDOM = 1.0
 # Standard deviation (m) of a distance between points that is known.
-DISTANCE = 1e-5
-# Difference (s, rad) by which poses move with what moves the joints: a lag, or a backlash.
-STEP = 1e-4
+DISTANCE_DEVIATION = 1e-5
+# Difference (rad, m) of joints: the cube root of the round-off has the least error (Nocedal and
+# Wright, section 8.1).
+STEP = float(np.cbrt(np.finfo(np.float64).eps))
 
 
 # What remains (N, 2, 3), and how the poses move (N, 2, 3, P), as `FitProblem.equations` has them.
@@ -64,32 +62,6 @@ class KnownDistance(NamedTuple):
     second: int
     between: Floats
     distance: float
-
-
-class SharedErrors(NamedTuple):
-    """
-    Rows whose errors have a part in common: how the arm itself is off where all were measured.
-
-    Attributes
-    ----------
-    groups : shape (N,)
-        The number of the group of each row.
-    share : shape (N, 2)
-        Of the mean of its group, what is taken off each row's position and rotation, so that the
-        rest has the noise alone.
-    """
-
-    groups: Integers
-    share: Floats
-
-    def apart(self, rows: Floats) -> Floats:
-        """Return rows (N, 2, ...) without what they share."""
-        sums = np.zeros((int(np.max(self.groups)) + 1, *rows.shape[1:]))
-        np.add.at(sums, self.groups, rows)
-        counts = np.maximum(np.bincount(self.groups), 1)
-        means = sums / counts.reshape(-1, *[1] * (rows.ndim - 1))
-        share = self.share.reshape(*self.share.shape, *[1] * (rows.ndim - 2))
-        return np.asarray(rows - share * means[self.groups])
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,8 +84,8 @@ class FitProblem:
     positions
         Whether the poses are positions alone.
     rates : shape (N, n, K)
-        How the joints move with each of the last K of all corrections, such as a lag or a
-        backlash; None if there is none.
+        How the joints move with each of the last K of all corrections, such as a lag, a backlash,
+        a drift or a compliance.
     known_distances
         Distances between corrected points.
     from_tool
@@ -122,8 +94,6 @@ class FitProblem:
     whitening : shape (N, 3, 3) or (N, 6, 6)
         What remaining positions, or these and rotations, are multiplied by where they are weighed,
         so that their noise is the same along all axes and in all rows; None: it is so already.
-    shared
-        What rows have in common; None: nothing.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -135,11 +105,10 @@ class FitProblem:
     q: Floats
     poses: Floats
     positions: bool
-    rates: Floats | None = None
+    rates: Floats
     known_distances: tuple[KnownDistance, ...] = ()
     from_tool: bool = False
     whitening: Floats | None = None
-    shared: SharedErrors | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -154,7 +123,12 @@ class FitProblem:
     @property
     def first_rate(self) -> int:
         """Return where the corrections begin that move joints."""
-        return self.count - (0 if self.rates is None else self.rates.shape[2])
+        return int(self.count - self.rates.shape[2])
+
+    @property
+    def moving(self) -> Integers:
+        """Return which of the parameters move joints."""
+        return np.flatnonzero(self.columns >= self.first_rate)
 
     def every(self, values: Floats) -> Floats:
         """Return all corrections, those that are not fitted being zero."""
@@ -171,10 +145,8 @@ class FitProblem:
             poses[own] = poses_of(chain, every, self._joints(own, every))
         return poses
 
-    def _joints(self, own: Flags, every: Floats, ahead: Floats | float = 0.0) -> Floats:
-        if self.rates is None:
-            return self.q[own]
-        return np.asarray(self.q[own] + self.rates[own] @ (every[self.first_rate :] + ahead))
+    def _joints(self, own: Flags, every: Floats) -> Floats:
+        return np.asarray(self.q[own] + self.rates[own] @ every[self.first_rate :])
 
     def remainders(self, values: Floats) -> Floats:
         """Return position (m) and rotation (rad) that remain, shape (N, 2, 3)."""
@@ -191,7 +163,7 @@ class FitProblem:
             own = six[:, : self.whitening.shape[1]]
             own[:] = np.einsum('nij,nj...->ni...', self.whitening, own)
             rows = six.reshape(rows.shape)
-        return rows if self.shared is None else self.shared.apart(rows)
+        return rows
 
     def _between(self, poses: Floats) -> Floats:
         if self.from_tool:
@@ -207,35 +179,24 @@ class FitProblem:
             every = self.every(values)
             change = pose_change(chain, every, self._joints(own, every))
             poses[own], jacobian[own] = change.pose, change.jacobian[:, :, self.columns]
-            moving = self._moving(own)
-            if len(moving):
-                jacobian[np.ix_(own, np.arange(6), moving)] = self._moved(
-                    chain, own, every, moving
-                )
+            if len(self.moving):
+                moved = self._moved(chain, own, every)
+                jacobian[np.ix_(own, np.arange(6), self.moving)] = moved
         left = self._between(poses)
         if self.from_tool:
             jacobian = of_inverses(poses, jacobian)
         moves = jacobian.reshape(len(poses), 2, 3, -1)
         return self.whitened(left), self.whitened(moves)
 
-    def _moving(self, own: Flags) -> Integers:
-        # Those of the parameters that move joints of these rows.
-        if self.rates is None:
-            return np.zeros(0, dtype=np.int64)
-        moves = np.zeros(self.count, dtype=bool)
-        moves[self.first_rate :] = np.any(self.rates[own], axis=(0, 1))
-        return np.flatnonzero(moves[self.columns])
-
-    def _moved(self, chain: CorrectedChain, own: Flags, every: Floats, moving: Integers) -> Floats:
-        # How poses move with these parameters, (rows, 6, moving): by differences, all at once.
-        steps = np.zeros((len(moving), self.count - self.first_rate))
-        steps[np.arange(len(moving)), self.columns[moving] - self.first_rate] = STEP
-        q = [self._joints(own, every, way * step) for way in (1.0, -1.0) for step in steps]
-        poses = poses_of(chain, every, np.concatenate(q))
-        later, sooner = poses.reshape(2, len(moving), -1, 4, 4)
+    def _moved(self, chain: CorrectedChain, own: Flags, every: Floats) -> Floats:
+        # How poses move with what moves joints, (rows, 6, K): by central differences of joints.
+        q, n = self._joints(own, every), self.q.shape[1]
+        at = np.concatenate([q + way * STEP * one for way in (1.0, -1.0) for one in np.eye(n)])
+        later, sooner = poses_of(chain, every, at).reshape(2, n, -1, 4, 4)
         R = later[..., :3, :3] @ np.swapaxes(sooner[..., :3, :3], -1, -2)
         moved = np.concatenate([(later - sooner)[..., :3, 3], rotation_vector(R)], axis=-1)
-        return np.moveaxis(moved / (2.0 * STEP), 0, -1)
+        rates = self.rates[own][:, :, self.columns[self.moving] - self.first_rate]
+        return np.asarray(np.moveaxis(moved / (2.0 * STEP), 0, -1) @ rates)
 
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
         """Return how known distances move (D, P) and what remains (D,), in their deviations."""
@@ -248,7 +209,7 @@ class FitProblem:
             length = float(np.linalg.norm(between))
             row[second], row[first] = between / length, -between / length
             remainders[k] = one.distance - length
-        return rows[:, self.columns] / DISTANCE, remainders / DISTANCE
+        return rows[:, self.columns] / DISTANCE_DEVIATION, remainders / DISTANCE_DEVIATION
 
     def only(self, groups: tuple[str, ...]) -> 'FitProblem':
         """Return the problem of these groups of parameters alone."""
@@ -321,13 +282,10 @@ class Identified(FoundValues):
     Attributes
     ----------
     covariance : shape (P, P)
-        After the measurement; it contains the priors.
-    bent
-        Whether products of errors count: then the covariance has what these add.
+        After the measurement, by the noise with Student's factor; it contains the priors.
     """
 
     covariance: Floats
-    bent: bool
 
 
 class _Step(NamedTuple):
@@ -383,6 +341,27 @@ class _Equations:
         return float(np.sum(self.weights * d**2) + known + priors)
 
 
+def robust_values(
+    problem: FitProblem,
+    noise: Noise | None = None,
+    progress: Callable[[int], None] = lambda round_: None,
+) -> Floats:
+    """Return the corrections (P,) of Huber's estimate; arguments are as of `find_values`."""
+    values = np.zeros(len(problem.parameters))
+    huber = length_quantile(HUBER_QUANTILE, problem.kinds)
+    remainders = problem.weighed(values)
+    for k in range(MAX_ROUNDS):
+        progress(k)
+        found = _at_least(noise, _median_noise(remainders))
+        distances = distances_of(problem, remainders, found)
+        weights = huber / np.maximum(distances, huber)
+        step, remainders = _stepped(_Equations(problem, found, weights), values, remainders)
+        values = values + step
+        if np.all(np.abs(step) < STEP_TOLERANCE * problem.prior):
+            break
+    return values
+
+
 def find_values(
     problem: FitProblem,
     noise: Noise | None = None,
@@ -398,23 +377,12 @@ def find_values(
     progress
         Is called with the number of each round.
     """
-    values = np.zeros(len(problem.parameters))
-    weights = np.ones(len(problem.q))
-    limit = OUTLIER_OF_THREE if problem.positions else OUTLIER
+    values, limit = robust_values(problem, noise, progress), outlier_limit(problem.kinds)
     remainders = problem.weighed(values)
-    for k in range(ROBUST_ROUNDS):
-        progress(k)
-        found = _at_least(noise, _median_noise(remainders))
-        distances = distances_of(problem, remainders, found)
-        weights = np.minimum(1.0, HUBER / np.maximum(distances, 1e-300))
-        step, remainders = _stepped(_Equations(problem, found, weights), values, remainders)
-        values = values + step
-        if np.all(np.abs(step) < ENOUGH * problem.prior):
-            break
     found = _at_least(noise, _median_noise(remainders))
     used = distances_of(problem, remainders, found) < limit
-    for k in range(ROUNDS):
-        progress(ROBUST_ROUNDS + k)
+    for k in range(MAX_ROUNDS):
+        progress(MAX_ROUNDS + k)
         solved = _Equations(problem, found, used).solved(values)
         values = values + problem.prior * solved.step
         inverse = np.asarray(np.linalg.inv(solved.triangle), dtype=np.float64)
@@ -425,52 +393,21 @@ def find_values(
         distances = distances_of(problem, remainders, found)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
         sorted_ = _known_distances(distances, freedom) < limit
-        same = bool(np.array_equal(sorted_, used)) or k >= SORTING_ROUNDS
+        same = bool(np.array_equal(sorted_, used)) or 2 * k > MAX_ROUNDS  # else they may alternate
         used = used if same else sorted_
         changed = max(abs(b / a - 1.0) if a else 0.0 for a, b in zip(before, found))
-        if same and moved < ENOUGH and changed < ENOUGH:
+        if same and max(moved, changed) < STEP_TOLERANCE:
             break
     freedom = Noise(*(f if own <= e else np.inf for own, e, f in zip(found, evident, freedom)))
     return FoundValues(values, found, used, distances, freedom)
 
 
 def with_covariance(problem: FitProblem, found: FoundValues) -> Identified:
-    """Return the corrections and how well they are known, which takes longer than to find them."""
-    covariance = _mean_covariance(problem, found)
+    """Return the corrections and how well they are known."""
     noise = widened(found.noise, found.freedom)
-    bend = _bend(_Equations(problem, noise, found.used), found.values)
-    bent = bool(np.any(bend))
-    return Identified(**vars(found), covariance=covariance + bend, bent=bent)
-
-
-def _mean_covariance(problem: FitProblem, found: FoundValues) -> Floats:
-    # Priors keep the errors small that a large noise would leave: the covariance is the mean over
-    # the noises, and not that of a mean noise.
-    each = [_possible_noises(own, f) for own, f in zip(found.noise, found.freedom)]
-    if problem.positions:
-        each[1] = [(1.0, found.noise.rotation)]
-    there = problem.equations(found.values)
-    mean = np.zeros((len(found.values), len(found.values)))
-    for (weight, position), (times, rotation) in product(*each):
-        known = Noise(position, rotation)
-        solved = _Equations(problem, known, found.used).solved(found.values, there)
-        inverse = problem.prior[:, None] * np.linalg.inv(solved.triangle)
-        mean += weight * times * (inverse @ inverse.T)
-    return mean
-
-
-def _possible_noises(noise: float, freedom: float) -> list[tuple[float, float]]:
-    # How likely each standard deviation is after an estimate: the squares that remain, over those
-    # of the noise, are distributed as chi-square.
-    if freedom >= FEW_ROWS:
-        return [(1.0, noise * _widening(freedom))]
-    freedom = max(freedom, ASSUMED_FREEDOM)
-    half = np.exp(HALF_SQUARES)
-    weights = half ** (0.5 * freedom) * np.exp(-half)
-    likely = weights > UNLIKELY * np.max(weights)
-    weights = weights[likely] / np.sum(weights[likely])
-    noises = noise * np.sqrt(0.5 * freedom / half[likely])
-    return list(zip(weights.tolist(), noises.tolist()))
+    inverse = np.linalg.inv(_Equations(problem, noise, found.used).solved(found.values).triangle)
+    covariance = np.outer(problem.prior, problem.prior) * (inverse @ inverse.T)
+    return Identified(**vars(found), covariance=covariance)
 
 
 def _known_distances(distances: Floats, freedom: Noise) -> Floats:
@@ -495,7 +432,7 @@ def widened(noise: Noise, freedom: Noise) -> Noise:
 
 
 def _widening(freedom: float) -> float:
-    return float(np.sqrt(1.0 + 2.0 / max(freedom - 2.0, LEAST_FREEDOM)))
+    return float(np.sqrt(1.0 + 2.0 / max(freedom - 2.0, STUDENT_FREEDOM)))
 
 
 def refined(
@@ -510,12 +447,12 @@ def refined(
 
     `there`: the equations of the problem at the values that it begins with, if they are known.
     """
-    for k in range(KNOWN_STEPS if len(values) else 0):
+    for k in range(MAX_ROUNDS if len(values) else 0):
         solved = _Equations(problem, noise, used).solved(values, there if k == 0 else None)
         values = values + problem.prior * solved.step
         # By the deviations after, of which exact poses leave next to nothing; or those before.
         moved = np.linalg.norm(solved.triangle @ solved.step)
-        if moved < ENOUGH or np.all(np.abs(solved.step) < ENOUGH * ENOUGH):
+        if moved < STEP_TOLERANCE or np.all(np.abs(solved.step) < STEP_TOLERANCE**2):
             break
     return values
 
@@ -579,7 +516,7 @@ def _stepped(equations: _Equations, values: Floats, remainders: Floats) -> tuple
     # are those before.
     step = equations.problem.prior * equations.solved(values).step
     before = equations.squares(values, remainders)
-    for _ in range(HALVINGS):
+    for _ in range(MAX_ROUNDS):
         after = equations.problem.weighed(values + step)
         if equations.squares(values + step, after) <= before:
             return step, after
@@ -587,34 +524,16 @@ def _stepped(equations: _Equations, values: Floats, remainders: Floats) -> tuple
     return np.asarray(step), equations.problem.weighed(values + step)
 
 
-def _bend(equations: _Equations, values: Floats) -> Floats:
-    """
-    Return what products of errors add to the covariance, (P, P); 0 where it is next to nothing.
+def length_quantile(share: float, kinds: int) -> float:
+    """Return a quantile of the length of 3 or 6 normal numbers (Wilson and Hilferty 1931)."""
+    spread = 2 / (9 * 3 * kinds)
+    cube = 1.0 - spread + NormalDist().inv_cdf(share) * float(np.sqrt(spread))
+    return float(np.sqrt(3 * kinds * cube**3))
 
-    Errors L z, of the covariance L L^T, move what remains by their products as well, and the
-    corrections of least squares by G of that (Bates and Watts 1980). Of normal z the squares of
-    sum_kl G_kl z_k z_l / 2 are, about their mean, sum_kl G_kl G_kl^T / 2.
-    """
-    problem, solved = equations.problem, equations.solved(values)
-    inverse = np.linalg.inv(solved.triangle)
-    L = problem.prior[:, None] * inverse
 
-    def away(step: Floats) -> Floats:
-        return equations.right(values + step, problem.weighed(values + step))
-
-    def turning(step: Floats) -> Floats:
-        return equations.rows(values + step, problem.equations(values + step)[1])
-
-    # All errors at once first, each with a sign.
-    along = L @ np.where(np.random.default_rng(0).random(len(values)) < 0.5, -1.0, 1.0)
-    products = away(along) - 2.0 * solved.right + away(-along)
-    moved = 0.5 * inverse.T @ (solved.rows.T @ products)
-    if float(moved @ moved) < STRAIGHT * len(values):
-        return np.zeros_like(L)
-    back = L @ inverse.T @ solved.rows.T
-    each = [back @ (turning(0.5 * step) - turning(-0.5 * step)) @ inverse for step in L.T]
-    G = np.concatenate(each, axis=1)
-    return np.asarray(0.5 * G @ G.T)
+def outlier_limit(kinds: int) -> float:
+    """Return the distance, in deviations of the noise, beyond which a row is an outlier."""
+    return length_quantile(1.0 - OUTLIER_CHANCE, kinds)
 
 
 def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Floats:
@@ -625,8 +544,8 @@ def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Float
 
 
 def _median_noise(remainders: Floats) -> Noise:
-    sizes = np.median(np.linalg.norm(remainders, axis=2), axis=0) / MEDIAN
-    return Noise(*np.maximum(sizes, LEAST_NOISE).tolist())
+    sizes = np.median(np.linalg.norm(remainders, axis=2), axis=0) / length_quantile(0.5, 1)
+    return Noise(*np.maximum(sizes, NOISE_FLOOR).tolist())
 
 
 def _evident_noise(
@@ -638,9 +557,9 @@ def _evident_noise(
     leverage = np.sum(basis**2, axis=2).reshape(count, kinds, 3)
     found, freedom = [], []
     for kind in range(kinds):
-        free = 3.0 * np.sum(used) - np.sum(leverage[:, kind])
+        free = 3 * np.sum(used) - np.sum(leverage[:, kind])
         squares = float(np.sum(remainders[used, kind] ** 2))
-        least = USUAL_NOISE if free < FEW_ROWS else LEAST_NOISE
+        least = USUAL_NOISE if free < NOISE_FREEDOM else NOISE_FLOOR
         found.append(max(float(np.sqrt(squares / max(free, 1.0))), least))
-        freedom.append(max(float(free), UNTOLD))
+        freedom.append(max(float(free), UNKNOWN_NOISE_FREEDOM))
     return Noise(found[0], found[-1]), Noise(freedom[0], freedom[-1])

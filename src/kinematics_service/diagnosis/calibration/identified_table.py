@@ -25,11 +25,10 @@ from ...robot.file.parts.parameters import (
 )
 from ...robot.robot import Robot
 from .checking import unit_of, value_in_words
+from .knowledge import KNOWN
 
 # A robot is the calibrated one if its poses are (m, rad): its file has printed digits.
 SAME = 1e-8
-# Below this share of its prior a parameter's deviation says that the poses identify it.
-IDENTIFIABLE = 1.0 / 3.0
 
 
 @dataclass(frozen=True)
@@ -61,11 +60,16 @@ class CalibratedParameter(ArmParameter):
         return value_in_words(value, self.unit)
 
     @property
+    def may_be_zero(self) -> bool:
+        """Return whether zero lies within two deviations of the correction."""
+        return abs(self.correction) <= 2.0 * self.deviation
+
+    @property
     def identifiable(self) -> bool:
         """Return whether the poses identify it; else it mostly stays where its prior has it."""
         # Of base and tool nothing was known before: they are measured by usual errors.
         before = self.prior if self.group in TABLE_GROUPS else min(self.prior, self.scale)
-        return self.deviation < IDENTIFIABLE * before
+        return KNOWN * self.deviation < before
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,13 +9,12 @@ from ...kernel import Floats
 from ...kinematics.uncertainty.parameters import NOTHING
 from ...robot.file.parts.parameters import ArmParameter
 from ...typography import listed
+from .checking import NAMES_IN_SENTENCE
 
 # A direction is known where the poses tell it this much better than its prior does.
 KNOWN = 3.0
 # Coefficients below this share of the largest are round-off.
 SMALL = 1e-6
-# Parameters named in one sentence.
-MOST_NAMED = 8
 
 
 @dataclass(frozen=True)
@@ -98,7 +97,7 @@ def _combination(
     part = part[np.any(part != 0.0, axis=1)]
     chosen = [parameters[k] for k in own]
     names = tuple(one.name for one in chosen)
-    determined, shown = len(own) - len(part), listed(names, MOST_NAMED)
+    determined, shown = len(own) - len(part), listed(names, NAMES_IN_SENTENCE)
     if determined == 0:
         return ParameterCombination(names, 0, (), f'not identifiable: {shown}')
     if determined > 1:
@@ -114,5 +113,5 @@ def _combination(
 
 def _term(coefficient: float, name: str) -> str:
     size = abs(coefficient)
-    factor = '' if abs(size - 1.0) < 1e-3 else f'{size:.3g} '
+    factor = '' if f'{size:.3g}' == '1' else f'{size:.3g} '
     return f'{"-" if coefficient < 0.0 else "+"} {factor}{name}'

@@ -10,8 +10,8 @@ from ...rigid_motion import inverse, roll_pitch_yaw
 from ...robot.file.parts.parameters import end_parameters
 from ..frame_check.errors import angle_in_words, length_in_words
 from .board_views import view_sentences
-from .calibration import Calibration
 from .camera import ON_TOOL
+from .result import Calibration
 
 
 @dataclass(frozen=True, eq=False)

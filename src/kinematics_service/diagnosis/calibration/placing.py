@@ -8,9 +8,12 @@ from ...kernel import Floats
 from ...rigid_motion import nearest_rotation
 from ..frame_check.offsets import fit_offsets
 
-# Rounds in which the worst rows are left out, the share of the rows that is kept, and steps to the
-# base and the tool of positions.
-ROUNDS, KEPT, STEPS = 3, 0.7, 40
+# Rounds of least trimmed squares (Rousseeuw 1984), which fit the nearest rows of the last round.
+ROUNDS = 3
+# The share of the rows that is kept.
+TRIMMED_SHARE = 0.7
+# Steps by turns to the base and the tool of positions.
+STEPS = 40
 # Where the tool's point moves the positions by less than this share of its own motion, it is not
 # told by them and stays in the frame of the tool.
 UNTOLD = 1e-6
@@ -49,7 +52,7 @@ def offsets_of(A: Floats, B: Floats, positions: bool, free: Free) -> Offsets:
     found, each = _offsets(A, B, positions, free), np.arange(len(A))[:, None]
     for _ in range(ROUNDS):
         order = np.argsort(found.remainder, axis=1, kind='stable')
-        rows = order[:, : max(3, round(KEPT * A.shape[1]))]
+        rows = order[:, : max(3, round(TRIMMED_SHARE * A.shape[1]))]
         some = _offsets(A[each, rows], B[each, rows], positions, free)
         found = _with_remainder(some.base, some.tool, A, B)
     return found

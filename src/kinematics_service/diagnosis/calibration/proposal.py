@@ -28,26 +28,31 @@ from ...robot.measures import Level
 from ...robot.robot import AnyRobot, Robot, as_robot
 from ...robot.task import SEED, seeded_poses
 from .board_views import BoardViews
-from .calibration import Calibration
 from .camera import ON_TOOL
 from .chosen_parameters import prior_of
+from .collecting import SECOND
 from .fitting import of_inverses
+from .result import Calibration
 
 # Standard deviation of a measured number (m, rad) where nothing has been measured yet.
 NOISE = 5e-5
-# Share of the range of a joint that is kept free at either end; passes of exchanges at most.
-MARGIN, PASSES = 0.02, 6
+# Share of the range of a joint that is kept free at either end.
+MARGIN = 0.02
 # A gain of the logarithm of the volume below this is none.
 GAIN = 1e-6
 MOST = 200
-# Positions looked at around those of images, and how far around a joint turns (rad) or slides (m).
-MOST_AROUND, TURNED, SLID = 4000, 0.8, 0.2
-# Of more positions that are given so many are looked at, evenly spread.
+# Positions that are looked at, of those given or around those of images.
 MOST_GIVEN = 4096
-# Share of each joint's speed limit that the motion takes, and of rad/s or m/s without a limit.
-SHARE, USUAL_SPEED = 0.25, 1.0
-# Time (s) that the arm stands still at each pose, to be measured; and from rest to the first one.
-HOLD, START = 2.0, 5.0
+# How far around a joint turns (rad), or slides by the characteristic length.
+SPREAD = 0.5
+# Share of each joint's speed limit that the motion takes.
+SPEED_SHARE = 0.25
+# Speed (rad/s, m/s) of a joint without a limit.
+USUAL_SPEED = 1.0
+# Time (s) that the arm stands still at each pose, to be measured.
+HOLD = 2.0
+# Time (s) from rest to the first pose.
+START = 5.0
 # Decimals of joint positions and times.
 DIGITS = 6
 
@@ -236,8 +241,8 @@ def _candidates(robot: Robot) -> Floats:
 def _around(robot: Robot, view: BoardInView) -> Floats:
     # Few positions of all have the board in the image: more of those near the ones that had it.
     random = np.random.default_rng(SEED)
-    q = view.after.q[random.integers(len(view.after.q), size=MOST_AROUND)]
-    q = q + random.uniform(-1.0, 1.0, q.shape) * np.where(robot.prismatic, SLID, TURNED)
+    q = view.after.q[random.integers(len(view.after.q), size=MOST_GIVEN)]
+    q = q + random.uniform(-1.0, 1.0, q.shape) * SPREAD * robot.task.column_scales
     span = np.where(np.isfinite(np.ptp(robot.limits, axis=1)), np.ptp(robot.limits, axis=1), 0.0)
     low, high = robot.limits.T
     inside = np.all((q > low + MARGIN * span) & (q < high - MARGIN * span), axis=1)
@@ -301,7 +306,8 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
         best = _best(_gains(J, M), chosen)
         chosen.append(best)
         M = M + J[best].T @ J[best]
-    for _ in range(PASSES):
+    exchanged = True
+    while exchanged:  # each exchange gains, so that it ends
         exchanged = False
         for place in range(count):
             old = chosen[place]
@@ -312,8 +318,6 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
                 chosen[place] = best
                 M = without + J[best].T @ J[best]
                 exchanged = True
-        if not exchanged:
-            break
     return chosen
 
 
@@ -359,7 +363,7 @@ def trajectory_text(proposed: ProposedPoses) -> str:
         positions = ', '.join(f'{x:.{DIGITS}f}' for x in q)
         for moment in (time, time + HOLD):
             seconds = int(moment)
-            rest = round((moment - seconds) * 1e9)
+            rest = round((moment - seconds) * SECOND)
             lines.append(
                 f'  - {{positions: [{positions}], '
                 f'time_from_start: {{sec: {seconds}, nanosec: {rest}}}}}'
@@ -370,7 +374,7 @@ def trajectory_text(proposed: ProposedPoses) -> str:
 def _times(proposed: ProposedPoses) -> list[float]:
     # When the arm arrives at each pose.
     limits = proposed.robot.velocity_limits
-    speeds = SHARE * np.where(np.isfinite(limits), limits, USUAL_SPEED)
+    speeds = SPEED_SHARE * np.where(np.isfinite(limits), limits, USUAL_SPEED)
     times = [START]
     for before, after in zip(proposed.q, proposed.q[1:]):
         moved = float(np.max(np.abs(after - before) / speeds))

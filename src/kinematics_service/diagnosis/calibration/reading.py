@@ -26,11 +26,10 @@ from ..frame_check.diagnosis import diagnose_frames
 from ..frame_check.errors import time_in_words
 from ..frame_check.joint_motion import SampledMotion
 from .camera import seen_poses
+from .checking import MIN_POSES_FOR_CAUSE
 
 # The column that names the image of each row.
 IMAGE = 'image'
-# Poses fewer than these tell no lag.
-LEAST_FOR_LAG = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,7 +190,7 @@ def without_lag(robot: Robot, given: MeasuredRecording) -> MeasuredRecording:
     Where the frame check finds that the poses are behind the joint states, or ahead of them, the
     joints are looked up that much earlier or later; poses at times without joints are left out.
     """
-    if given.motion is None or given.positions or len(given.q) < LEAST_FOR_LAG:
+    if given.motion is None or given.positions or len(given.q) < MIN_POSES_FOR_CAUSE:
         return given
     try:
         found = diagnose_frames(
@@ -278,7 +277,7 @@ def read_touches(
         It is no table, has no such column, or a named row has no number for some joint.
     """
     if file.exists() and file.suffix.lower() not in TABLES:
-        raise CalibrationError(f'{file}: --same-point names a column of a table (.csv)')
+        raise CalibrationError(f'{file}: --point names a column of a table (.csv)')
     with open_source(file, standing_poses(file, wanted)) as source:
         blocks = [one for one in source.blocks if not isinstance(one, UnreadableMessage)]
         remarks = [remark.text for remark in source.remarks]

@@ -11,23 +11,21 @@ from ...robot.file.parts.parameters import ENDS, TABLE_GROUPS, end_parameters
 from ...typography import listed
 from ..frame_check.errors import length_in_words
 from .board_views import view_document
-from .calibration import BLOCKS, Calibration
-from .checking import in_words, value_in_words
+from .checking import COMPLIANCE, NAMES_IN_SENTENCE, PLACEMENT, ZEROS, in_words, value_in_words
 from .identified_table import CalibratedParameter
-from .optional_terms import ELASTICITY, PLACEMENT, ZEROS, TermValue
 from .placed_camera import camera_sentences, placed_camera
+from .result import BLOCKS, Calibration
 
-# Outliers named in a sentence.
-MOST_NAMED = 8
-OF_TERM = {
-    PLACEMENT: 'A drift of where the instrument stands, from session to session,',
-    ZEROS: 'A drift of the zeros of the joints, from session to session,',
-    ELASTICITY: 'Elasticity of the joints',
+OF_CONDITION = {
+    PLACEMENT: 'Drifts of where the instrument stands, from the first session',
+    ZEROS: 'Drifts of the zeros of the joints, from the first session',
+    COMPLIANCE: 'Compliances of the joints, by the torque of the load alone',
 }
-# A number below 0 by so many of its deviations is negative.
-TOLD = 3.0
 # What a document says of a parameter.
-OF_PARAMETER = ('name', 'group', 'unit', 'correction', 'deviation', 'prior', 'identifiable')
+OF_PARAMETER = (
+    *('name', 'group', 'unit', 'correction', 'deviation', 'prior'),
+    *('identifiable', 'may_be_zero'),
+)
 
 
 def sentences_of(found: Calibration) -> Iterator[str]:
@@ -61,7 +59,7 @@ def sentences_of(found: Calibration) -> Iterator[str]:
         f'{found.known} independent combinations of the {len(found.parameters)} parameters are '
         f'identifiable from these {kind}; from any such {kind} at most {found.possible} are'
     )
-    yield from _of_terms(found)
+    yield from _of_conditions(found)
     yield from camera_sentences(found)
     for point in found.points:
         xyz = ', '.join(f'{x:.5f}' for x in point.position)
@@ -93,36 +91,22 @@ def _verdict(found: Calibration) -> Iterator[str]:
         yield 'No single mistake that was tried explains it'
 
 
-def _of_terms(found: Calibration) -> Iterator[str]:
-    # Which terms help.
-    tried, rms = found.terms, found.rms_in_words
-    for one in tried:
-        words = OF_TERM[one.kind]
-        if one.without is None or one.with_term is None:
-            yield f'{words} cannot be told from these rows and is left out: {one.doubt}'
-            continue
-        verdict = 'helps and is kept' if one.kept else 'is not seen to help and is left out'
-        yield (
-            f'{words} {verdict}: rows at held-out joint positions are {rms(one.with_term)} off '
-            f'with it, {rms(one.without)} without it (rms)'
-        )
-    if any(one.kept for one in tried):
-        yield 'What is kept of these is no part of the robot file'
-    for one in tried:
-        if one.kept and one.kind == ELASTICITY:
-            yield from _of_elasticity(one.values)
-
-
-def _of_elasticity(values: Sequence[TermValue]) -> Iterator[str]:
-    yield (
-        'The compliances are those of the torque of the load; what the arm bends by its own '
-        'weight is there without a load too'
-    )
-    for one in values:
-        if one.identifiable and one.value < -TOLD * one.deviation:
+def _of_conditions(found: Calibration) -> Iterator[str]:
+    # Drifts from session to session, and compliances.
+    for group, words in OF_CONDITION.items():
+        own = [one for one in found.parameters if one.group == group]
+        beyond = [one.name for one in own if not one.may_be_zero]
+        if own:
+            named = f' ({listed(beyond, NAMES_IN_SENTENCE)})' if beyond else ''
             yield (
-                f'The compliance of {one.name} is negative, but no joint yields against a torque: '
-                'look at the masses, at their centre (--load-at) and at --gravity'
+                f'{words}, are more than two deviations from zero for {len(beyond)} of {len(own)} '
+                f'numbers{named}; by chance one in twenty is. The robot file has none of them'
+            )
+    for one in found.parameters:
+        if one.group == COMPLIANCE and one.identifiable and one.correction < -2.0 * one.deviation:
+            yield (
+                f'{one.name} is negative, but no joint yields against a torque: look at the '
+                'masses, at their centre (--load-at) and at --gravity'
             )
 
 
@@ -150,7 +134,7 @@ def _outliers(found: Calibration) -> str:
     names = {k: f'{k} {images[k].name}' if images else f'{k}' for k in rows}
     named = [f'{names[k]} ({found.distances[k]:.0f} sigma)' for k in rows]
     what = 'outlier is' if len(rows) == 1 else 'outliers are'
-    shown = listed(named, MOST_NAMED)
+    shown = listed(named, NAMES_IN_SENTENCE)
     return f'{len(rows)} {what} left out, counted from 0: {found.row} {shown}'
 
 
@@ -161,13 +145,6 @@ def cells_of(one: CalibratedParameter, found: Calibration) -> tuple[str, str, st
     alone = 'assumed' if one.group in TABLE_GROUPS else alone
     known = 'identifiable' if one.identifiable else alone
     return one.name, *_numbers(one.correction, one.deviation, one.unit), known
-
-
-def term_cells(one: TermValue) -> tuple[str, str, str, str]:
-    """Return the same of a number of elasticity or of a drift."""
-    name = f'{one.name} of session {one.session}' if one.session else f'compliance of {one.name}'
-    known = 'identifiable' if one.identifiable else 'not known'
-    return name, *_numbers(one.value, one.deviation, one.unit), known
 
 
 def _numbers(value: float, deviation: float, unit: str) -> tuple[str, str]:
@@ -208,7 +185,6 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
         'camera': [
             attributes(one, 'name', 'frame', 'pose', 'deviation') for one in placed_camera(found)
         ],
-        'terms': found.terms,
         'images': found.views and view_document(found.views, found.held_out_remainders),
         'remarks': found.remarks,
         'sentences': list(sentences_of(found)),

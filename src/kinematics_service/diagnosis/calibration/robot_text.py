@@ -28,19 +28,15 @@ from ...robot.robot import Robot, build_robot, robot_from_text
 from ...typography import number_text
 from ...version import __version__
 from ..frame_check.errors import MOST
-from .calibration import BLOCKS, Calibration
 from .camera import ON_TOOL
-from .checking import in_words
+from .checking import ROUND_OFF, in_words
 from .corrections import built_nearly, in_file_units, with_ends
-from .fitting import OUTLIER
+from .fitting import outlier_limit
+from .result import BLOCKS, Calibration
 from .uncertainty_text import uncertainty_section
 
 # Known poses written.
 KNOWN_POSES = 5
-# No less than this (m, rad): printed digits.
-LEAST = 1e-9
-# The text must say what was found to round-off (m).
-SAME = 1e-10
 LONGEST_SOURCE = 2000
 
 Frames = Literal['robot', 'measured']
@@ -116,7 +112,7 @@ def calibrated_text(
     result = _without_unused_constants(result, description)
     read = robot_from_text(result)
     apart = np.abs(forward_kinematics(read, q) - forward_kinematics(robot, q)).max()
-    if not apart < SAME:
+    if not apart < ROUND_OFF:
         raise RobotFileWriteError(f'the text written is {apart:.2g} m from what was found')
     return result
 
@@ -266,12 +262,12 @@ def _lever(found: Calibration, poses: Floats, frames: Frames) -> float:
 def _tolerances(found: Calibration, lever: float) -> tuple[float, float]:
     # What the noise of the measurement makes of a pose, so that none of those used is beyond. It
     # is estimated by what remains: no more than a calibration leaves is noise.
-    known = found.instrument or (0.0, 0.0)
+    known, limit = found.instrument or (0.0, 0.0), outlier_limit(2)
     length, angle = (
-        OUTLIER * min(noise, max(most / OUTLIER, of_instrument))
+        limit * min(noise, max(most / limit, of_instrument))
         for noise, most, of_instrument in zip(found.noise, MOST, known)
     )
-    return max(math.hypot(length, lever * angle), LEAST), max(angle, LEAST)
+    return max(math.hypot(length, lever * angle), ROUND_OFF), max(angle, ROUND_OFF)
 
 
 def _rounded(value: float) -> str:

@@ -1,15 +1,14 @@
 """
 Calibration without an instrument: points that the tip of the tool touched from many poses.
 
-Nobody knows where the points are, nor where the tip is in the tool frame; both are fitted along
-with the arm. What is measured is that the tip was at the same point. Larger or smaller by one
-factor, arm, tip and points would touch as well: lengths are known by their ratios alone, unless
-the distance between two points is known.
+The observation is that the tip was at the same point; where the points and the tip are is fitted
+along with the arm. The start is Huber's estimate of points and tip with the nominal table. An arm
+with its tip and points larger by one factor touches as well: lengths are known by their ratios
+alone, unless the distance between two points is known.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +24,6 @@ from ...robot.file.parts.parameters import (
     GROUPS,
     LENGTH,
     SIX,
-    TABLE_GROUPS,
     ArmParameter,
     end_parameters,
 )
@@ -35,41 +33,38 @@ from ..frame_check.errors import MOST, length_in_words
 from ..frame_check.hypotheses import DEGREES, Hypothesis, from_degrees
 from .checking import (
     ALIKE,
-    LEAST,
+    MIN_POSES,
+    NAMES_IN_SENTENCE,
     NO_CALIBRATION,
     Measured,
     check_different,
+    check_mark,
     explained_by_joints,
     refuse_mistake,
     rigid_positions,
-    unit_of,
-    value_in_words,
 )
-from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint
+from .chosen_parameters import ChosenParameters, TouchedPoint
 from .explanations import truncated
 from .fitting import (
-    OUTLIER_OF_THREE,
     FitProblem,
     Identified,
     KnownDistance,
     Noise,
+    outlier_limit,
+    robust_values,
     weighted_jacobian,
 )
 from .knowledge import ParameterCombination, combinations_of
+from .placing import STEPS
 
 # The group of the positions of points.
 POINTS = 'points'
-# How far (m) touches are apart at first, beside which nothing is known of the tip; rounds in which
-# the worst rows are left out, and the share that is kept.
-NOMINAL, TRIALS, KEPT = 5e-3, 3, 0.7
-# A pose touches a point to round-off (m); steps to there, and the longest one (rad, m).
-TOUCHES, STEPS, LONGEST_STEP = 1e-13, 60, 0.3
-# What remains of a scale, as a share of it, where nothing tells it.
-NO_SCALE = 1e-7
-# No joint (rad) turns farther: more is in degrees.
-FAR_TURNED = 13.0
-# Outliers that are looked at for a wrong name.
-MOST_NAMED = 8
+# A pose touches a point to round-off (m).
+TOUCHES = 1e-13
+# Longest step to there (rad, m).
+STEP_LIMIT = 0.5
+# Joints do not turn farther (rad): more is in degrees.
+FARTHEST_TURN = 4 * np.pi
 # A constant motion that turns the sign of translations: a correction of the point is the opposite
 # one of the tip.
 MIRROR = np.diag([-1.0, -1.0, -1.0, 1.0])
@@ -84,10 +79,15 @@ class Touches(NamedTuple):
 
 
 class _Start(NamedTuple):
-    # Points (K, 3) in the base frame, the tip (3,) in the tool frame, distances (N,) of the rows.
+    # Points (K, 3) in the base frame, the tip (3,) in the tool frame, and from tips to points
+    # (N, 3).
     points: Floats
     tip: Floats
-    distances: Floats
+    left: Floats
+
+    @property
+    def distances(self) -> Floats:
+        return np.asarray(np.linalg.norm(self.left, axis=1))
 
 
 def touches_of(robot: Robot, q: npt.ArrayLike, same_point: Sequence[object]) -> Touches:
@@ -111,18 +111,19 @@ def touches_of(robot: Robot, q: npt.ArrayLike, same_point: Sequence[object]) -> 
     marks = [str(one) for one in same_point]
     names = tuple(dict.fromkeys(marks))
     if not names:
-        raise CalibrationError(f'no point is touched: at least {LEAST} poses at one are needed')
+        raise CalibrationError(
+            f'no point is touched: at least {MIN_POSES} poses at one are needed'
+        )
     for name in names:
-        if name == 'tool' or not name or not name.isprintable():
-            raise CalibrationError(f'a point may not be called {name!r}')
+        check_mark('point', name)
     point = np.array([names.index(one) for one in marks])
     for k, name in enumerate(names):
         own = joints[point == k]
-        if len(own) < LEAST:
+        if len(own) < MIN_POSES:
             raise CalibrationError(
                 f'point {name} is touched from {len(own)} '
-                f'{"pose" if len(own) == 1 else "poses"}: at least {LEAST} are needed, and some '
-                f'{2 * robot.dof} or more at each point identify most of an arm'
+                f'{"pose" if len(own) == 1 else "poses"}: at least {MIN_POSES} are needed, and '
+                f'some {2 * robot.dof} or more at each point identify most of an arm'
             )
         # An arm of three joints has no more than a few poses there.
         check_different(own, f'the {len(own)} poses at point {name}', least=2)
@@ -144,7 +145,8 @@ class SamePointParameters(ChosenParameters):
     ) -> None:
         self.touches, self.arm, self.apart = touches, arm, _checked(apart, touches.names)
         poses = rigid_positions(np.zeros((len(touches.q), 3)))
-        super().__init__(robot, Measured(touches.q, poses, True, touches.point), (), arm.table)
+        given = Measured.of(touches.q, poses, True, touches.point)
+        super().__init__(robot, given, (), arm.table)
         self.every = (
             *arm.table,
             *(
@@ -183,9 +185,9 @@ class SamePointParameters(ChosenParameters):
         """
         q, point, names = self.touches
         tool = range(self.first('tool', 0), self.first('tool', 0) + 3)
-        start = _started(self.robot, q, point, free=set(tool) <= set(chosen))
+        start = self.started(q, free=set(tool) <= set(chosen))
         if check:
-            _check_touches(self.robot, self.touches, start)
+            self._check_touches(start)
             _check_distances(start, names, self.apart)
         self.start = start
         points = start.points
@@ -198,6 +200,44 @@ class SamePointParameters(ChosenParameters):
         chains = [self._chain(k, start.tip) for k in range(len(names))]
         poses = rigid_positions(points[point])
         return self.problem(chains, poses, chosen, tolerances, known_distances=distances)
+
+    def started(self, q: Floats, free: bool) -> _Start:
+        """Return points and tip by the nominal table; unless free the tip is the tool's origin."""
+        point, first = self.touches.point, self.first(POINTS, 0)
+        tools = forward_kinematics(self.robot, q)[:, :3, 3]
+        names = range(len(self.touches.names))
+        points = np.array([np.median(tools[point == k], axis=0) for k in names])
+        ends = range(first, self.first('tool', 0) + (3 if free else 0))
+        chains = [self._chain(k, np.zeros(3)) for k in names]
+        problem = replace(self.problem(chains, rigid_positions(points[point]), ends, {}), q=q)
+        values = robust_values(problem)
+        moved = problem.every(values)[first:].reshape(-1, 3)
+        tip = self.robot.description.tool.motion.matrix[:3, :3].T @ moved[len(points)]
+        return _Start(points + moved[: len(points)], tip, problem.remainders(values)[:, 0])
+
+    def scores(self, changes: Sequence[Hypothesis]) -> Floats:
+        """Return how badly touches fit with each mistake of the joint positions undone."""
+        left = self._distances([one.joints(self.touches.q) for one in changes])
+        return truncated((left / MOST.position) ** 2)
+
+    def _distances(self, joints: Iterable[Floats]) -> Floats:
+        # Distances (H, N) from tips to points, m, by other joint positions, each (N, n).
+        return np.array([self.started(q, free=True).distances for q in joints])
+
+    def _check_touches(self, start: _Start) -> None:
+        robot, q, middle = self.robot, self.touches.q, float(np.median(start.distances))
+        if middle < ALIKE:
+            return
+        # Angles so small bring the tip to nearly one point, whatever was touched.
+        if np.max(np.abs(q[:, ~robot.prismatic]), initial=0.0) > FARTHEST_TURN:
+            (left,) = self._distances([from_degrees(robot, q)])
+            refuse_mistake(DEGREES, float(np.median(left)), middle)
+        if middle > NO_CALIBRATION:
+            raise CalibrationError(
+                f'half of the touches are more than {length_in_words(middle)} from their points: '
+                f'no robot {robot.name} is off by as much; it is another robot, or the rows are '
+                'marked with wrong points' + explained_by_joints(robot, q, middle, self._distances)
+            )
 
     def _chain(self, k: int, tip: Floats) -> CorrectedChain:
         # From the base frame to the tip; the correction of point k moves it the other way.
@@ -222,27 +262,18 @@ class SamePointParameters(ChosenParameters):
     def combinations(
         self, problem: FitProblem, noise: Noise, used: Flags
     ) -> tuple[ParameterCombination, ...]:
-        """Return the parameters that these touches do not tell apart; of a scale in words."""
+        """Return the parameters that these touches do not tell apart."""
         J = self._exact_jacobian(problem, noise, self.touches.q[used], self.touches.point[used])
-        names = self._scaled_lengths(J, problem.parameters)
-        if not names:
-            return combinations_of(J, problem.parameters)
-        scale = ParameterCombination(
-            names,
-            len(names) - 1,
-            (),
-            'the scale of the lengths is not identifiable: if arm, tip and points are all larger '
-            'by one factor, they touch in the same way; the priors decide the scale, and a known '
-            'distance between two points makes it identifiable',
-        )
-        # Beside that, what is not told were one length known: of those that name fewest others.
-        size = float(np.max(np.abs(J)))
-        found = []
-        for k, one in enumerate(problem.parameters):
-            if one.name in names:
-                known = size * (np.arange(J.shape[1]) == k)
-                found.append(combinations_of(np.vstack([J, known]), problem.parameters))
-        return (scale, *min(found, key=lambda sets: sum(len(one.names) for one in sets)))
+        return combinations_of(J, problem.parameters)
+
+    def _scale_is_open(self, problem: FitProblem) -> bool:
+        # All lengths may grow by one factor, and no sliding joint measures one.
+        lengths = {
+            one.name
+            for one in self.every
+            if one.group == 'lengths' or (one.group == 'tool' and not one.angle)
+        }
+        return not (self.apart or any(self.robot.prismatic)) and lengths <= set(problem.names)
 
     def _exact_jacobian(
         self, problem: FitProblem, noise: Noise, q: Floats, point: Integers
@@ -256,30 +287,12 @@ class SamePointParameters(ChosenParameters):
             problem,
             q=touching[exact],
             sets=point[exact],
+            rates=np.zeros((int(np.sum(exact)), q.shape[1], 0)),
             poses=rigid_positions(self.start.points[point[exact]]),
         )
         scales = np.array([one.scale for one in problem.parameters]) / problem.prior
         zero = np.zeros(len(scales))
         return weighted_jacobian(there, zero, noise, np.ones(len(there.q), dtype=bool)) * scales
-
-    def _scaled_lengths(self, J: Floats, parameters: Sequence[ArmParameter]) -> tuple[str, ...]:
-        # Lengths of the table whose growth, with that of the tip, moves tips as points that grow.
-        lengths = [
-            k
-            for k, one in enumerate(parameters)
-            if one.group == 'lengths' or (one.group == 'tool' and not one.angle)
-        ]
-        points = [k for k, one in enumerate(parameters) if one.group == POINTS]
-        moved = J[:, points] @ (self.start.points.reshape(-1) / LENGTH)
-        growth = np.linalg.lstsq(J[:, lengths], -moved, rcond=NO_SCALE)[0]
-        rest = float(np.linalg.norm(J[:, lengths] @ growth + moved))
-        if not rest < NO_SCALE * float(np.linalg.norm(moved)):
-            return ()
-        return tuple(
-            parameters[k].name
-            for k, by in zip(lengths, growth)
-            if parameters[k].group in TABLE_GROUPS and abs(by) > NO_SCALE * np.max(np.abs(growth))
-        )
 
     def ends_of(self, problem: FitProblem, values: Floats) -> tuple[Floats, Floats]:
         """Return X and Y (1, 4, 4) of tip = X calibrated Y; X is the identity."""
@@ -295,9 +308,7 @@ class SamePointParameters(ChosenParameters):
 
     def as_given(self) -> Floats:
         """Return how far the tip of the file is from the points, (N, 2, 3), m."""
-        q, point, _ = self.touches
-        start = _started(self.robot, q, point, free=False)
-        left = start.points[point] - forward_kinematics(self.robot, q)[:, :3, 3]
+        left = self.started(self.touches.q, free=False).left
         return np.stack([left, np.zeros_like(left)], axis=1)
 
     def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
@@ -317,9 +328,15 @@ class SamePointParameters(ChosenParameters):
         """Return sentences on what deviations do not say, and on rows that have a wrong name."""
         points = np.array([one.position for one in self.points(problem, found)])
         left = problem.remainders(found.values)[:, 0]
-        near = OUTLIER_OF_THREE * found.noise.position
-        result = [*super().remarks(problem, found), *_on_deviations(problem, found)]
-        for row in np.flatnonzero(~found.used)[:MOST_NAMED]:
+        near = outlier_limit(1) * found.noise.position
+        result = [*super().remarks(problem, found)]
+        if self._scale_is_open(problem):
+            result.append(
+                'The scale of the lengths is not identifiable: if arm, tip and points are all '
+                'larger by one factor, they touch in the same way; the priors decide the scale, '
+                'and a known distance between two points makes it identifiable'
+            )
+        for row in np.flatnonzero(~found.used)[:NAMES_IN_SENTENCE]:
             own = int(self.touches.point[row])
             distances = np.linalg.norm(points - (points[own] - left[row]), axis=1)
             other = int(np.argmin(distances))
@@ -329,70 +346,6 @@ class SamePointParameters(ChosenParameters):
         return tuple(result)
 
 
-def _on_deviations(problem: FitProblem, found: Identified) -> list[str]:
-    # Along what is hardly told, as the height of a tip that turns about parallel axes alone.
-    if not found.bent:
-        return []
-    deviations = np.sqrt(np.diag(found.covariance))
-    widest = np.argmax(deviations / [one.scale for one in problem.parameters])
-    one = problem.parameters[widest]
-    far = value_in_words(float(deviations[widest]), unit_of(one))
-    return [
-        f'{one.name} is known to {far} only, and the products of so large an error with others '
-        'count in the deviations; fix the tip to that of the robot file (--fix tool) if it has one'
-    ]
-
-
-def _started(robot: Robot, q: Floats, point: Integers, free: bool) -> _Start:
-    # The worst rows of each round do not count in the next one.
-    poses = forward_kinematics(robot, q)
-    count = int(np.max(point)) + 1
-    used = np.ones(len(q), dtype=bool)
-    found = _least_squares(poses, point, count, used, free)
-    for _ in range(TRIALS):
-        used = np.zeros(len(q), dtype=bool)
-        for k in range(count):
-            own = np.flatnonzero(point == k)
-            order = own[np.argsort(found.distances[own], kind='stable')]
-            used[order[: max(LEAST, round(KEPT * len(own)))]] = True
-        found = _least_squares(poses, point, count, used, free)
-    return found
-
-
-def _least_squares(poses: Floats, point: Integers, count: int, used: Flags, free: bool) -> _Start:
-    # point = x + R tip: of each point the mean drops out, and the tip is what is left.
-    R, x = poses[:, :3, :3], poses[:, :3, 3]
-    each = [used & (point == k) for k in range(count)]
-    tip = np.zeros(3)
-    if free:
-        rows = [(R[own] - R[own].mean(axis=0)).reshape(-1, 3) for own in each]
-        right = [-(x[own] - x[own].mean(axis=0)).reshape(-1) for own in each]
-        weak = NOMINAL / ANYWHERE * np.eye(3)
-        tip = np.linalg.lstsq(
-            np.concatenate([*rows, weak]), np.concatenate([*right, np.zeros(3)]), rcond=None
-        )[0]
-    tips = x + R @ tip
-    points = np.array([tips[own].mean(axis=0) for own in each])
-    return _Start(points, tip, np.linalg.norm(points[point] - tips, axis=1))
-
-
-def _check_touches(robot: Robot, touches: Touches, start: _Start) -> None:
-    middle = float(np.median(start.distances))
-    if middle < ALIKE:
-        return
-    (left,) = _left_of(robot, touches, [from_degrees(robot, touches.q)])
-    # Angles so small bring the tip to nearly one point, whatever was touched.
-    if np.max(np.abs(touches.q[:, ~robot.prismatic]), initial=0.0) > FAR_TURNED:
-        refuse_mistake(DEGREES, float(np.median(left)), middle)
-    if middle > NO_CALIBRATION:
-        raise CalibrationError(
-            f'half of the touches are more than {length_in_words(middle)} from their points: no '
-            f'robot {robot.name} is off by as much; it is another robot, or the rows are marked '
-            'with wrong points'
-            + explained_by_joints(robot, touches.q, middle, partial(_left_of, robot, touches))
-        )
-
-
 def _check_distances(
     start: _Start, names: Sequence[str], apart: Mapping[tuple[int, int], float]
 ) -> None:
@@ -400,28 +353,12 @@ def _check_distances(
         found = float(np.linalg.norm(start.points[j] - start.points[i]))
         if abs(given - found) > NO_CALIBRATION:
             unit = ''
-            if abs(1e-3 * given - found) < NO_CALIBRATION:
+            if abs(given / 1000 - found) < NO_CALIBRATION:
                 unit = '; are these millimetres?'
             raise CalibrationError(
                 f'points {names[i]} and {names[j]} are {length_in_words(found)} apart by the '
                 f'touches, not {length_in_words(given)}: no table is off by as much{unit}'
             )
-
-
-def scores_of_touches(robot: Robot, touches: Touches) -> Callable[[Sequence[Hypothesis]], Floats]:
-    """Return how badly touches fit with each mistake of the joint positions undone."""
-
-    def scores(changes: Sequence[Hypothesis]) -> Floats:
-        left = _left_of(robot, touches, [one.joints(touches.q) for one in changes])
-        return truncated((left / MOST.position) ** 2)
-
-    return scores
-
-
-def _left_of(robot: Robot, touches: Touches, joints: Iterable[Floats]) -> Floats:
-    # What remains of touches (H, N), m, by other joint positions, each (N, n).
-    starts = [_started(robot, q, touches.point, free=True) for q in joints]
-    return np.array([start.distances for start in starts])
 
 
 def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Floats, Flags]:
@@ -440,7 +377,7 @@ def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Fl
         damped += np.finfo(float).eps * np.eye(3)
         step = (np.swapaxes(J, 1, 2) @ np.linalg.solve(damped, left[:, :, None]))[:, :, 0]
         longest = np.max(np.abs(step), axis=1, keepdims=True)
-        q += step * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, LONGEST_STEP))
+        q += step * np.minimum(1.0, STEP_LIMIT / np.maximum(longest, STEP_LIMIT))
     return q, np.linalg.norm(left, axis=1) < TOUCHES
 
 

@@ -8,16 +8,16 @@ from ...robot.file.parts.description import RobotDescription, Uncertainty
 from ...robot.file.parts.parameters import GEARS, ArmParameter
 from ...robot.robot import Robot
 from ...typography import number_text
-from .calibration import Calibration
+from .checking import ROUND_OFF
 from .corrections import of_joints_alone
 from .fitting import widened
 from .identified_table import calibrated_errors
+from .result import Calibration
 
-# Screws (m, rad) that differ by less are one.
-SAME = 1e-9
 # Digits of L: poses that are known far better than each number still are by its products.
-# Smaller shares of a row are zero.
-DIGITS, NEGLIGIBLE = 6, 1e-7
+DIGITS = 6
+# Smaller shares of a row are written as zero.
+NEGLIGIBLE = 1e-7
 OF_JOINTS = {
     'encoder_noise': 'noise',
     'encoder_resolution': 'resolution',
@@ -78,7 +78,7 @@ def named_factor(
     made_of = np.zeros((len(known.frames), len(errors.frames)))
     for column, (frame, screw, gear) in enumerate(zip(errors.frames, errors.screws, errors.gears)):
         there = (known.gears == gear) & (known.frames == frame)
-        same = there & (np.abs(known.screws - screw).max(axis=1) < SAME)
+        same = there & (np.abs(known.screws - screw).max(axis=1) < ROUND_OFF)
         free = np.flatnonzero(same & ~np.any(made_of, axis=1))
         if len(free):
             made_of[free[0], column] = 1.0

@@ -21,20 +21,16 @@ from ...robot.file.parts.parameters import BACKLASH, ENDS
 from ...robot.robot import Robot
 from ..frame_check.errors import angle_in_words, length_in_words
 from ..frame_check.hypotheses import DEGREES, from_degrees
-from .calibration import Calibration, calibrate
-from .checking import OPTIONS, rigid_positions
+from .calibration import calibrate
+from .checking import OPTIONS, ROUND_OFF, rigid_positions
 from .knowledge import ParameterCombination
 from .placing import Free, offsets_of
+from .result import Calibration
 
-# How far zeros may be off before (rad, m), and how well one is known if it is called known.
-BEFORE = (float(np.radians(10.0)), 0.03)
+# A zero is known if its standard deviation is less (rad, m).
 KNOWN = (float(np.radians(1.0)), 0.003)
 # A touch of a cross is taken to be off by this (m, of each number) where too few touches tell it.
 TOUCH = 1e-3
-# A backlash is told by the touches where it is more than this many deviations.
-TOLD = 3.0
-# A share of a row in a joint is none.
-ROUND_OFF = 1e-9
 
 
 class JointZero(NamedTuple):
@@ -99,7 +95,8 @@ def calibrate_zeros(
         As `calibrate`.
     """
     offsets = [one for one in parameters_of(robot).table if one.group == 'offsets']
-    before = {one.name: BEFORE[not one.angle] for one in offsets}
+    # Before, zeros may be off by ten times as much as they are to be known to.
+    before = {one.name: 10.0 * KNOWN[not one.angle] for one in offsets}
     fit = ('offsets', *ENDS, *([] if approach is None else [BACKLASH.group]))
 
     touch = TOUCH if noise is None else noise[0]
@@ -195,11 +192,10 @@ def zero_sentences(found: Calibration) -> list[str]:
         )
     for one in found.parameters:
         if one.name == BACKLASH.name:
-            told = abs(one.correction) > TOLD * one.deviation
             size, off = angle_in_words(one.correction), angle_in_words(one.deviation)
             sentences.append(
                 f'The backlash of the joints is {size}, with a standard deviation of {off}'
-                if told
+                if not one.may_be_zero
                 else f'A backlash of the joints is not told by these touches ({size}, with a '
                 f'standard deviation of {off})'
             )

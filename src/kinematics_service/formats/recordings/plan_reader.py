@@ -78,7 +78,7 @@ def text_of(file: Path, largest: int, instead: str) -> str:
     except OSError as error:
         raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
     if len(data) > largest:
-        raise RecordingError(f'{file}: is larger than {largest >> 20} MiB; {instead}')
+        raise RecordingError(f'{file}: is larger than {largest / 2**20:g} MiB; {instead}')
     try:
         text = data.decode('utf-8-sig')
     except UnicodeDecodeError:

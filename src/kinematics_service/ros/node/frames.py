@@ -27,7 +27,7 @@ FIRST = 20
 # A jump makes poses look wrong in one of these ways, too: then the jump is reported.
 LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'link_twist', 'time_lag')
 # The remedy if poses remain far off and no mistake explains it.
-ADVICE = 'calibrate --live collects poses for a robot file of this very arm'
+ADVICE = 'calibrate-live collects poses for a robot file of this very arm'
 
 
 @dataclass(frozen=True)

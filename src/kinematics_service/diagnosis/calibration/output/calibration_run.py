@@ -26,12 +26,12 @@ from ....robot.loops import refuse_loops
 from ....robot.robot import Robot
 from ...frame_check.errors import PoseLimit
 from ..board_views import board_views
-from ..calibration import Calibration, calibrate
+from ..calibration import calibrate
 from ..camera import ON_TOOL, Camera
 from ..checking import Measured, rigid_positions
 from ..chosen_parameters import ChosenParameters, asks_for_gears
 from ..collecting import CollectedPoses
-from ..optional_terms import ToolLoads
+from ..conditions import ToolLoads
 from ..proposal import LineOfSight, propose_poses, table_text, trajectory_text
 from ..reading import (
     MeasuredRecording,
@@ -43,7 +43,8 @@ from ..reading import (
     seen,
     without_lag,
 )
-from ..report import cells_of, document_of, sentences_of, term_cells
+from ..report import cells_of, document_of, sentences_of
+from ..result import Calibration
 from ..robot_text import CalibrationOrigin, Frames, calibrated_text
 from ..zeros import JointZero, calibrate_zeros, zero_sentences, zeros_of
 from .page import PageOrigin, page_of
@@ -131,8 +132,6 @@ class CalibrationOutputs(NamedTuple):
     ----------
     robot, html, json
         The robot file, the page, the document; `-` is the standard output.
-    plans
-        Files of proposed poses.
     frames
         Whose base and tool the robot file has.
     anyway
@@ -142,7 +141,6 @@ class CalibrationOutputs(NamedTuple):
     robot: Path | None
     html: Path | None
     json: Path | None
-    plans: Sequence[Path]
     frames: Frames
     anyway: bool
 
@@ -200,7 +198,7 @@ class CalibrationRun(NamedTuple):
         arm, fitting = self.arm, self.fitting
         refuse_loops(arm.description, 'the calibration')
         q = np.zeros((1, arm.dof))
-        given = Measured(q, np.eye(4)[None], False, np.zeros(1, dtype=np.int64), q)
+        given = Measured.of(q, np.eye(4)[None], False, np.zeros(1, dtype=np.int64), q)
         every = parameters_of(arm, asks_for_gears(fitting.fit)).table
         ChosenParameters(arm, given, fitting.own, every).fitted(fitting.fit, fitting.fix)
 
@@ -242,6 +240,19 @@ class CalibrationRun(NamedTuple):
             loads=columns.loads_of(given),
         )
         return CalibratedPoses(found, _files(given), _remarks(given), given[0].q, given[0].poses)
+
+    def of_seen(
+        self,
+        files: Sequence[Path],
+        reading: Selection,
+        gap: float | None,
+        folder: Path | None,
+        finder: BoardFinder | None,
+    ) -> CalibratedPoses:
+        """Return the calibration from poses, or from images of a folder if `finder` is given."""
+        if folder is None or finder is None:
+            return self.of_recordings(files, reading, gap, TermColumns())
+        return self.of_images(files[0], reading, folder, finder)
 
     def of_touches(
         self,
@@ -393,9 +404,6 @@ def _print_report(data: CalibratedPoses, outputs: CalibrationOutputs) -> None:
     for one in found.parameters:
         name, *cells = cells_of(one, found)
         rows.add_row(f'  {name}', *cells)
-    for value in (value for term in found.terms for value in term.values):
-        name, *cells = term_cells(value)
-        rows.add_row(f'  {name}', *cells)
     out.print(rows)
 
 
@@ -410,16 +418,16 @@ class WantedPoses(NamedTuple):
 def write_proposal(
     arm: Robot,
     wanted: WantedPoses,
-    outputs: CalibrationOutputs,
+    plans: Sequence[Path],
     positions: bool,
     after: Calibration | None = None,
 ) -> None:
     """Write the poses to measure next into plans, or print them where there are none."""
     count, among, sight = wanted
     proposed = propose_poses(arm, count, after, positions, among=among, line_of_sight=sight)
-    for file in outputs.plans:
+    for file in plans:
         text = table_text if file.suffix.lower() == '.csv' else trajectory_text
         write_file(file, text(proposed))
-        print(f'wrote {file}: {count} poses', file=outputs.stream)
-    if not outputs.plans:
-        print(table_text(proposed), end='', file=outputs.stream)
+        print(f'wrote {file}: {count} poses')
+    if not plans:
+        print(table_text(proposed), end='')

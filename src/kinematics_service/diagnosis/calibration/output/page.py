@@ -1,4 +1,4 @@
-"""A calibration as one page that needs nothing else; its script, page.js, turns the arm."""
+"""A calibration as one page that needs nothing else."""
 
 import math
 from collections.abc import Sequence
@@ -12,11 +12,10 @@ from ....page import document, facts, resource, table
 from ....robot.file.parts.parameters import TABLE_GROUPS
 from ....version import __version__
 from ...frame_check.errors import Errors
-from ..calibration import Calibration
 from ..identified_table import CalibratedParameter
 from ..knowledge import KNOWN
-from ..report import cells_of, not_nothing, sentences_of, term_cells
-from .arm_picture import arm_picture
+from ..report import cells_of, not_nothing, sentences_of
+from ..result import Calibration
 from .plots import NARROW, PointPlot
 
 # Rows drawn at most.
@@ -43,7 +42,6 @@ def page_of(found: Calibration, origin: PageOrigin) -> str:
         _verdict(found, origin),
         '<h2>Errors</h2>\n',
         _errors(found),
-        arm_picture(found),
         _by_pose(found),
         _by_joint(found),
         '<h2>What is known, and how well</h2>\n',
@@ -51,8 +49,7 @@ def page_of(found: Calibration, origin: PageOrigin) -> str:
         _directions(found),
         f'<p class="soft">kinematics_service {__version__}.</p>\n',
     ]
-    style, script = (resource(__package__, name) for name in ('page.css', 'page.js'))
-    return document(title, body, style, script)
+    return document(title, body, resource(__package__, 'page.css'))
 
 
 def _header(found: Calibration, origin: PageOrigin) -> str:
@@ -104,7 +101,7 @@ def _rows(found: Calibration) -> Floats:
 
 
 def _series(found: Calibration, rows: Floats, kind: int) -> list[tuple[str, Floats]]:
-    scale = np.degrees(1.0) if kind else 1e3
+    scale = np.degrees(1.0) if kind else 1000
     return [
         (style, scale * np.linalg.norm(one[rows, kind], axis=1))
         for style, one in (('before', found.remainders_before), ('after', found.remainders))
@@ -153,10 +150,6 @@ def _parameters(found: Calibration) -> str:
     for one in ordered:
         name, *cells = cells_of(one, found)
         rows.append([escape(name), escape(one.group), *map(escape, cells), _bar(one)])
-    for term in found.terms:
-        for value in term.values:
-            name, *cells = term_cells(value)
-            rows.append([escape(name), term.kind, *map(escape, cells), ''])
     headers = ['parameter', 'group', 'correction', 'deviation', '', 'prior, deviation, correction']
     legend = (
         '<p class="soft">On a logarithmic axis of a thousand: '
@@ -171,8 +164,8 @@ def _parameters(found: Calibration) -> str:
 def _bar(one: CalibratedParameter) -> str:
     # From the prior, which is where the axis ends, down to a thousandth of it.
     def across(value: float) -> float:
-        share = 1.0 + math.log10(max(value / one.prior, 1e-9)) / DECADES
-        return 200.0 * min(max(share, 0.005), 1.0)
+        share = 1.0 + math.log10(max(value / one.prior, 10.0**-DECADES)) / DECADES
+        return 200 * min(share, 1.0)
 
     known = 'deviation' if one.identifiable or one.group not in TABLE_GROUPS else 'assumed'
     x = across(abs(one.correction))
@@ -186,7 +179,7 @@ def _bar(one: CalibratedParameter) -> str:
 
 
 def _directions(found: Calibration) -> str:
-    values = np.maximum(found.singular_values, 1e-12)
+    values = np.maximum(found.singular_values, np.finfo(np.float64).tiny)
     plot = PointPlot(
         'how well each combination of the parameters is identified',
         f'singular values in units of the priors; identifiable above {KNOWN:g}',

@@ -49,10 +49,10 @@ class PointPlot:
         values = np.concatenate([one for _, one in self.series])
         high = float(np.max(values)) or 1.0
         least = float(np.min(values))
-        low, high = 0.8 * max(least, high * 10.0**-DECADES), 1.25 * high
+        low, high = 0.5 * max(least, high * 10.0**-DECADES), 2.0 * high
         below = '; points on the lower edge are below it' if least < low else ''
         begin, end = float(np.min(self.x)), float(np.max(self.x))
-        room = 0.02 * (end - begin) or 0.5
+        room = (end - begin) / 50 or 0.5
         begin, end = begin - room, end + room
 
         def column(x: float) -> float:

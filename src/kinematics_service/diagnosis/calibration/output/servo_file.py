@@ -11,7 +11,7 @@ from ....formats.recordings.joint_format import SERVO_TURN
 from ..zeros import JointZero
 
 # Largest homing offset that a servo holds (11 bits and a sign), ticks.
-MOST = 2047
+OFFSET_LIMIT = (1 << 11) - 1
 
 
 def read_servos(file: Path, joints: Sequence[str]) -> dict[str, Any]:
@@ -53,10 +53,10 @@ def servos_text(servos: dict[str, Any], zeros: Sequence[JointZero]) -> str:
         way = -1.0 if one.get('drive_mode') else 1.0
         ticks = round(way * zero.correction * SERVO_TURN / math.tau)
         moved = int(one['homing_offset']) - ticks
-        if abs(moved) > MOST:
+        if abs(moved) > OFFSET_LIMIT:
             raise CalibrationError(
-                f'the homing_offset of {zero.joint} would be {moved}, beyond {MOST}: mount its '
-                'horn anew, or home the servo'
+                f'the homing_offset of {zero.joint} would be {moved}, beyond {OFFSET_LIMIT}: '
+                'mount its horn anew, or home the servo'
             )
         changed[zero.joint] = {**one, 'homing_offset': moved}
     return json.dumps(changed, indent=4) + '\n'

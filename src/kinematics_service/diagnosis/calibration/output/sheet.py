@@ -5,13 +5,15 @@ from typing import NamedTuple
 
 from ....errors import CalibrationError
 
-# Columns from left to right and rows from the lower edge up, mm from the middle of the sheet.
-COLUMNS = {'A': -80.0, 'B': 0.0, 'C': 80.0}
-ROWS = {'1': -120.0, '2': -40.0, '3': 40.0, '4': 120.0}
-# Width and height, mm.
+# Columns from left to right and rows from the lower edge up, and their spacing, mm.
+COLUMNS, ROWS = 'ABC', '1234'
+SPACING = 80
+# Width and height, mm (ISO 216, ANSI Y14.1).
 SIZES = {'a4': (210.0, 297.0), 'letter': (215.9, 279.4)}
-# Arms of a cross, and the two rulers beside which the print is checked, mm.
-CROSS, ACROSS, UP = 5.0, 160, 240
+# Arms of a cross, mm.
+CROSS = 5.0
+# The two rulers beside which the print is checked, mm.
+ACROSS, UP = 2 * SPACING, 3 * SPACING
 STYLE = (
     'body{margin:0}svg{display:block}text{font:4px sans-serif;text-anchor:middle}'
     'path{stroke:#000;stroke-width:.2;fill:none}'
@@ -33,9 +35,9 @@ class Sheet(NamedTuple):
     def points(self) -> dict[str, tuple[float, float, float]]:
         """Return the points, in m, by name."""
         return {
-            f'{column}{row}': (1e-3 * x, 1e-3 * y, 0.0)
-            for column, x in COLUMNS.items()
-            for row, y in ROWS.items()
+            f'{column}{row}': ((i - 1) * SPACING / 1000, (2 * j - 3) * SPACING / 2000, 0.0)
+            for i, column in enumerate(COLUMNS)
+            for j, row in enumerate(ROWS)
         }
 
     def point(self, name: str) -> tuple[float, float, float]:
@@ -62,7 +64,7 @@ class Sheet(NamedTuple):
             f'<path d="M{x - CROSS:g} {y:g}h{2 * CROSS:g}M{x:g} {y - CROSS:g}v{2 * CROSS:g}"/>'
             f'<text x="{x + CROSS:g}" y="{y - 2:g}">{name}</text>'
             for name, (right, up, _) in self.points.items()
-            for x, y in [(1e3 * right, -1e3 * up)]
+            for x, y in [(1000 * right, -1000 * up)]
         )
         size = f'{self.width:g}mm', f'{self.height:g}mm'
         return (

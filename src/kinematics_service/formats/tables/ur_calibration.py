@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 
 from ...errors import CalibrationError, RecordingError
-from ...formats.recordings.plan_reader import text_of
-from ...formats.recordings.plan_yaml import read_documents
 from ...kernel import Floats
 from ...rigid_motion import pose_of
 from ...robot.file.text.yaml_reader import YamlError
+from ..recordings.plan_reader import text_of
+from ..recordings.plan_yaml import read_documents
 
 JOINTS = 6
 # Keys of the controller's file, by the number of the table that each is added to.
