@@ -292,8 +292,8 @@ def _of_arrays(file: Path) -> tuple[Labels, Edges]:
         raise RecordingError(f'{ENDS} must be {wanted}, not {edges[k]:,} and {edges[k + 1]:,}')
     if edges[-1] not in counts:
         raise RecordingError(
-            f'{ENDS} ends with {edges[-1]:,} of {rows:,} rows: add the end of the last episode, or '
-            'leave the rows after it out of the arrays'
+            f'{ENDS} ends with {edges[-1]:,} of {rows:,} rows: add the end of the last episode, '
+            'or leave the rows after it out of the arrays'
         )
     return np.arange(len(numbers), dtype=np.float64), edges
 
