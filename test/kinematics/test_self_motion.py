@@ -99,6 +99,11 @@ def test_the_first_posture_is_on_the_turns_of_near(name):
     arc = min(result.families[0].intervals, key=lambda one: np.max(np.abs(one.nearest_to(q) - q)))
     assert np.max(np.abs(arc.nearest_to(q) - q)) < ON_ARC
     assert np.max(np.abs(result.families[0].q - q)) < ON_ARC
+    for one in (arc for family in result.families for arc in family.intervals):
+        for at, end in zip((one.q[0], one.q[-1]), one.ends):
+            if end.limit != 'singular':
+                j = robot.joint_names.index(end.joint)
+                assert abs(at[j] - robot.limits[j, int(end.limit == 'upper')]) < AT_LIMIT
 
 
 def test_the_best_postures_of_an_arc_are_no_worse_than_its_samples():

@@ -132,11 +132,17 @@ def place_on_arc(robot: Robot, target: IkTarget, q: Floats) -> ArcPlace | None:
 
 
 def on_turns_near(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
-    """Yield the arc moved by full turns that lead it past q (n,), if it is inside the limits."""
+    """
+    Yield the arc moved by full turns that lead it past q (n,), if it is inside the limits.
+
+    Joints at whose limits it ends stay: a turn farther the arc would not end there.
+    """
     turns = np.round((q - arc.q) / plan.periods)
     periods = np.where(np.isfinite(plan.periods), plan.periods, 0.0)
     away = (q - arc.q - turns * periods) / plan.scales
-    for one in sorted(set(map(tuple, turns[squares_of(away) < APART**2].tolist()))):
+    ending = np.isin(arc.curve.robot.joint_names, [end.joint for end in arc.ends])
+    near = (squares_of(away) < APART**2) & ~np.any(turns[:, ending] != 0.0, axis=1)
+    for one in sorted(set(map(tuple, turns[near].tolist()))):
         moved = arc.turned(np.array(one) * periods)
         if moved.margins().min() > -ON_ARC:
             yield moved
