@@ -60,7 +60,7 @@ OPTIONS = {
 # Those of a target.
 TARGETS = ('ik', 'family')
 # Points on a side of the map, joint positions of the workspace, and the range of --points.
-MAP_POINTS, WORKSPACE_POINTS = 400, 100_000
+MAP_POINTS, WORKSPACE_POINTS = 280, 28_000
 POINTS = {'map': (2, 4000), 'workspace': (1000, 100_000_000)}
 
 

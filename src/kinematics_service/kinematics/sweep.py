@@ -22,7 +22,7 @@ from ..robot.robot import Robot
 # it by its name, so it must be in a module they have; `functools.partial` of one is fine.
 Batch = Callable[[Robot, Floats], Floats]
 
-# Rows of a batch: 10 to 100 ms of the kernel, and 3 MB on the wire for six joints.
+# Rows of a batch: 3 MB on the wire for six joints.
 ROWS = 65_536
 # Batches under way for each thread of the cluster: enough that none waits for the wire.
 AHEAD = 3

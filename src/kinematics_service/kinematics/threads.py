@@ -4,7 +4,7 @@ import os
 import threading
 from collections.abc import Callable
 
-# Rows of a part: a few milliseconds of work, while starting a thread costs some 50 us.
+# Rows of a part, at least: some milliseconds of work, while starting a thread costs some 50 us.
 LEAST_PART = 10_000
 
 
@@ -16,7 +16,7 @@ def cores() -> int:
         return os.cpu_count() or 1
 
 
-def in_parts(count: int, work: Callable[[int, int], int]) -> int:
+def in_parts(count: int, work: Callable[[int, int], int], least: int = 0) -> int:
     """
     Do `work(begin, end)` for all of `count` rows, part by part, on all cores if that is faster.
 
@@ -28,8 +28,10 @@ def in_parts(count: int, work: Callable[[int, int], int]) -> int:
         Number of rows; each one's result must not depend on the others.
     work
         Computes rows begin to end and returns -1, or the row where it stopped.
+    least
+        Rows of a part, at least; 0: `LEAST_PART`.
     """
-    parts = count // LEAST_PART
+    parts = count // (least or LEAST_PART)
     workers = min(cores(), parts)
     if workers < 2:
         return work(0, count)

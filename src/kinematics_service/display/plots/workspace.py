@@ -22,7 +22,7 @@ from .plane import Plane
 from .ranges import finite_ranges, random_positions
 
 # Cells along the longest side.
-CELLS = 150
+CELLS = 100
 # A workspace less wide than this share of the reach is a point.
 SMALL = 1e-6
 # Steps that bring a pose into the plane, and the tolerance (share of the reach).
