@@ -172,6 +172,10 @@ def test_the_pose_left_along_the_way_out_is_found_again(name):
             assert again.singular_values[again.generic_rank - 1] < 1e-6 * again.singular_values[0]
 
 
+# A distance that is exact to round-off leaves the pose along the set open to its root.
+ALONG = 1e-8
+
+
 def test_planar_2r_by_its_closed_form():
     # w = |sin q2|, so |grad ln w| = |cot q2|; the singular poses are its zeros.
     robot = robot_of('planar_2r')
@@ -183,7 +187,7 @@ def test_planar_2r_by_its_closed_form():
     found = ks.singularity(robot, q[near])
     np.testing.assert_allclose(found.distance, np.abs(q[near, 1] - zero[near]), atol=ROUND_OFF)
     poses_there = np.stack([q[near, 0], zero[near]], axis=1)
-    np.testing.assert_allclose(found.nearest_singular, poses_there, rtol=0, atol=ROUND_OFF)
+    np.testing.assert_allclose(found.nearest_singular, poses_there, rtol=0, atol=ALONG)
 
 
 def closed_form(name, q, length):

@@ -34,6 +34,8 @@ PERIOD = 1.0
 # After a stall the timer makes up for its calls, some at once: a rate over a shorter time means
 # nothing, so nothing is said.
 SHORTEST = 0.5 * PERIOD
+# A node that was not turned for longer (s) cannot have heard a message.
+STALL = 2.0 * PERIOD
 # The log says why no joint state comes after this time, s, and again after the other.
 PATIENCE, AGAIN = 5.0, 60.0
 JOINT_STATES = 'sensor_msgs/msg/JointState'
@@ -152,7 +154,7 @@ class Health:
         # The node's own terminal is where people look.
         topic = self._subscription.topic_name
         why = heard.silent or incomplete_in_words(self._estimator, topic, heard, self.warnings)
-        if heard.silent or not why:
+        if heard.silent or not why or heard.interval > STALL:
             self._answered = now
         elif now - self._answered >= PATIENCE:
             if not heard.counts:
