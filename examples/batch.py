@@ -1,4 +1,4 @@
-"""A hundred thousand poses in one call: which share of the joint space is near singular?"""
+"""Ten thousand poses in one call: which share of the joint space is near singular?"""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ import kinematics_service as ks
 
 robot = ks.load_robot('puma560')
 low, high = robot.limits.T
-q = np.random.default_rng(0).uniform(low, high, size=(100_000, robot.dof))
+q = np.random.default_rng(0).uniform(low, high, size=(10_000, robot.dof))
 
 near = ks.singularity(robot, q)  # every field is an array with a row a pose
 for level in (ks.Level.WARN, ks.Level.ERROR):

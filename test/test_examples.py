@@ -59,7 +59,7 @@ def test_batch(capsys):
     names = run('batch')
     one = ks.singularity(names['robot'], names['q'][123])
     assert names['near'].distance[123] == one.distance
-    assert '% of 100000 random poses' in capsys.readouterr().out
+    assert '% of 10000 random poses' in capsys.readouterr().out
 
 
 def test_inverse_kinematics(capsys):

@@ -344,7 +344,8 @@ def test_nothing_grows_over_thirty_thousand_calls():
     def call(times):
         for k in range(times):
             state = ks.evaluate(robot, q[k % 100], q[k % 100])
-            ks.singularity(robot, q[k % 100])
+            if k % 4 == 0:
+                ks.singularity(robot, q[k % 100])
             del state
 
     def resident_kib():
@@ -356,7 +357,7 @@ def test_nothing_grows_over_thirty_thousand_calls():
     call(5_000)
     before = resident_kib()
     call(30_000)
-    # One leaked row of results a call would be 12 MiB.
+    # One leaked row of results a call would be 12 MiB, one a search 3 MiB.
     assert resident_kib() - before < 2048
 
 

@@ -63,19 +63,19 @@ def test_a_robot_that_travels_is_the_same_to_the_last_bit(name):
 @pytest.mark.slow
 def test_two_workers_give_the_same_bits_as_this_process(cluster):
     robot = ks.load_robot('ur5e')
-    q = positions(robot, 20_000)
-    here = map_batches(singular_table, robot, q, rows=1500)
-    assert map_batches(singular_table, robot, q, cluster, rows=1500).tobytes() == here.tobytes()
+    q = positions(robot, 4_000)
+    here = map_batches(singular_table, robot, q, rows=300)
+    assert map_batches(singular_table, robot, q, cluster, rows=300).tobytes() == here.tobytes()
     cut = partial(section_rows, plane=plane_of(robot, 'xz'))
-    there = map_batches(cut, robot, q[:3000], cluster, rows=1500)
-    assert there.tobytes() == map_batches(cut, robot, q[:3000]).tobytes()
+    there = map_batches(cut, robot, q[:600], cluster, rows=300)
+    assert there.tobytes() == map_batches(cut, robot, q[:600]).tobytes()
 
 
 def test_both_workers_work(cluster):
     from distributed import Client
 
     robot = ks.load_robot('ur5e')
-    map_batches(singular_table, robot, positions(robot, 20_000), cluster, rows=500)
+    map_batches(singular_table, robot, positions(robot, 4_000), cluster, rows=100)
     with Client(cluster.replace('dask://', 'tcp://'), set_as_default=False) as client:
         imported = client.run(lambda: 'kinematics_service.kernel' in __import__('sys').modules)
     assert list(imported.values()) == [True, True]
