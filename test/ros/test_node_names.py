@@ -2,6 +2,7 @@
 
 import signal
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from std_srvs.srv import Trigger
 
 import kinematics_service as ks
 from kinematics_service.errors import SettingsError
+from kinematics_service.ros.node.health import UNKNOWN, namesakes_in_words
 from kinematics_service.ros.node.unmatched_names import JOINT
 
 WARN, ERROR = 1, 2
@@ -216,6 +218,13 @@ def test_two_nodes_of_one_name_name_each_other_until_one_ends(arm, process, capf
     assert other.stderr.count(said) == 1
     one.spin_until(lambda: said not in one.diagnose().message, 'end of the warning')
     assert capfd.readouterr().err.count(said) == 1
+
+
+def test_a_publisher_whose_node_is_not_known_yet_is_waited_for(arm, monkeypatch):
+    node = arm('planar_2r').node
+    unknown = SimpleNamespace(node_name=UNKNOWN, node_namespace='_NODE_NAMESPACE_UNKNOWN_')
+    monkeypatch.setattr(node, 'get_publishers_info_by_topic', lambda topic: [unknown])
+    assert namesakes_in_words(node) == ''
 
 
 def test_another_publisher_of_poses_is_named(arm):

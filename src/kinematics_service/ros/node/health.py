@@ -39,6 +39,8 @@ STALL = 2.0 * PERIOD
 # The log says why no joint state comes after this time, s, and again after the other.
 PATIENCE, AGAIN = 5.0, 60.0
 JOINT_STATES = 'sensor_msgs/msg/JointState'
+# The node of a publisher that was discovered before its node.
+UNKNOWN = '_NODE_NAME_UNKNOWN_'
 
 
 def why_no_joint_states(node: Node, topic: str, given: str) -> str:
@@ -76,7 +78,8 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
 
 def namesakes_in_words(node: Node) -> str:
     """Return that other nodes publish the node's poses, too; empty if none does."""
-    names = [_name_of(info) for info in node.get_publishers_info_by_topic(POSE)]
+    publishers = node.get_publishers_info_by_topic(POSE)
+    names = [_name_of(info) for info in publishers if info.node_name != UNKNOWN]
     if (own := f'/{full_name(node)}') in names:
         names.remove(own)
     if not names:
