@@ -23,12 +23,12 @@ from .cubic import Cubic
 from .directions import Directions
 from .expansion import Expansion
 
-# Halvings of the radius at most, and how near to it they end, as a share; sums of the complement's
-# numbers that are tried as they are.
-HALVINGS, NEAR, SUMS = 32, 1e-5, 4
-# A pose is singular where a singular value is below this share of the largest, as for the search:
-# lengths that are rounded leave one that is not zero.
-SINGULAR = 1e-7
+# Largest number of halvings of the radius.
+HALVINGS = 32
+# The halvings end at this error of the radius, relative to it.
+RADIUS_TOLERANCE = 1e-5
+# Number of sums of the complement's entries that are tried.
+SUMS = 4
 
 
 class Clearance:
@@ -65,7 +65,8 @@ class Clearance:
         self.arm, self.directions = arm, Directions(arm.chain, arm.task)
         self.count, self.point = arrays.size(moving), arrays.numbers(point, 3)
         self.bend, self.twist, self.fourth = bend, twist, fourth
-        self.share, self.largest, self.change = SINGULAR * self._condition(), 0.0, 0.0
+        self.share: float = places.SINGULAR_VALUE_RATIO * self._condition()
+        self.largest, self.change = 0.0, 0.0
         self.known = twist < places.INFINITY and fourth < places.INFINITY
         self.expansion = Expansion(arm.chain, arm.task, moving, 3 if self.known else 1)
         self.by_block, self.bend_of_block, self.second = 0.0, 0.0, 0.0
@@ -273,7 +274,9 @@ class Clearance:
         self.sum.write_sizes()
         self.sum.diagonalise()
         good, bad = best, places.FARTHEST
-        if not self._is_proved((1.0 + NEAR) * best + NEAR * NEAR):
+        if not self._is_proved(
+            (1.0 + RADIUS_TOLERANCE) * best + RADIUS_TOLERANCE * RADIUS_TOLERANCE
+        ):
             return best
         if self._is_proved(bad):
             return bad
@@ -283,7 +286,7 @@ class Clearance:
                 good = r
             else:
                 bad = r
-            if bad - good < NEAR * good:
+            if bad - good < RADIUS_TOLERANCE * good:
                 break
         return good
 

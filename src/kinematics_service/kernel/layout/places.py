@@ -117,6 +117,9 @@ FARTHEST = 1.0
 # A singular value below this share of the largest counts as zero (rank, distance).
 # Round-off of J is some 1e-15; the golden data uses the same share.
 RANK_TOLERANCE = 1e-10
+# A pose is singular if the singular values that vanish there are below this share of the largest:
+# rounded lengths leave values that are not zero. Search and clearance have the same.
+SINGULAR_VALUE_RATIO = 1e-7
 # A condition number above which a pose is nearly singular, and warned of, though no singular pose
 # was found: an arm of 1 m with joint errors of 0.1 mrad cannot tell it from a singular one.
 NEARLY_SINGULAR = 1e4

@@ -18,8 +18,6 @@ from .rank_equations import RankEquations
 
 # Longest step, rad: about half of the way in which a sine stays near its tangent.
 TRUST_RADIUS = 0.3
-# Converged: the norm of S, relative to the largest singular value.
-SINGULAR_VALUE_RATIO = 1e-7
 # Converged: the next step onto the set, relative to the motion.
 STEP_TOLERANCE = 1e-9
 # Converged along the set, relative to the motion: the distance is at most 1e-5 too large.
@@ -103,7 +101,7 @@ class Projection:
 
     def _is_singular(self, length: float, onto: float) -> bool:
         # Whether Newton's method has converged.
-        if not self.equations.are_singular(SINGULAR_VALUE_RATIO):
+        if not self.equations.are_singular(places.SINGULAR_VALUE_RATIO):
             return False
         is_small = onto <= STEP_TOLERANCE * length
         return is_small or self.equations.are_singular(places.RANK_TOLERANCE)
