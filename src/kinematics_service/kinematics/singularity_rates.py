@@ -14,8 +14,8 @@ from .tool_state import ToolState, evaluate
 # of noise near a singular pose and change over 1e-2, so this is in the middle of both.
 STEP = 1e-5
 
-# Rows of a part of a search, at least: some 30 ms of work.
-LEAST_SEARCHED = 100
+# Smallest number of rows that one thread searches: about 30 ms.
+ROWS_PER_THREAD = 100
 
 # Slower than this (rad/s or m/s) an arm stands still: encoder noise, and denormal numbers whose
 # step would be infinite.
@@ -64,7 +64,7 @@ def searched(
         kernel.find_nearest(alone, rows[begin:end], q[begin:end], found[begin:end], False)
         return -1
 
-    in_parts(len(rows), part, LEAST_SEARCHED)
+    in_parts(len(rows), part, ROWS_PER_THREAD)
     return found
 
 
