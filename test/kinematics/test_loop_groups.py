@@ -205,6 +205,7 @@ def test_the_nearest_flat_position_of_a_group_ends_its_branch(planar):
         if not closes_at(planar.chain, q):
             continue
         found = ks.singularity(planar, q)
+        # Farther away the nearest may be a pose at which no loop is flat.
         if not 1e-3 <= found.distance <= 0.25:
             continue
         looked_at += 1
