@@ -18,6 +18,8 @@ from .singular_atlas import SingularAtlas
 
 # Samples of the atlas that are starts; and if the pose is nearly singular but none was found near.
 SAMPLES = 24
+# The same with closed loops: a step takes 20 times as long.
+SAMPLES_OF_LOOPS = 6
 NEARLY_SINGULAR_SAMPLES = 96
 # The least distance, rad, at which a nearly singular pose is searched with more samples.
 DOUBTFUL_DISTANCE = 0.1
@@ -47,7 +49,7 @@ class NearestSearch:
     arm
         The arm.
     samples
-        Number of samples of the atlas that are starts.
+        Number of samples of the atlas that are starts; by default SAMPLES or SAMPLES_OF_LOOPS.
 
     Attributes
     ----------
@@ -57,7 +59,9 @@ class NearestSearch:
         Number of evaluations of J so far.
     """
 
-    def __init__(self, arm: Arm, samples: int = SAMPLES) -> None:
+    def __init__(self, arm: Arm, samples: int = -1) -> None:
+        if samples < 0:
+            samples = SAMPLES_OF_LOOPS if arm.chain.loops > 0 else SAMPLES
         self.arm, self.samples = arm, samples
         self.atlas: SingularAtlas = arm.atlas()
         self.projection = Projection(arm.chain, arm.task, arm.spans)
@@ -288,7 +292,7 @@ class NearestSearch:
         reach = min(self.projection.radius, self.distance)
         arrays.fill(d, self.n, 0.0)
         d[k // 2] = reach if k % 2 == 0 else -reach
-        return self.atlas.count == 0 or self.atlas.matters(k // 2)
+        return self.atlas.matters(k // 2)
 
     def _remember(self, length: float) -> None:
         # Keep what the projection found: in the place of the same pose, or of the farthest.

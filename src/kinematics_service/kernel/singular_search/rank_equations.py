@@ -70,8 +70,7 @@ class RankEquations:
         self.sigma[0] = 0.0
         self.stop_after(task.generic_rank - 1)
         for j in range(n):
-            matters = spans[j, 1] > 0.0 or self.chain.loops > 0
-            self.units[j] = self.task.column_scale[j] if matters else 0.0
+            self.units[j] = self.task.column_scale[j] if spans[j, 1] > 0.0 else 0.0
         for i in range(m):
             axis = self.task.axis[i] if self.task.axis[i] < 3 else self.task.axis[i] - 3
             for k in range(3):
@@ -86,6 +85,12 @@ class RankEquations:
     def restart(self) -> None:
         """Return to the decomposed row: from there the loops are closed at the next pose."""
         arrays.copy(self.row, self.chain.frames_at, self.home)
+
+    def begin_assembled(self) -> None:
+        """Let loops be closed from their assembled positions, without a decomposed row."""
+        if self.chain.loops > 0:
+            section = arrays.after(self.home, self.chain.closure_at)
+            arrays.copy(section, self.chain.closure.width, self.chain.closure.start)
 
     def move_to(self, origin: Flat, d: Flat) -> bool:
         """
