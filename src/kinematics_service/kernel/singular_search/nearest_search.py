@@ -120,9 +120,9 @@ class NearestSearch:
         self.flat_moved += step
         had, self.distance = self.known, places.INFINITY
         self._hold_flat_loops()
-        self._take_own_pose()
         for k in range(self.known):
             self.drifts[k] += step
+        self._take_own_pose()
         while self._bring_next():
             pass
         if had > 0 and self.known == 0:
@@ -147,10 +147,16 @@ class NearestSearch:
                 self._put(nearest, length)
 
     def _take_own_pose(self) -> None:
-        # The pose itself, if it is singular.
-        if self.projection.equations.condition_number() >= 1.0 / places.RANK_TOLERANCE:
-            arrays.fill(self.projection.d, self.n, 0.0)
-            self._remember(0.0)
+        # The pose itself, if it is singular; it is a start, if it is nearly so.
+        condition = self.projection.equations.condition_number()
+        if not condition > places.NEARLY_SINGULAR:
+            return
+        length = 0.0
+        arrays.fill(self.projection.d, self.n, 0.0)
+        if not condition >= 1.0 / places.RANK_TOLERANCE:
+            length = self.projection.run(places.FARTHEST, STEPS, projection.SLIDE_TOLERANCE)
+        if length < places.FARTHEST:
+            self._remember(length)
 
     def _look_for_flat_loops(self) -> None:
         # Search for the flat position of each group of loops, from the pose itself.

@@ -210,8 +210,10 @@ class RankEquations:
             tool[half + k] += share * self.axes[3 * row + k]
 
     def are_singular(self, ratio: float) -> bool:
-        """Return whether S is below a ratio of the largest singular value, here or at home."""
-        return self.residual <= ratio * max(self.size, self.sigma[0])
+        """
+        Return whether S is zero: below a ratio of the largest singular value, here or at home.
+        """
+        return self.residual <= max(ratio * max(self.size, self.sigma[0]), self.task.zero)
 
     def linearise(self) -> None:
         """Evaluate dS, and bring it to orthogonal rows."""
@@ -253,7 +255,8 @@ class RankEquations:
     def condition_number(self) -> float:
         """Return the condition number of the decomposed row."""
         smallest = self.sigma[self.pivots]
-        return self.sigma[0] / smallest if smallest > 0.0 else places.INFINITY
+        is_lost = smallest == 0.0 or self.sigma[0] <= self.task.zero
+        return places.INFINITY if is_lost else self.sigma[0] / smallest
 
     def decompose(self, row: Flat) -> None:
         """Find the singular values and directions of an evaluated row, for `write_zero_of`."""
