@@ -201,7 +201,7 @@ def test_a_branch_of_a_group_is_kept_or_refused(planar):
 def test_the_nearest_flat_position_of_a_group_ends_its_branch(planar):
     # And value and gradient of its determinant stay those of the pose itself.
     random, looked_at = np.random.default_rng(3), 0
-    for q in random.uniform(planar.limits[:, 0], planar.limits[:, 1], (120, 3)):
+    for q in random.uniform(planar.limits[:, 0], planar.limits[:, 1], (150, 3)):
         if not closes_at(planar.chain, q):
             continue
         found = ks.singularity(planar, q)

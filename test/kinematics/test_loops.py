@@ -351,15 +351,14 @@ def test_a_singular_pose_that_is_found_is_as_far_as_it_says():
 @pytest.mark.parametrize(
     'q', [[1.256, 0.049, -0.069], [0.942, 1.107, 0.217], [0.82, -0.55, -0.177]]
 )
-def test_a_closed_arm_that_is_near_no_singular_pose_has_none(q):
+def test_a_closed_arm_is_as_far_from_a_singular_pose_as_rays_say(q):
     # The first order says 0.38, 0.42 and 0.78 rad; along 400 rays the nearest is 0.89 rad away.
     robot = robot_of('flexpicker')
     in_order = singularity_of(
         measured_in_order(ks.evaluate(robot, [q]), kernel.NearestSearch(robot.arm))
     )
     for found in (ks.singularity(robot, q), ks.singularity(robot, [q]), in_order):
-        assert found.distance == 1.0
-    assert flat_loop(robot, ks.singularity(robot, q)) == ''
+        assert found.distance > 0.87
 
 
 def rays(n):

@@ -15,6 +15,7 @@ import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.kinematics.singularity import measured_in_order, singularity_of
+from kinematics_service.robot.closed_poses import closes_at
 
 # What a search that ended says is singular: the least singular value as a share of the largest.
 SINGULAR = 2e-7
@@ -29,6 +30,16 @@ PUMA = (
     (0.0, math.pi / 2, 0.4318),
     (0.0, -math.pi / 2, 0.0),
     (0.0, 0.0, 0.0),
+)
+# Rows (a, alpha, d) of an iiwa: with errors some sheets of singular poses are nearly so only.
+IIWA_ROWS = (
+    (0.0, -math.pi / 2, 0.36),
+    (0.0, math.pi / 2, 0.0),
+    (0.0, math.pi / 2, 0.42),
+    (0.0, -math.pi / 2, 0.0),
+    (0.0, -math.pi / 2, 0.4),
+    (0.0, math.pi / 2, 0.0),
+    (0.0, 0.0, 0.126),
 )
 # Random poses of each arm that brute force judges, and a quarter as many saddles.
 RANDOM = 32
@@ -615,11 +626,11 @@ def test_each_pose_of_a_batch_has_a_search_of_its_own(name):
     assert np.array_equal(along.nearest_singular[order], mixed.nearest_singular)
 
 
-IIWA = [-2.2151, 0.1521, -2.3128, 0.169, 0.25, -0.6411, -0.9194]
+BESIDE_SHEETS = [-2.2151, 0.1521, -2.3128, 0.169, 0.25, -0.6411, -0.9194]
 
 
 def test_between_two_sheets_the_nearer_one_is_found():
-    found = ks.singularity(robot_of('kuka_iiwa14'), [IIWA])
+    found = ks.singularity(robot_of('kuka_iiwa14'), [BESIDE_SHEETS])
     assert found.distance[0] == pytest.approx(0.1690, abs=1e-4)
 
 
@@ -714,3 +725,65 @@ def test_a_nearly_singular_pose_without_one_found_is_warned_of():
         'nearly singular: condition number 2e+04, no singular pose found within 0.1 rad: '
         'none found within 1 rad'
     )
+
+
+@pytest.mark.parametrize(
+    'name', ['excavator', 'four_bar_arm', 'flexpicker', 'five_bar', 'crank_slider']
+)
+def test_with_closed_loops_the_nearest_of_all_that_are_known_is_found(name):
+    # Each singular pose that any of the searches found is a candidate for all other poses.
+    robot = robot_of(name)
+    low, high = np.clip(robot.limits, -math.pi, math.pi).T
+    q = np.random.default_rng(11).uniform(low, high, (800, robot.dof))
+    q = q[closes_at(robot.chain, q)]
+    found = ks.singularity(robot, q)
+    known = found.nearest_singular[np.isfinite(found.distance) & (found.distance < 1.0)]
+    _, reach, period = robot.arm.spans.T
+    motions = (known - q[:, None]) / robot.task.column_scales
+    turns = np.where(np.isfinite(period), period, 1.0)
+    motions -= np.where(np.isfinite(period), turns * np.round(motions / turns), 0.0)
+    nearest = np.min(np.linalg.norm(motions[..., reach > 0.0], axis=2), axis=1)
+    true = np.minimum(nearest, found.distance)
+    too_far = found.distance > TOO_FAR * true + ROUND_OFF
+    assert np.sum(true < 1.0) > 350
+    assert np.sum(too_far) <= 0.005 * len(q)
+    assert not np.any(too_far & (true < 0.05))
+
+
+@pytest.mark.parametrize('error', [1e-6, 1e-5, 1e-4, 1e-3])
+def test_a_pose_that_is_called_singular_is_so_when_it_is_asked_again(error):
+    robot = with_errors(IIWA_ROWS, error, 1)
+    q = np.random.default_rng(1).uniform(-2.9, 2.9, (200, robot.dof))
+    called = ks.singularity(robot, q).nearest_singular
+    called = called[np.isfinite(called[:, 0])]
+    assert len(called) > 100
+    assert np.max(ks.singularity(robot, called).distance) < 1e-6
+    for pose in called[:40]:
+        assert ks.singularity(robot, pose).distance < 1e-6
+
+
+@pytest.mark.parametrize('angle', [0.0, math.pi, -math.pi])
+def test_a_jacobian_that_vanishes_altogether_is_singular(angle):
+    # The crank is in line with its rod. The only singular value is 0 there, and its own largest.
+    robot = robot_of('crank_slider')
+    found = ks.singularity(robot, [angle])
+    assert found.distance == 0.0
+    assert found.level.name == 'ERROR'
+    assert found.rank == 0
+    for away in (1e-9, 1e-6, 1e-3):
+        assert ks.singularity(robot, [angle + away]).distance == pytest.approx(away, rel=1e-4)
+
+
+def test_one_row_of_a_planar_arm_vanishes_where_both_links_lie_along_it():
+    text = """
+robot: planar
+convention: standard
+joints: [{name: q1, type: revolute}, {name: q2, type: revolute}]
+links: [{alpha: 0, a: 0.4, d: 0, theta: q1}, {alpha: 0, a: 0.3, d: 0, theta: q2}]
+singularity: {task: [x]}
+"""
+    robot = ks.robot_from_text(text)
+    for q in ([0.0, 0.0], [math.pi, 0.0], [0.0, math.pi]):
+        assert ks.singularity(robot, q).distance == 0.0
+    for q in ([1e-7, 2e-7], [0.05, 0.02], [0.2, -0.1]):
+        assert ks.singularity(robot, q).distance == pytest.approx(np.linalg.norm(q), rel=1e-5)

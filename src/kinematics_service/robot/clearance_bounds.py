@@ -139,10 +139,12 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
     Return the joints that can change the rank of J_t, shape (d,).
 
     The first joint turns or moves all columns alike, the last one moves none of them, where that
-    is all it drives; and so do those behind and before it about the same axis.
+    is all it drives; and so do those behind and before it about the same axis. Joints of closed
+    loops always count.
     """
     six_rows = len(task.rows) == 6
-    table, counts = chain.table, np.ones(chain.dof, bool)
+    table = chain.table
+    counts = np.ones(max(chain.dof, 1 + int(np.max(table.joint, initial=-1))), bool)
     whole = set(task.rows) in ({'x', 'y', 'z'}, {'rx', 'ry', 'rz'}) or six_rows
     order = range(len(table.theta_0))
     for entry in _alone_about_one_axis(table, order):
@@ -151,6 +153,9 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
         counts[table.joint[entry]] = False
     for entry in _alone_about_one_axis(table, order[::-1]) if six_rows else ():
         counts[table.joint[entry]] = False
+    counts = counts[: chain.dof]
+    if chain.closure is not None:
+        counts |= np.isfinite(chain.closure.units())
     return np.flatnonzero(counts).astype(np.int64)
 
 

@@ -23,19 +23,21 @@ def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
 
     In rad, a prismatic joint divided by the length. Reach 0: it changes the rank of J_t nowhere.
     The period is endless where there is none; then a joint reaches as far as its limits, and by
-    `kernel.FARTHEST` beyond, or a turn, where it has none. Closed loops have no reach at all.
+    `kernel.FARTHEST` beyond, or a turn, where it has none. A joint of a closed loop reaches as far
+    as its limits: beyond, the loops may not close.
     """
     n, scales = chain.dof, task.column_scales
-    if chain.loops or not chain.entries:
+    if not chain.entries:
         return np.tile([-math.pi, 0.0, math.inf], (n, 1))
     spans = np.zeros((n, 3))
     low, high = limits.T / scales
     for j in range(n):
-        period = _period(chain, j)
+        period = _period(chain, j) if chain.closure is None else _period_of_loops(chain, j)
         begin, end = -0.5 * period, 0.5 * period
+        beyond = 0.0 if chain.loops else kernel.FARTHEST
         if math.isinf(period):
-            begin = low[j] - kernel.FARTHEST if math.isfinite(low[j]) else -math.pi
-            end = high[j] + kernel.FARTHEST if math.isfinite(high[j]) else begin + math.tau
+            begin = low[j] - beyond if math.isfinite(low[j]) else -math.pi
+            end = high[j] + beyond if math.isfinite(high[j]) else begin + math.tau
         spans[j] = begin, end - begin, period
     still = np.ones(n, dtype=bool)
     still[moving_joints(chain, task)] = False
@@ -53,3 +55,10 @@ def _period(chain: Chain, j: int) -> float:
     same = np.all(changes <= SAME * largest[0], axis=1)
     turns = [turn for turn, one in zip(TURNS, same[1:]) if one]
     return turns[0] * math.tau if turns else math.inf
+
+
+def _period_of_loops(chain: Chain, j: int) -> float:
+    # A joint that slides has none, nor has one whose turn does not leave its loops as they are.
+    slides = np.any(chain.table.by_d[chain.table.joint == j] != 0.0)
+    assert chain.closure is not None
+    return math.tau if chain.closure.is_periodic()[j] and not slides else math.inf

@@ -72,9 +72,9 @@ class Task(FrozenArrays):
     @cached_property
     def kernel_rows(self) -> TaskRows:
         """Return the rows as the kernel reads them."""
-        return TaskRows(
-            self.generic_rank, self.axes, self.rotation, self.row_scales, self.column_scales
-        )
+        scales = self.row_scales, self.column_scales
+        zero = kernel.RANK_TOLERANCE * self.length
+        return TaskRows(self.generic_rank, self.axes, self.rotation, *scales, zero)
 
     @property
     def square(self) -> bool:

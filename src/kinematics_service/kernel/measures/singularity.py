@@ -145,10 +145,12 @@ def _write_values(task: TaskRows, sigma: Flat, count: int, measures: Flat, lanes
         rank[lane] = 0.0
     for i in range(count):
         for lane in range(lanes):
-            counts = sigma[i * lanes + lane] > places.RANK_TOLERANCE * sigma[lane]
+            least = max(places.RANK_TOLERANCE * sigma[lane], task.zero)
+            counts = sigma[i * lanes + lane] > least
             rank[lane] += 1.0 if counts else 0.0
     for lane in range(lanes):
-        condition = sigma[lane] / smallest[lane] if smallest[lane] > 0.0 else places.INFINITY
+        is_lost = smallest[lane] == 0.0 or sigma[lane] <= task.zero
+        condition = places.INFINITY if is_lost else sigma[lane] / smallest[lane]
         measures[places.CONDITION_NUMBER * lanes + lane] = condition
         measures[places.SMALLEST_SINGULAR_VALUE * lanes + lane] = smallest[lane]
         if rank[lane] < task.generic_rank:

@@ -24,6 +24,8 @@ class TaskRows:
         Of frame 0 in the base frame, row by row.
     row_scale : shape (m,), column_scale : shape (n,)
         Weights of a unit of each row and of each joint.
+    zero
+        A singular value up to this counts as zero, whatever the largest one is, in m.
     """
 
     def __init__(
@@ -33,11 +35,13 @@ class TaskRows:
         rotation: Floats,
         row_scale: Floats,
         column_scale: Floats,
+        zero: float = 0.0,
     ) -> None:
         rows_are_there = bool(np.all((axis >= 0) & (axis < 6)))
         if not (rows_are_there and 0 < generic_rank <= min(len(axis), len(column_scale))):
             raise TypeError('the arrays of a task do not go together')
         self.joints, self.count, self.generic_rank = len(column_scale), len(axis), generic_rank
+        self.zero: float = zero
         self.axis = arrays.whole(axis, self.count)
         self.rotation = arrays.numbers(rotation, 9)
         self.row_scale = arrays.numbers(row_scale, self.count)

@@ -5,7 +5,8 @@ At a flat position the determinant D of the closure is zero, and a branch of the
 meets another one. D^2 has a finite slope there, D itself has none where a branch ends. A step
 leads towards D^2 = 0 by its slope, and along that plane towards the point nearest to the origin.
 Steps are halved (damped Newton, Nocedal and Wright, section 11.1): beyond the flat position the
-loops do not close.
+loops do not close. A loop has a flat position on both sides, so there are two starts: one step
+along the slope of D, and one against it.
 """
 
 import math
@@ -25,11 +26,15 @@ MIN_STEP_RATIO = 0.1
 FLAT_TOLERANCE = 1e-4
 # Steps: the rest of the way shrinks to 0.75 at worst, where D falls evenly.
 FLAT_STEPS = 30
+# Longest first step along the slope, rad: as long as a step of the projection.
+START_STEP = 0.3
+# The first step is halved at most this often until the loops close.
+HALVINGS = 5
 
 
 def room(chain: Chain) -> int:
     """Return how many numbers `look` needs room for."""
-    return 3 * chain.dof + chain.groups * (1 + chain.dof) + gradient.room(chain)
+    return 4 * chain.dof + chain.groups * (1 + chain.dof) + gradient.room(chain)
 
 
 def look(
@@ -53,12 +58,50 @@ def look(
     work
         Room.
     """
-    n, share = equations.n, DAMPING
-    slope, goal, step = work, arrays.after(work, n), arrays.after(work, 2 * n)
+    n, nearest = equations.n, places.INFINITY
+    best, rest = work, arrays.after(work, equations.n)
+    for side in range(2):
+        step = min(START_STEP, limit, nearest)
+        if not _move_along(equations, origin, group, step if side == 0 else -step, d, rest):
+            return places.INFINITY
+        length = _descend(equations, origin, group, min(limit, nearest), d, rest)
+        if length < nearest:
+            nearest = length
+            arrays.copy(best, n, d)
+    arrays.copy(d, n, best)
+    return nearest
+
+
+def _move_along(
+    equations: RankEquations, origin: Flat, group: int, step: float, d: Flat, work: Flat
+) -> bool:
+    # Move from the origin along the slope of D, or stay there if the loops close nowhere on it.
+    n = equations.n
+    slope, goal = work, arrays.after(work, n)
     arrays.fill(d, n, 0.0)
     equations.restart()
     if not equations.move_to(origin, d):
-        return places.INFINITY
+        return False
+    _write_half(equations, group, slope, arrays.after(work, 3 * n))
+    length = rank_equations.length_of(slope, n)
+    if not length > 0.0:
+        return False
+    for _ in range(HALVINGS):
+        for j in range(n):
+            goal[j] = step / length * slope[j]
+        if equations.move_to(origin, goal):
+            arrays.copy(d, n, goal)
+            return True
+        step *= 0.5
+    return True
+
+
+def _descend(
+    equations: RankEquations, origin: Flat, group: int, limit: float, d: Flat, work: Flat
+) -> float:
+    # Bring d to the flat position, and return its length; infinite if there is none.
+    n, share = equations.n, DAMPING
+    slope, goal, step = work, arrays.after(work, n), arrays.after(work, 2 * n)
     for _ in range(FLAT_STEPS):
         half = _write_half(equations, group, slope, arrays.after(work, 3 * n))
         squares = arrays.dot(slope, slope, n)

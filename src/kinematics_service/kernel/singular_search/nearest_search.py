@@ -18,6 +18,8 @@ from .singular_atlas import SingularAtlas
 
 # Samples of the atlas that are starts; and if the pose is nearly singular but none was found near.
 SAMPLES = 24
+# The same with closed loops: a step takes 20 times as long.
+SAMPLES_OF_LOOPS = 6
 NEARLY_SINGULAR_SAMPLES = 96
 # The least distance, rad, at which a nearly singular pose is searched with more samples.
 DOUBTFUL_DISTANCE = 0.1
@@ -47,7 +49,7 @@ class NearestSearch:
     arm
         The arm.
     samples
-        Number of samples of the atlas that are starts.
+        Number of samples of the atlas that are starts; by default SAMPLES or SAMPLES_OF_LOOPS.
 
     Attributes
     ----------
@@ -57,7 +59,9 @@ class NearestSearch:
         Number of evaluations of J so far.
     """
 
-    def __init__(self, arm: Arm, samples: int = SAMPLES) -> None:
+    def __init__(self, arm: Arm, samples: int = -1) -> None:
+        if samples < 0:
+            samples = SAMPLES_OF_LOOPS if arm.chain.loops > 0 else SAMPLES
         self.arm, self.samples = arm, samples
         self.atlas: SingularAtlas = arm.atlas()
         self.projection = Projection(arm.chain, arm.task, arm.spans)
@@ -116,9 +120,9 @@ class NearestSearch:
         self.flat_moved += step
         had, self.distance = self.known, places.INFINITY
         self._hold_flat_loops()
-        self._take_own_pose()
         for k in range(self.known):
             self.drifts[k] += step
+        self._take_own_pose()
         while self._bring_next():
             pass
         if had > 0 and self.known == 0:
@@ -143,10 +147,16 @@ class NearestSearch:
                 self._put(nearest, length)
 
     def _take_own_pose(self) -> None:
-        # The pose itself, if it is singular.
-        if self.projection.equations.condition_number() >= 1.0 / places.RANK_TOLERANCE:
-            arrays.fill(self.projection.d, self.n, 0.0)
-            self._remember(0.0)
+        # The pose itself, if it is singular; it is a start, if it is nearly so.
+        condition = self.projection.equations.condition_number()
+        if not condition > places.NEARLY_SINGULAR:
+            return
+        length = 0.0
+        arrays.fill(self.projection.d, self.n, 0.0)
+        if not condition >= 1.0 / places.RANK_TOLERANCE:
+            length = self.projection.run(places.FARTHEST, STEPS, projection.SLIDE_TOLERANCE)
+        if length < places.FARTHEST:
+            self._remember(length)
 
     def _look_for_flat_loops(self) -> None:
         # Search for the flat position of each group of loops, from the pose itself.
@@ -288,7 +298,7 @@ class NearestSearch:
         reach = min(self.projection.radius, self.distance)
         arrays.fill(d, self.n, 0.0)
         d[k // 2] = reach if k % 2 == 0 else -reach
-        return self.atlas.count == 0 or self.atlas.matters(k // 2)
+        return self.atlas.matters(k // 2)
 
     def _remember(self, length: float) -> None:
         # Keep what the projection found: in the place of the same pose, or of the farthest.

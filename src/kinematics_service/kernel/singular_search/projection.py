@@ -18,8 +18,10 @@ from .rank_equations import RankEquations
 
 # Longest step, rad: about half of the way in which a sine stays near its tangent.
 TRUST_RADIUS = 0.3
-# Converged: the next step onto the set, relative to the motion.
+# Converged: the next step onto the set, relative to the motion; and the least motion for it, rad:
+# a step of 1e-12 rad is round-off.
 STEP_TOLERANCE = 1e-9
+MIN_MOTION = 1e-3
 # Converged along the set, relative to the motion: the distance is at most 1e-5 too large.
 SLIDE_TOLERANCE = 5e-3
 # Bounds of the step along the set, relative to the whole step of the linear equations.
@@ -103,7 +105,7 @@ class Projection:
         # Whether Newton's method has converged.
         if not self.equations.are_singular(places.SINGULAR_VALUE_RATIO):
             return False
-        is_small = onto <= STEP_TOLERANCE * length
+        is_small = onto <= STEP_TOLERANCE * max(length, MIN_MOTION)
         return is_small or self.equations.are_singular(places.RANK_TOLERANCE)
 
     def _take_last_step(self, length: float) -> float:

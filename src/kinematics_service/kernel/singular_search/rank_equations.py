@@ -70,8 +70,7 @@ class RankEquations:
         self.sigma[0] = 0.0
         self.stop_after(task.generic_rank - 1)
         for j in range(n):
-            matters = spans[j, 1] > 0.0 or self.chain.loops > 0
-            self.units[j] = self.task.column_scale[j] if matters else 0.0
+            self.units[j] = self.task.column_scale[j] if spans[j, 1] > 0.0 else 0.0
         for i in range(m):
             axis = self.task.axis[i] if self.task.axis[i] < 3 else self.task.axis[i] - 3
             for k in range(3):
@@ -86,6 +85,12 @@ class RankEquations:
     def restart(self) -> None:
         """Return to the decomposed row: from there the loops are closed at the next pose."""
         arrays.copy(self.row, self.chain.frames_at, self.home)
+
+    def begin_assembled(self) -> None:
+        """Let loops be closed from their assembled positions, without a decomposed row."""
+        if self.chain.loops > 0:
+            section = arrays.after(self.home, self.chain.closure_at)
+            arrays.copy(section, self.chain.closure.width, self.chain.closure.start)
 
     def move_to(self, origin: Flat, d: Flat) -> bool:
         """
@@ -205,8 +210,10 @@ class RankEquations:
             tool[half + k] += share * self.axes[3 * row + k]
 
     def are_singular(self, ratio: float) -> bool:
-        """Return whether S is below a ratio of the largest singular value, here or at home."""
-        return self.residual <= ratio * max(self.size, self.sigma[0])
+        """
+        Return whether S is zero: below a ratio of the largest singular value, here or at home.
+        """
+        return self.residual <= max(ratio * max(self.size, self.sigma[0]), self.task.zero)
 
     def linearise(self) -> None:
         """Evaluate dS, and bring it to orthogonal rows."""
@@ -248,7 +255,8 @@ class RankEquations:
     def condition_number(self) -> float:
         """Return the condition number of the decomposed row."""
         smallest = self.sigma[self.pivots]
-        return self.sigma[0] / smallest if smallest > 0.0 else places.INFINITY
+        is_lost = smallest == 0.0 or self.sigma[0] <= self.task.zero
+        return places.INFINITY if is_lost else self.sigma[0] / smallest
 
     def decompose(self, row: Flat) -> None:
         """Find the singular values and directions of an evaluated row, for `write_zero_of`."""

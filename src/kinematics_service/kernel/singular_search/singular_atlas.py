@@ -19,6 +19,8 @@ from .projection import Projection
 SEEDS = 3000
 # Random poses for each joint that matters, as a factor: few joints need fewer.
 SEEDS_PER_JOINT = 10
+# Random poses of an arm with closed loops, whose evaluation takes 20 times as long.
+SEEDS_OF_LOOPS = 300
 SEED = 1
 
 
@@ -36,14 +38,16 @@ class SingularAtlas:
     Attributes
     ----------
     count
-        Number of poses; 0 for closed loops and for more than MAX_SEARCHED_JOINTS joints.
+        Number of poses; 0 for more than MAX_SEARCHED_JOINTS joints.
     """
 
     def __init__(self, chain: Chain, task: TaskRows, spans: Floats) -> None:
         n = chain.dof
         self.n = n
         seeds = min(SEEDS, SEEDS_PER_JOINT ** int(np.sum(spans[:, 1] > 0.0)))
-        if chain.loops > 0 or n > places.MAX_SEARCHED_JOINTS:
+        if chain.loops > 0:
+            seeds = min(SEEDS_OF_LOOPS, seeds)
+        if n > places.MAX_SEARCHED_JOINTS:
             seeds = 0
         random = np.random.default_rng(SEED)
         poses = spans[:, 0] + spans[:, 1] * random.random((seeds, n))
@@ -109,6 +113,7 @@ def _project(projection: Projection, task: TaskRows, poses: Floats) -> int:
     table, found = arrays.results(poses, 0), 0
     lock = arrays.let_go()
     for i in range(count):
+        projection.equations.begin_assembled()
         for j in range(n):
             projection.origin[j] = task.column_scale[j] * table[i * n + j]
             projection.d[j] = 0.0
