@@ -15,21 +15,17 @@ from ..forward.chain import Chain
 from ..layout import arrays, places
 from ..layout.arrays import Flat
 from ..measures import gradient
-from . import rank_equations
+from . import projection, rank_equations
 from .rank_equations import RankEquations
 
 # Share of a step that is taken; it is halved each time that the loops do not close.
 DAMPING = 0.5
-# A smaller part of a step ends the search: to find that no loop closes takes the time of 50 steps.
+# A smaller part of a step is not tried: to find that no loop closes takes the time of 50 steps.
 MIN_STEP_RATIO = 0.1
 # Converged: rest of the way to the flat position, rad. At the position itself no pose closes.
 FLAT_TOLERANCE = 1e-4
 # Steps: the rest of the way shrinks to 0.75 at worst, where D falls evenly.
 FLAT_STEPS = 30
-# Longest first step along the slope, rad: as long as a step of the projection.
-START_STEP = 0.3
-# The first step is halved at most this often until the loops close.
-HALVINGS = 5
 
 
 def room(chain: Chain) -> int:
@@ -61,7 +57,7 @@ def look(
     n, nearest = equations.n, places.INFINITY
     best, rest = work, arrays.after(work, equations.n)
     for side in range(2):
-        step = min(START_STEP, limit, nearest)
+        step = min(projection.TRUST_RADIUS, limit, nearest)
         if not _move_along(equations, origin, group, step if side == 0 else -step, d, rest):
             return places.INFINITY
         length = _descend(equations, origin, group, min(limit, nearest), d, rest)
@@ -86,13 +82,14 @@ def _move_along(
     length = rank_equations.length_of(slope, n)
     if not length > 0.0:
         return False
-    for _ in range(HALVINGS):
+    share: float = 1.0
+    while share >= MIN_STEP_RATIO:
         for j in range(n):
-            goal[j] = step / length * slope[j]
+            goal[j] = share * step / length * slope[j]
         if equations.move_to(origin, goal):
             arrays.copy(d, n, goal)
             return True
-        step *= 0.5
+        share *= DAMPING
     return True
 
 
