@@ -1,12 +1,13 @@
 """
 Find the nearest flat position of a group of closed loops: Newton's method on its determinant.
 
-At a flat position the determinant D of the closure is zero, and a branch of the loops ends or
-meets another one. D^2 has a finite slope there, D itself has none where a branch ends. A step
-leads towards D^2 = 0 by its slope, and along that plane towards the point nearest to the origin.
-Steps are halved (damped Newton, Nocedal and Wright, section 11.1): beyond the flat position the
-loops do not close. A loop has a flat position on both sides, so there are two starts: one step
-along the slope of D, and one against it.
+At a flat position the loops' equations no longer fix the passive variables: the determinant D of
+their slopes by these variables is zero, and a branch of the loops ends or meets another one. D^2
+has a finite slope there, D itself has none where a branch ends. A step leads towards D^2 = 0 by
+its slope, and along that plane towards the point nearest to the origin. Steps are halved (damped
+Newton, Nocedal and Wright, section 11.1): beyond the flat position the loops do not close. A loop
+has a flat position on both sides, so there are two starts: one step along the slope of D, and one
+against it.
 """
 
 import math

@@ -23,9 +23,9 @@ SAMPLES_OF_LOOPS = 6
 NEARLY_SINGULAR_SAMPLES = 96
 # The least distance, rad, at which a nearly singular pose is searched with more samples.
 DOUBTFUL_DISTANCE = 0.1
-# Mixtures of the last two directions that are starts.
+# Mixtures of the last two directions that are starts: 22.5 degrees apart.
 MIXTURES = 8
-# Steps of a projection at most.
+# Steps along the set at most.
 STEPS = 14
 # A start is dropped if its estimate exceeds the best distance by this factor: the set is bent.
 DROP_MARGIN = 1.3

@@ -71,30 +71,32 @@ class Projection:
         tolerance
             The motion along the set has converged at this, relative to the motion.
         """
-        n, best, left, ended = self.n, places.INFINITY, most, False
+        # Steps along the set come first; Newton's method alone ends the run. If a step along the
+        # set would still be long then, both are done once more.
+        n, best, remaining, is_second_round = self.n, places.INFINITY, most, False
         self.equations.restart()
         for _ in range(2 * (most + NEWTON_STEPS)):
             if not self._linearise():
                 break
             length = rank_equations.length_of(self.d, n)
             onto = rank_equations.length_of(self.onto, n)
-            share = self._share_along() if left < most else 1.0
+            share = self._share_along() if remaining < most else 1.0
             along = share * rank_equations.length_of(self.along, n)
-            slides = left > 0 and max(along, onto) > tolerance * length
+            slides = remaining > 0 and max(along, onto) > tolerance * length
             is_singular = self._is_singular(length, onto)
             if is_singular and length < best:
                 best = self._take_last_step(length)
             if slides:
-                if most - left >= TRIAL_STEPS and self._estimate() > limit:
+                if most - remaining >= TRIAL_STEPS and self._estimate() > limit:
                     break
                 self._move_along(share * min(1.0, self.radius / along) if along > 0.0 else share)
-                left -= 1
+                remaining -= 1
             elif is_singular:
-                if ended or left > 0 or not along > tolerance * length:
+                if is_second_round or remaining > 0 or not along > tolerance * length:
                     break
-                ended, left = True, most
+                is_second_round, remaining = True, most
             else:
-                left = min(left, 0)
+                remaining = 0
             share = min(1.0, self.radius / onto) if onto > 0.0 else 0.0
             for j in range(n):
                 self.d[j] += share * self.onto[j]
@@ -102,7 +104,8 @@ class Projection:
         return best
 
     def _is_singular(self, length: float, onto: float) -> bool:
-        # Whether Newton's method has converged.
+        # Whether Newton's method has converged: S is small and so is the next step. At a double
+        # zero the steps stay long; there S must be as small as round-off makes it.
         if not self.equations.are_singular(places.SINGULAR_VALUE_RATIO):
             return False
         is_small = onto <= STEP_TOLERANCE * max(length, MIN_MOTION)
