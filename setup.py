@@ -53,7 +53,7 @@ setup(
     packages=[*find_packages('src'), f'{NAME}.config'],
     package_data={
         NAME: ['py.typed', '*.pyi', 'page.css'],
-        f'{NAME}.kernel': ['layout/*.pxd'],
+        f'{NAME}.kernel': ['*.pyi', 'layout/*.pxd'],
         f'{NAME}.diagnosis.audit.report': ['page.js'],
         f'{NAME}.diagnosis.calibration.output': ['page.css'],
         f'{NAME}.symbolic.output': ['formulas.css'],

@@ -95,7 +95,7 @@ DIRECTIVES = {
 
 def source_files() -> list[Path]:
     """Return the files that the kernel is built from."""
-    return [*FOLDER.rglob('*.py'), *FOLDER.rglob('*.pxd')]
+    return [*FOLDER.rglob('*.py'), *FOLDER.rglob('*.pxd'), FOLDER / '__init__.pyi']
 
 
 def name_of(file: Path) -> str:

@@ -3,9 +3,9 @@ The kernel's source for the compiler: a .pyx of the files that are compiled toge
 what others use of them, with the types of their annotations.
 
 A function is C where all its annotations are in this vocabulary and its body has nothing that only
-Python can do; Python sees those that `kernel/__init__.py` exports, and they refuse None where they
-take an object. A class without a base is a C structure of the fields that are annotated, or that
-`__init__` sets to what has a type of C; Python sees the numbers and objects of one that is
+Python can do; Python sees those that `kernel/__init__.pyi` exports, and they refuse None where
+they take an object. A class without a base is a C structure of the fields that are annotated, or
+that `__init__` sets to what has a type of C; Python sees the numbers and objects of one that is
 exported. It keeps the arrays that it has addresses of, and gives back the rooms that it was given.
 What a function keeps for itself is found by the compiler, or annotated.
 """
@@ -94,7 +94,7 @@ class KernelTypes:
         self.files = {file.stem: file for file in self.trees if file.stem != '__init__'}
         self.exported = {
             alias.name
-            for node in self.trees[folder / '__init__.py'].body
+            for node in ast.parse((folder / '__init__.pyi').read_text(encoding='utf-8')).body
             if isinstance(node, ast.ImportFrom)
             for alias in node.names
         }

@@ -108,7 +108,7 @@ def test_a_library_older_than_its_source_is_named_and_not_used(tmp_path, name):
 def test_modules_of_different_ages_never_meet(tmp_path):
     kernel = copy_of_the_package(tmp_path) / 'kernel'
     # A class of another name, as after an update of a clone.
-    for file in [*kernel.rglob('*.py'), *kernel.rglob('*.pxd')]:
+    for file in [*kernel.rglob('*.py'), *kernel.rglob('*.pyi'), *kernel.rglob('*.pxd')]:
         text = file.read_text().replace('Tape', 'FactorTape')
         file.write_text(text.replace('as FactorTape', 'as Tape'))
     done = run(FK, tmp_path)
@@ -217,6 +217,7 @@ def compiled_files(folder):
 # both, and one that uses neither.
 SMALLEST_KERNEL = {
     '__init__.py': '',
+    '__init__.pyi': '',
     'pairs.py': 'def real(a: Complex) -> float:\n    """Return a part."""\n    return a[0]\n',
     'layout/__init__.py': '',
     'layout/places.py': 'LANES = 16\n',
@@ -452,7 +453,8 @@ def test_everything_that_is_no_python_is_installed_too(clone):
 
 
 SMALL_KERNEL = {
-    '__init__.py': 'from .sums import total as total\n',
+    '__init__.py': '',
+    '__init__.pyi': 'from .sums import total as total\n',
     'layout/arrays.pxd': 'cdef inline double* numbers(ndarray array) except NULL:\n    ...\n',
     'layout/arrays.py': '',
     'layout/places.py': 'NAN = float("nan")\nFIRST, SECOND = range(2)\n',
@@ -670,7 +672,7 @@ def test_a_class_keeps_its_arrays_and_gives_its_rooms_back(small_kernel):
     file.write_text(f'{file.read_text()}\nclass Room:{WITH_MEMORY}')
     arrays = 'def numbers(array: Floats, count: int) -> Flat:\n    return array\n'
     (folder / 'layout/arrays.py').write_text(arrays)
-    (folder / '__init__.py').write_text('from .sums import Room as Room\n')
+    (folder / '__init__.pyi').write_text('from .sums import Room as Room\n')
     head, _, fields = types().declarations('_sums').partition('cdef class Room:\n')
     # What an attribute of Python is set to has no type of C: the compiler would say so.
     assert fields.splitlines()[:12] == [
@@ -791,7 +793,7 @@ def test_a_function_that_is_compiled_in_another_way_has_to_be_there(small_kernel
 @in_clone
 def test_python_sees_the_fields_and_methods_of_exported_classes(small_kernel):
     types, folder = small_kernel
-    (folder / '__init__.py').write_text('from .sums import Sum as Sum\n')
+    (folder / '__init__.pyi').write_text('from .sums import Sum as Sum\n')
     written = types().declarations('_sums')
     for line in (
         'cdef readonly Py_ssize_t most',

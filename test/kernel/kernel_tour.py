@@ -71,7 +71,7 @@ def functions():
     """Return the names of the kernel's public functions."""
     return {
         name
-        for name, value in vars(kernel).items()
+        for name, value in ((name, getattr(kernel, name)) for name in dir(kernel))
         if callable(value)
         and not name.startswith('_')
         and not isinstance(value, type)

@@ -6,7 +6,7 @@ import hashlib
 import importlib
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from importlib.machinery import PathFinder
 from pathlib import Path
 from types import FunctionType
@@ -55,17 +55,22 @@ def _built() -> Any:
     return importlib.import_module(name) if PathFinder.find_spec(name, [str(_FOLDER)]) else None
 
 
-def name_as_exported(names: Mapping[str, Any]) -> None:
+def as_exported(value: Any) -> Any:
     """
-    Let objects of the kernel be pickled by the names that it exports, which are the same compiled
-    and not: a compiled class is known by the module that it was joined into.
+    Return a class, a function or a type of the kernel as the kernel exports it.
+
+    A class is pickled by that name, which is the same compiled and not: a compiled class is known
+    by the module that it was joined into. A function of plain Python is as quiet as a compiled
+    one: its results tell of overflows and of invalid numbers; numpy would warn, or raise.
     """
-    for value in names.values():
-        if isinstance(value, type) and value.__module__.startswith(f'{__package__}._'):
-            try:
-                value.__module__ = __package__
-            except TypeError:  # that of an extension type is fixed
-                copyreg.pickle(value, _reduced)
+    if isinstance(value, FunctionType):
+        return _quiet(value)
+    if isinstance(value, type) and value.__module__.startswith(f'{__package__}._'):
+        try:
+            value.__module__ = __package__
+        except TypeError:  # that of an extension type is fixed
+            copyreg.pickle(value, _reduced)
+    return value
 
 
 def restored(name: str, *arguments: Any) -> Any:
@@ -75,19 +80,6 @@ def restored(name: str, *arguments: Any) -> Any:
 
 def _reduced(one: Any) -> tuple[Any, ...]:
     return restored, (type(one).__name__, *one.__reduce__()[1])
-
-
-def without_warnings(names: Mapping[str, Any]) -> dict[str, Any]:
-    """
-    Return the kernel's functions among these names, as quiet as compiled ones.
-
-    Their results tell of overflows and of invalid numbers; numpy would warn, or raise.
-    """
-    return {
-        name: _quiet(value)
-        for name, value in names.items()
-        if isinstance(value, FunctionType) and value.__module__ != __name__
-    }
 
 
 def _quiet(function: Callable[..., Any]) -> Callable[..., Any]:
