@@ -43,33 +43,41 @@ ROOMS = (
     'kinematics/family_paths',
     'kinematics/uncertainty',
     'estimation',
-    'symbolic/algebra',
-    'symbolic',
-    'symbolic/output',
-    'symbolic/formulas/text',
-    'symbolic/formulas/arm',
-    'symbolic/formulas/statements',
-    'symbolic/formulas/causes',
-    'symbolic/formulas',
-    'formats/urdf',
-    'formats/recordings',
-    'formats/images',
-    'formats/datasets',
-    'formats/tables',
-    'diagnosis/frame_check',
-    'diagnosis/audit',
-    'diagnosis/audit/report',
-    'diagnosis/audit/dataset',
-    'diagnosis/calibration',
-    'display/plots',
-    'display/view',
-    'display',
-    'ros/parameters',
-    'ros/messages',
-    'ros/node',
-    'ros/process',
-    'ros/tools',
+    'apps/formulas/derive/algebra',
+    'apps/formulas/derive',
+    'apps/formulas/derive/output',
+    'apps/formulas/compare/text',
+    'apps/formulas/compare/arm',
+    'apps/formulas/compare/statements',
+    'apps/formulas/compare/causes',
+    'apps/formulas/compare',
+    'robot/urdf',
+    'node/parameters',
+    'node/drawing',
+    'node/messages',
+    'apps/checking',
+    'apps/recordings/readers',
+    'robot/tables',
+    'apps/calibration/boards',
+    'apps/recordings/datasets',
+    'apps/recordings/audit',
+    'apps/recordings/audit/report',
+    'apps/recordings/audit/dataset',
+    'node',
+    'node/process',
+    'apps/calibration',
+    'apps/calibration/output',
     'cli',
+    'apps/demo',
+    'apps/demo/commands',
+    'apps/checking/commands',
+    'apps/recordings/commands',
+    'apps/calibration/commands',
+    'apps/pictures/plots',
+    'apps/pictures/view',
+    'apps/pictures',
+    'apps/pictures/commands',
+    'apps/formulas/commands',
 )
 # They lead into the house: from them every room may be entered.
 DOORS = ('__init__.py', '__main__.py')
@@ -90,9 +98,19 @@ def one_of(*names):
 
 # What is imported, and the files or folders that may.
 RULES = {
-    'ROS': (of_ros, ('ros/',)),
+    'ROS': (
+        of_ros,
+        (
+            'node/',
+            'apps/demo/',
+            'apps/calibration/calibration_session.py',
+            'apps/pictures/view/view_listener.py',
+            'apps/pictures/view/view_outputs.py',
+            'apps/pictures/view/view_session.py',
+        ),
+    ),
     'compilers': (one_of('numba', 'llvmlite', 'Cython', 'cython'), ()),
-    'sympy': (one_of('sympy', 'mpmath'), ('symbolic/',)),
+    'sympy': (one_of('sympy', 'mpmath'), ('apps/formulas/',)),
     'YAML': (
         one_of('yaml', 'ruamel'),
         (
@@ -101,29 +119,29 @@ RULES = {
             'robot/file/writing/writer.py',
         ),
     ),
-    'matplotlib': (one_of('matplotlib'), ('display/plots/',)),
-    'the viewer': (one_of('viser', 'trimesh'), ('display/view/',)),
+    'matplotlib': (one_of('matplotlib'), ('apps/pictures/plots/',)),
+    'the viewer': (one_of('viser', 'trimesh'), ('apps/pictures/view/',)),
     'XML': (
         one_of('xml', 'lxml', 'defusedxml'),
-        ('formats/urdf/document.py', 'formats/urdf/writer.py'),
+        ('robot/urdf/document.py', 'robot/urdf/writer.py'),
     ),
     'pyarrow and h5py': (
         one_of('pyarrow', 'h5py'),
         (
-            'formats/datasets/',
-            'diagnosis/audit/dataset/labels.py',
-            'diagnosis/audit/dataset/episode_audit.py',
+            'apps/recordings/datasets/',
+            'apps/recordings/audit/dataset/labels.py',
+            'apps/recordings/audit/dataset/episode_audit.py',
         ),
     ),
-    'OpenCV': (one_of('cv2'), ('formats/images/opencv.py',)),
+    'OpenCV': (one_of('cv2'), ('apps/calibration/boards/opencv.py',)),
     'dask': (one_of('dask', 'distributed'), ('kinematics/sweep.py',)),
     'rosbags': (
         one_of('rosbags'),
         (
-            'formats/recordings/bag_reader.py',
-            'formats/recordings/ros1_index.py',
-            'formats/recordings/unpacking.py',
-            'diagnosis/audit/report/bag_writer.py',
+            'apps/recordings/readers/bag_reader.py',
+            'apps/recordings/readers/ros1_index.py',
+            'apps/recordings/readers/unpacking.py',
+            'apps/recordings/audit/report/bag_writer.py',
         ),
     ),
     'scipy': (one_of('scipy'), ()),
@@ -235,7 +253,7 @@ def reached_from(graph, start):
 
 
 def test_there_is_something_to_check():
-    assert {'kernel/forward/chain_pass.py', 'ros/node/node.py', 'cli/fk.py'} <= set(files())
+    assert {'kernel/forward/chain_pass.py', 'node/node.py', 'cli/fk.py'} <= set(files())
     assert all(any(room_of(file) == room for file in files()) for room in ROOMS)
     assert 'robot/chain.py' in arrows()['robot/robot.py']
 
@@ -302,7 +320,8 @@ def modules_after(code, whole=False):
 def test_the_library_needs_neither_ros_nor_sympy_nor_matplotlib():
     loaded = modules_after(
         'import kinematics_service as ks\n'
-        'names = [name for name, home in ks._HOME.items() if not home.startswith(".symbolic")]\n'
+        'formulas = ".apps.formulas."\n'
+        'names = [name for name, home in ks._HOME.items() if not home.startswith(formulas)]\n'
         '[getattr(ks, name) for name in names]\n'
         "ks.singularity(ks.load_robot('craig_3r'), [0.1, 0.2, 0.3])"
     )
@@ -321,7 +340,7 @@ def test_importing_the_package_alone_loads_nothing_heavy():
 NOT_AT_THE_START = {
     *('typer', 'click', 'pydantic', 'rich', 'sympy', 'matplotlib', 'viser', 'rosbags', 'scipy'),
     *('importlib.metadata', 'email', 'http', 'xml.etree', 'ruamel'),
-    *(f'{NAME}.{room}' for room in ('symbolic', 'formats', 'diagnosis', 'display', 'ros.tools')),
+    *(f'{NAME}.{room}' for room in ('apps', 'robot.urdf', 'robot.tables', 'node.drawing')),
     *(f'{NAME}.{file}' for file in ('cli.commands', 'printing', 'version')),
 }
 
@@ -329,13 +348,13 @@ NOT_AT_THE_START = {
 def test_the_start_of_the_node_loads_nothing_that_only_a_command_needs(ros_domain):
     loaded = modules_after(
         'from kinematics_service.cli.command_line import run\n'
-        'from kinematics_service.ros.process.spin import Spinner\n'
+        'from kinematics_service.node.process.spin import Spinner\n'
         # Everything up to the first message that could come.
         'Spinner.spin = lambda self, stopped, turn: True\n'
         "assert run(['--robot', 'ur5e']) == 0",
         whole=True,
     )
-    assert {'numpy', f'{NAME}.ros.node.node', f'{NAME}.kernel.forward.chain_pass'} <= loaded
+    assert {'numpy', f'{NAME}.node.node', f'{NAME}.kernel.forward.chain_pass'} <= loaded
     # A package of others may put a module into every start of Python.
     assert not (loaded - modules_after('', whole=True)) & NOT_AT_THE_START
 

@@ -31,7 +31,7 @@ from .robot.file.translation import TRANSLATORS, RobotText  # noqa: E402
 
 
 def _translate_urdf(content: bytes, file: str, base: str, tip: str) -> RobotText:
-    from .formats.urdf.importer import urdf_as_robot_file  # loaded for the first URDF
+    from .robot.urdf.importer import urdf_as_robot_file  # loaded for the first URDF
 
     return urdf_as_robot_file(content, file, base, tip)
 
@@ -40,7 +40,7 @@ TRANSLATORS.update(dict.fromkeys(('.urdf', '.xacro', '.xml'), _translate_urdf))
 
 
 def _view(kind: str, result: object) -> str:
-    from .display import notebook  # loaded for the first result that is shown
+    from .apps.pictures import notebook  # loaded for the first result that is shown
 
     return notebook.html_of(result) if kind == 'html' else notebook.latex_of(result)
 

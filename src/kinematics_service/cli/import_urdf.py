@@ -7,12 +7,12 @@ from enum import Enum
 from pathlib import Path
 from typing import Optional
 
-from ..diagnosis.calibration.factory import import_ur_calibration
-from ..formats.urdf.cell_text import urdf_cell_text
-from ..formats.urdf.importer import import_urdf as imported
+from ..apps.calibration.factory import import_ur_calibration
 from ..output_file import say_written
 from ..robot.bundled import find_robot
 from ..robot.file.reader import robot_file_text
+from ..robot.urdf.cell_text import urdf_cell_text
+from ..robot.urdf.importer import import_urdf as imported
 from .export import write_document
 from .options import ROBOT, WrongUsage, doubt_text, flag, given_robot, option
 
