@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kernel import Floats
-from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import rotation_vector
+from ..chain import poses_and_frames
 from ..robot import Robot
 from .chain import UrdfChain
 
@@ -66,7 +66,7 @@ def configurations(chain: UrdfChain, count: int = CONFIGURATIONS) -> Floats:
 def certify(chain: UrdfChain, robot: Robot) -> Certificate:
     """Return how far the robot is from the chain it was made from."""
     q = configurations(chain)
-    expected, found = chain.poses(q), forward_kinematics(robot, q)
+    expected, found = chain.poses(q), poses_and_frames(robot.chain, q)[0]
     position = np.linalg.norm(found[:, :3, 3] - expected[:, :3, 3], axis=1)
     turned = np.swapaxes(expected[:, :3, :3], 1, 2) @ found[:, :3, :3]
     rotation = np.linalg.norm(rotation_vector(turned), axis=1)

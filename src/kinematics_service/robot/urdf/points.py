@@ -7,8 +7,8 @@ import numpy as np
 
 from ...errors import UrdfError
 from ...kernel import Floats
-from ...kinematics.forward import link_frames
 from ...rigid_motion import exact_rpy
+from ..chain import poses_and_frames
 from ..robot import Robot
 from .certificate import configurations
 from .chain import UrdfChain
@@ -60,7 +60,7 @@ def _line(robot: Robot, chain: UrdfChain, link: str, way: UrdfChain, tolerance: 
             )
     q = configurations(chain, POSES)
     poses = way.poses(q[:, [names.index(variable.name) for variable in way.variables]])
-    for row, frames in enumerate(np.moveaxis(link_frames(robot, q), 1, 0)):
+    for row, frames in enumerate(np.moveaxis(poses_and_frames(robot.chain, q)[1], 1, 0)):
         places = _seen_from(frames, poses)
         if np.abs(places - places[0]).max() <= tolerance:
             place = places[0]
