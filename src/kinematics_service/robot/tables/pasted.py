@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from ...apps.recordings.readers.table_rows import delimiter_of
 from ...typography import plain_names
 from .cells import PastedRow, plain_cell
+from .delimiter import delimiter_of
 from .heads import MEANINGS, find_heads
 from .report import TableReport
 

@@ -11,9 +11,10 @@ from typing import TextIO
 
 from ....errors import RecordingError
 from ....robot.measures import Level
+from ....robot.tables.delimiter import delimiter_of
 from .arm_columns import HOW, arm_columns
 from .source import RecordingSource, Remark, Selection
-from .table_rows import NO_TEXT, RowReader, TableFile, delimiter_of, lines_of, number_of
+from .table_rows import NO_TEXT, RowReader, TableFile, lines_of, number_of
 from .table_source import source_of
 
 # Bytes read at once to count lines.

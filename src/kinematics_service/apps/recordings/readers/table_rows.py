@@ -227,14 +227,6 @@ def lines_of(stream: TextIO) -> Iterator[str]:
         yield line
 
 
-def delimiter_of(lines: Sequence[str]) -> str:
-    """Return what separates the cells of most lines; a space stands for any white space."""
-    # Where commas and semicolons stand, the commas are those of decimals.
-    held = {c: sum(c in line for line in lines) for c in '|\t;,'}
-    likely = max(held, key=lambda c: held[c])
-    return likely if held[likely] > len(lines) / 2 else ' '
-
-
 def number_of(text: str) -> float:
     """Return the number in a cell; ValueError if it holds none."""
     plain = text.strip()
