@@ -49,7 +49,7 @@ class ToolState(NamedTuple):
         at, q = (', '.join(f'{x:.4g}' for x in values) for values in (self.position, self.q))
         return f'ToolState({self.robot.name!r}, tool at [{at}] m, q [{q}])'
 
-    def _repr_html_(self) -> str:
+    def _repr_html_(self) -> str | None:
         return as_html(self)
 
     @property

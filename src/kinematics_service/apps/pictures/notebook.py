@@ -1,4 +1,4 @@
-"""What a notebook shows of a result: tables, matrices and a sketch of the arm, or formulas."""
+"""What a notebook shows of a result: tables, matrices and a sketch of the arm."""
 
 from collections.abc import Callable, Sequence
 from html import escape
@@ -16,8 +16,6 @@ from ...robot.robot import Robot
 from .plots.ranges import clear_pose
 from .sketch import sketch
 
-# Longer formulas are named and not shown: a page of terms tells nobody anything.
-LONGEST = 2_000
 TWIST_ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 
 
@@ -25,28 +23,6 @@ def html_of(result: Any) -> str:
     """Return a result as HTML."""
     view = next(view for kind, view in VIEWS.items() if isinstance(result, kind))
     return f'<div><p><b>{escape(repr(result))}</b></p>{"".join(view(result))}</div>'
-
-
-def latex_of(derivation: Any) -> str:
-    """Return the formulas of a derivation: T, J and det J, those that fit a page."""
-    from ..formulas.derive.output.latex import formula  # sympy is loaded where it is needed
-
-    determinant = derivation.singular_set.determinant
-    left = r'\det J' if determinant.square else 'w'
-    lines = []
-    for name, left_side, expression in (
-        ('T', 'T', derivation.T),
-        ('jacobian', 'J', derivation.jacobian),
-        ('singular_set.determinant.expression', left, determinant.expression),
-    ):
-        if expression is None:
-            lines.append(rf'{left_side} &: \text{{too many minors to write out}}')
-            continue
-        right = formula(derivation.in_angles(expression))
-        if len(right) > LONGEST:
-            right = rf'\texttt{{derivation.{name}}}'.replace('_', r'\_')
-        lines.append(f'{left_side} &= {right}')
-    return '$$\\begin{aligned}' + r' \\[1ex] '.join(lines) + '\\end{aligned}$$'
 
 
 def _robot(robot: Robot) -> list[str]:
