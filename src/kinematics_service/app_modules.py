@@ -1,6 +1,6 @@
 """
-Modules of apps that the core asks for, by their task. The core imports no app: it finds its
-commands by the table in `cli/commands.py`, and these modules by the table here.
+Modules of apps that the core asks for, by their task. The core imports no app: it finds commands
+by the table in `cli/commands.py`, and these modules by the table here.
 """
 
 from importlib import import_module
@@ -9,6 +9,7 @@ from typing import Any
 # Below `apps/`.
 APP_MODULES = {
     'check': 'checking.commands.check',
+    'factory calibration': 'calibration.factory',
     'second source': 'calibration.second_source',
     # What a notebook shows of a result.
     'html': 'pictures.notebook',
@@ -16,11 +17,17 @@ APP_MODULES = {
 }
 
 
-def app_module(task: str) -> Any:
-    """Return the module of an app that does a task; None if the app's folder was removed."""
+def has_app(name: str) -> bool:
+    """Return whether an app is there: to remove it is to delete its folder."""
     from importlib.util import find_spec  # which the package alone does without
 
+    spec = find_spec(f'{__package__}.apps.{name}')
+    return spec is not None and spec.origin is not None
+
+
+def app_module(task: str) -> Any:
+    """Return the module of an app that does a task; None if the app was removed."""
     name = APP_MODULES[task]
-    if find_spec(f'{__package__}.apps.{name.partition(".")[0]}') is None:
+    if not has_app(name.partition('.')[0]):
         return None
     return import_module(f'{__package__}.apps.{name}')

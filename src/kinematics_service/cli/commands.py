@@ -12,6 +12,7 @@ import typer
 import typer.core
 
 from .. import kernel
+from ..app_modules import has_app
 from ..kernel.compiled import VARIABLE
 from ..version import __version__
 from .node import MANAGED, MIXED_ROS, ROBOT, UNSECURED, NodeOptions, start_node
@@ -57,6 +58,9 @@ APPS = {
     'echo': 'demo',
     'view': 'pictures',
 }
+for _command, _app in APPS.items():
+    if not has_app(_app):
+        del COMMANDS[_command]
 # Columns that a help takes at most, if the terminal has them.
 WIDE = {'max_content_width': 100}
 # Python has no module of the first name, and another function of the second.

@@ -7,7 +7,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Optional
 
-from ..apps.calibration.factory import import_ur_calibration
+from ..app_modules import app_module
 from ..output_file import say_written
 from ..robot.bundled import find_robot
 from ..robot.file.reader import robot_file_text
@@ -99,10 +99,13 @@ def import_urdf(
 
 
 def _import_ur_calibration(file: Path, robot: str, out: str) -> None:
+    app = app_module('factory calibration')
+    if app is None:
+        raise WrongUsage('--ur-calibration: the app calibration, which reads it, was removed')
     arm = given_robot(robot)
     date = datetime.now().astimezone().date().isoformat()
     text = robot_file_text(*find_robot(robot))
-    found = import_ur_calibration(file, arm, text, date)
+    found = app.import_ur_calibration(file, arm, text, date)
     _write(out, found.text, f'{arm.name}: {found}')
 
 
