@@ -396,7 +396,7 @@ def wide_arm() -> Robot:
     text = ks.bundled_robots()['planar_3r'].read_text(encoding='utf-8')
     text = text.partition('singularity:')[0] + 'singularity: {task: [x, y]}\n'
     spans = np.array([[0.0, 0.0, np.inf], [-3.0, 6.0, np.inf], [0.0, 0.0, np.inf]])
-    with mock.patch('kinematics_service.robot.robot.joint_spans', return_value=spans):
+    with mock.patch('kinematics_service.robot.singularity_model.joint_spans', return_value=spans):
         robot = ks.robot_from_text(text)
         robot.singularity.arm.atlas()
     return robot
@@ -410,7 +410,9 @@ def few_seeds(name: str) -> Robot:
         spans[: chain.dof - 2, 1] = 0.0
         return spans
 
-    with mock.patch('kinematics_service.robot.robot.joint_spans', side_effect=spans_of_two):
+    with mock.patch(
+        'kinematics_service.robot.singularity_model.joint_spans', side_effect=spans_of_two
+    ):
         robot = ks.robot_from_text(ks.bundled_robots()[name].read_text(encoding='utf-8'))
         robot.singularity.arm.atlas()
     return robot

@@ -283,8 +283,8 @@ def test_the_kernel_refuses_what_is_no_arm():
         kernel.evaluate_one(None, np.zeros(6), np.zeros(6), row)
     with pytest.raises(TypeError, match='not None'):
         kernel.evaluate(None, np.zeros((1, 6)), np.zeros((1, 6)), kernel.POSE, row[None])
-    other = robot_of('craig_3r')
-    for task, tape in ((arm.task, other.arm.tape), (other.arm.task, arm.tape)):
+    other = robot_of('craig_3r').singularity.arm
+    for task, tape in ((arm.task, other.tape), (other.task, arm.tape)):
         with pytest.raises(TypeError, match='do not go together'):
             kernel.Arm(other.chain, task, tape, False, kernel.DISTANCE, 0.1, 0.0)
 

@@ -208,8 +208,10 @@ def test_a_tilted_base_changes_no_measure(name):
     B = Constant((0.7, -0.2, 1.1, 0.4, -1.0, 2.0)).matrix() @ robot.description.base.motion.matrix
     base = Placement('wall', RigidMotion(B, ('0',) * 6))
     tilted = build_robot(dataclasses.replace(robot.description, base=base))
-    assert tilted.task.rows == robot.singularity.task.rows
-    assert tilted.task.length == pytest.approx(robot.singularity.task.length, rel=ROUND_OFF)
+    assert tilted.singularity.task.rows == robot.singularity.task.rows
+    assert tilted.singularity.task.length == pytest.approx(
+        robot.singularity.task.length, rel=ROUND_OFF
+    )
     q = poses(robot)
     q = q[ks.singularity(robot, q).distance > 1e-4]
     one, other = ks.singularity(robot, q), ks.singularity(tilted, q)

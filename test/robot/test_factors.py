@@ -119,7 +119,9 @@ def test_a_factor_of_a_file_in_degrees_and_millimetres_is_the_same():
     radians, degrees = arm('sin(q2)'), arm('sin(q2)', angle='deg', length='mm')
     q = poses(radians, 20)
     np.testing.assert_allclose(
-        radians.factors.evaluate(q), degrees.factors.evaluate(q), atol=1e-14
+        radians.singularity.factors.evaluate(q),
+        degrees.singularity.factors.evaluate(q),
+        atol=1e-14,
     )
 
 
