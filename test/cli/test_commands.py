@@ -839,7 +839,7 @@ def test_what_check_finds_is_data_too(capsys, tmp_path):
     robot = ks.load_robot(good)
     assert first['faults'] == first['warnings'] == []
     assert (first['file'], first['robot'], first['dof']) == (str(good), 'puma560', 6)
-    assert first['reach'] == robot.task.reach
+    assert first['reach'] == robot.singularity.task.reach
     assert [pose['agrees'] for pose in first['known_poses']] == [True] * len(first['known_poses'])
     assert second['robot'] is third['robot'] is None
     (fault,) = (one for one in second['faults'] if 'alfa' in one['where'])

@@ -171,6 +171,6 @@ def test_a_singular_posture_has_no_arc():
 def test_an_arm_without_a_joint_more_has_no_arcs():
     robot = robot_of('ur5e')
     q = poses_within(robot, 1)[0]
-    assert not has_arcs(robot, robot.task.rows, '')
+    assert not has_arcs(robot, robot.singularity.task.rows, '')
     assert has_arcs(robot, ('x', 'y', 'z'), 'z')
     assert best_posture(robot, target_at(robot, q, None, None), q, 'margin', STEP) is None

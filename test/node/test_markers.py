@@ -110,7 +110,7 @@ def test_the_links_drawn_lead_from_the_base_to_the_tool(name):
     lines = [ends(marker) for marker in read(robot, q).of('links')]
     tool = ks.forward_kinematics(robot, q)[:3, 3]
     # Links of no length are not drawn.
-    near = 1e-3 * robot.task.reach + CLOSE
+    near = 1e-3 * robot.singularity.task.reach + CLOSE
     breaks = [k for k, (p, q) in enumerate(zip(lines, lines[1:])) if apart(p[1], q[0]) > near]
     arm, loops = lines, []
     if robot.chain.loops:  # their links come behind those that lead to the tool

@@ -390,7 +390,7 @@ def test_a_loop_that_is_driven_fully_offers_no_self_motion(arm, name):
     one = arm(name)
     assert '/kinematics/wrench' in one.node._outputs.names
     assert ('/kinematics/null_space' in one.node._outputs.names) == (
-        one.robot.dof > one.robot.task.generic_rank
+        one.robot.dof > one.robot.singularity.task.generic_rank
     )
 
 

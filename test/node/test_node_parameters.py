@@ -169,7 +169,7 @@ def shows_stop(one):
 
 def shows_length(one):
     # Craig's 3R is judged by x y z: no angular row, so only the settings show the length.
-    assert one.node.settings.robot.task.length == 0.25
+    assert one.node.settings.robot.singularity.task.length == 0.25
 
 
 def shows_rows(one):
@@ -341,8 +341,8 @@ def test_a_parameter_has_its_own_default_again_after_a_change_back(arm):
         assert change(one, **{name.replace('.', '__'): default}).successful, name
         after = one.node.settings
         assert after.estimator == before.estimator, name
-        assert after.robot.thresholds == before.robot.thresholds, name
-        assert after.robot.task.length == before.robot.task.length, name
+        assert after.robot.singularity.thresholds == before.robot.singularity.thresholds, name
+        assert after.robot.singularity.task.length == before.robot.singularity.task.length, name
         frames = (after.base_frame, after.tool_frame)
         assert frames == (before.base_frame, before.tool_frame), name
         assert after.period == before.period, name
@@ -387,7 +387,7 @@ def test_parameters_that_only_go_together_are_taken_together(arm):
         one, singularity__measure='determinant', singularity__warn=0.02, singularity__stop=0.01
     )
     assert result.successful, result.reason
-    thresholds = one.node.settings.robot.thresholds
+    thresholds = one.node.settings.robot.singularity.thresholds
     assert (thresholds.measure, thresholds.warn, thresholds.stop) == ('determinant', 0.02, 0.01)
     assert not change(one, singularity__stop=0.03).successful
     assert change(one, singularity__warn=0.2, singularity__stop=0.03).successful
@@ -571,15 +571,15 @@ def test_parameters_override_the_robot_file(arm, tmp_path):
     )
     assert file.read_text() != text
     one = arm(str(file))
-    thresholds = one.node.settings.robot.thresholds
+    thresholds = one.node.settings.robot.singularity.thresholds
     assert (thresholds.warn, thresholds.stop) == (0.3, 0.2)
-    assert one.node.settings.robot.task.length == 2.5
+    assert one.node.settings.robot.singularity.task.length == 2.5
     assert change(one, singularity__warn=0.4, singularity__length=1.5).successful
-    thresholds = one.node.settings.robot.thresholds
+    thresholds = one.node.settings.robot.singularity.thresholds
     assert (thresholds.warn, thresholds.stop) == (0.4, 0.2)
-    assert one.node.settings.robot.task.length == 1.5
+    assert one.node.settings.robot.singularity.task.length == 1.5
     assert change(one, singularity__measure='condition_number', singularity__warn=0.0).successful
-    thresholds = one.node.settings.robot.thresholds
+    thresholds = one.node.settings.robot.singularity.thresholds
     assert (thresholds.measure, thresholds.warn, thresholds.stop) == ('condition_number', 17, 30)
 
 
@@ -617,7 +617,7 @@ def test_a_parameter_file_is_read(arm, tmp_path):
     )
     one = arm('craig_3r', ['--params-file', str(file)])
     assert one.node.settings.twist_frame == 'tool'
-    assert one.node.settings.robot.thresholds.warn == 0.2
+    assert one.node.settings.robot.singularity.thresholds.warn == 0.2
 
 
 def test_the_qos_of_an_output_can_be_overridden(arm):

@@ -208,7 +208,7 @@ def test_factors_that_another_tool_makes_wrong_are_left_out(arm):
     one = arm('craig_3r')
     assert change(one, tool__xyz=[0.05, 0.02, 0.1]).successful
     robot = one.node.settings.robot
-    assert robot.factors.names == ()
+    assert robot.singularity.factors.names == ()
     # The distance is that of an arm whose file has the tool, and no factors.
     own = ks.bundled_robots()['craig_3r'].read_text()
     plain = own[: own.index('singularity:')] + 'tool: {xyz: [0.05, 0.02, 0.1]}\n'
@@ -223,9 +223,9 @@ def test_factors_that_another_tool_makes_wrong_are_left_out(arm):
 
 def test_factors_that_no_tool_changes_stay(arm):
     one = arm('ur5e')
-    before = one.node.settings.robot.factors
+    before = one.node.settings.robot.singularity.factors
     assert change(one, tool__xyz=[0.05, 0.02, 0.1]).successful
-    after = one.node.settings.robot.factors
+    after = one.node.settings.robot.singularity.factors
     assert (after.names, after.complete) == (before.names, True)
 
 
@@ -317,7 +317,7 @@ def test_parameters_hold_for_an_edited_file(arm, file):
     one = arm(str(file), ['-p', 'singularity.warn:=0.3', '-p', 'tool.xyz:=[0.2, -0.1, 0.05]'])
     file.write_text(text(0.7, more='singularity: {warn: 0.2, stop: 0.1}\n'))
     assert reload(one).success
-    thresholds = one.node.settings.robot.thresholds
+    thresholds = one.node.settings.robot.singularity.thresholds
     assert (thresholds.warn, thresholds.stop) == (0.3, 0.1)
     assert is_at(one.answer(Q), Q, L1=0.7, tool=TOOL)
 

@@ -31,7 +31,7 @@ def pose_near_a_singular_one(robot, factor):
 def test_a_warning_names_the_factor_or_the_singular_pose(arm, name):
     one, factor = arm(name), FACTORS.get(name)
     robot = ks.load_robot(name)
-    assert robot.factors.names == ((factor,) if factor else ())
+    assert robot.singularity.factors.names == ((factor,) if factor else ())
     q = pose_near_a_singular_one(robot, factor)
     warnings = one.hear('singularity/warning', DiagnosticStatus, LATCHED)
     one.answer(q)
@@ -43,7 +43,7 @@ def test_a_warning_names_the_factor_or_the_singular_pose(arm, name):
     told = dict(word.split('=') for word in values['nearest_singular'].split())
     assert tuple(told) == robot.joint_names
     pose = np.array([float(position) for position in told.values()])
-    distance = np.linalg.norm((pose - q) / robot.task.column_scales)
+    distance = np.linalg.norm((pose - q) / robot.singularity.task.column_scales)
     assert distance == pytest.approx(float(values['distance']), abs=3 * ROUNDED)
     s = np.linalg.svd(brute_force.scaled_jacobian(robot, pose), compute_uv=False)
-    assert s[robot.task.generic_rank - 1] < 3 * ROUNDED * robot.task.reach
+    assert s[robot.singularity.task.generic_rank - 1] < 3 * ROUNDED * robot.singularity.task.reach

@@ -383,7 +383,7 @@ def test_a_twist_in_the_lost_direction_is_told_with_the_way_out(targets):
     q = np.array([*UR5E[:4], 0.0, UR5E[5]])
     one = targets(q=q)
     robot = one.arm.robot
-    weights = np.array([1] * 3 + [robot.task.length] * 3)
+    weights = np.array([1] * 3 + [robot.singularity.task.length] * 3)
     lost = np.linalg.svd(weights[:, None] * ks.jacobian(robot, q))[0][:, -1] / weights
     status = one.ask(twist_target(0.05 * lost))
     assert level_of(status) == WARN
@@ -424,7 +424,7 @@ def test_a_pose_that_is_rounded_is_reached_within_the_tolerance(targets, toleran
     if level == OK:
         assert 'within the tolerance' in status.message
         told = float(values_of(status)['residual'])
-        assert told == pytest.approx(tilt * one.arm.robot.task.length, rel=1e-2)
+        assert told == pytest.approx(tilt * one.arm.robot.singularity.task.length, rel=1e-2)
 
 
 def _twist_between(T, ahead):

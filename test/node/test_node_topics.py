@@ -674,7 +674,7 @@ def test_a_late_listener_gets_the_last_warning(arm):
 
 def test_a_structurally_deficient_arm_says_so(arm):
     one = arm('six_joint_dh')
-    assert one.robot.task.structurally_deficient
+    assert one.robot.singularity.task.structurally_deficient
     warnings = warnings_of(one)
     one.send([0.1] * 6)
     one.spin_until(lambda: warnings, 'warning')

@@ -40,9 +40,9 @@ def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
     if unknown := parameters.unknown():
         logger.warning(f'unknown parameters have no effect: {listed(unknown, NAMED)}')
     if unsearched := why_unsearched(robot.dof):
-        logger.warning(f'{unsearched}: the warning watches {robot.thresholds.measure}')
-    if robot.task.structurally_deficient:
+        logger.warning(f'{unsearched}: the warning watches {robot.singularity.thresholds.measure}')
+    if robot.singularity.task.structurally_deficient:
         logger.warning(
             f'{structure_in_words(robot)}; measures are taken over '
-            f'{robot.task.generic_rank} singular values'
+            f'{robot.singularity.task.generic_rank} singular values'
         )

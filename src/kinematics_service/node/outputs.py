@@ -115,7 +115,10 @@ def filled_by_the_kernel(
     """
     Return the messages whose numbers the kernel copies, and for each channel its own, or None.
     """
-    row, measures = settings.robot.chain.single_widths[depth], settings.robot.measure_places.width
+    row, measures = (
+        settings.robot.chain.single_widths[depth],
+        settings.robot.singularity.measure_places.width,
+    )
     data, filled = bytearray(), list[slice | None]()
     stamps, targets, sources = [], [], []
     uncertain = []

@@ -290,10 +290,10 @@ def test_factors_that_are_no_longer_near_are_left_out():
     near, far = (
         corrected_robot(robot, parameters, size * np.ones(len(parameters))) for size in (1e-3, 0.3)
     )
-    assert near.factors.names == robot.factors.names
-    assert near.factors.approximate == (True,) * len(near.factors.names)
-    assert not near.factors.complete
-    assert far.factors.names == ()
+    assert near.singularity.factors.names == robot.singularity.factors.names
+    assert near.singularity.factors.approximate == (True,) * len(near.singularity.factors.names)
+    assert not near.singularity.factors.complete
+    assert far.singularity.factors.names == ()
 
 
 @pytest.mark.slow

@@ -42,7 +42,7 @@ def test_factors_that_a_measured_tool_moves_elsewhere_are_left_out_and_it_is_sai
         for name, kind in (('craig_3r', 'tolerance'), ('parallelogram_left', 'gears')):
             assert 'factors:' in ks.bundled_robots()[name].read_text()
             _, made = calibrated(name, kind, frames)
-            factors = ks.robot_from_text(made).factors
+            factors = ks.robot_from_text(made).singularity.factors
             assert all(factors.approximate)
             assert bool(factors) == ('approximate here' in made)
             assert bool(factors) != ('do not hold here and are left out' in made)
@@ -56,7 +56,7 @@ def test_a_tool_that_is_measured_leaves_exact_factors_of_six_joints_exact():
     found = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['base', 'tool'])
     text = ks.bundled_robots()['puma560'].read_text()
     made = calibrated_text(found, text, arm.q, arm.poses, MADE_UP, 'measured')
-    assert ks.robot_from_text(made).factors.complete
+    assert ks.robot_from_text(made).singularity.factors.complete
     assert 'approximate' not in made
 
 

@@ -50,7 +50,7 @@ def sigma(robot, q):
     """Return the singular values of the task rows in the axes of frame 0."""
     R = ks.link_frames(robot, q)[0, :3, :3]
     J = ks.jacobian(robot, q)
-    rows = np.concatenate([R.T @ J[:3], R.T @ J[3:]])[robot.task.axes]
+    rows = np.concatenate([R.T @ J[:3], R.T @ J[3:]])[robot.singularity.task.axes]
     return np.linalg.svd(rows, compute_uv=False)
 
 

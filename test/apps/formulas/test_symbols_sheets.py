@@ -68,7 +68,7 @@ def arms(count, seed=20):
             robot = ks.robot_from_text(text)
         except ks.KinematicsError:
             continue
-        if robot.task.generic_rank == 3:
+        if robot.singularity.task.generic_rank == 3:
             found.append(text)
     return found
 
@@ -219,7 +219,7 @@ def test_the_arm_of_the_textbooks():
 def test_factors_of_half_angles_are_written_into_the_file_and_are_complete():
     derivation = derived_from(TEXTBOOK)
     robot = ks.robot_from_text(with_factors(TEXTBOOK, factors_to_write(derivation)))
-    assert robot.factors.complete
+    assert robot.singularity.factors.complete
     assert disagreement(derivation, robot) < 1e-12
     assert derivation.singular_set.complete
 

@@ -72,7 +72,7 @@ def test_the_sketch_holds_the_whole_arm_as_it_is_seen(name):
     scales = [
         np.ptp(pixels) / np.ptp(seen)
         for pixels, seen in ((ends[:, ::2], x), (ends[:, 1::2], y))
-        if np.ptp(seen) > 0.1 * robot.task.reach
+        if np.ptp(seen) > 0.1 * robot.singularity.task.reach
     ]
     assert scales == pytest.approx([scales[0]] * len(scales), rel=0.02)
     assert VIEW[1] @ [0.0, 0.0, 1.0] < 0.0

@@ -445,11 +445,11 @@ def test_units_of_determinant_and_manipulability(name):
     unit = measure_units(robot)['manipulability']
     if unit == 'mixed':
         # Five joints and six rows: the minors have units of their own.
-        assert robot.dof < len(robot.task.rows)
+        assert robot.dof < len(robot.singularity.task.rows)
         return
     power = {'': 0, 'm': 1}.get(unit) if unit in ('', 'm') else int(re.findall(r'-?\d+', unit)[0])
     J = ks.jacobian(robot, shown_pose(name))
-    rows = [('x', 'y', 'z', 'rx', 'ry', 'rz').index(row) for row in robot.task.rows]
+    rows = [('x', 'y', 'z', 'rx', 'ry', 'rz').index(row) for row in robot.singularity.task.rows]
     slides = [kind == 'prismatic' for kind in robot.joint_types]
     larger = J.copy()
     larger[:3] *= 2.0

@@ -171,7 +171,7 @@ def test_what_is_lost_is_drawn_near_a_singular_pose_only():
     lost = scene_of(seen).lost
     # At a singular pose J has no velocity along the lost direction, whatever the length scale.
     direction = seen.singularity.lost_direction
-    scaled = np.concatenate([direction[:3], direction[3:] * seen.robot.task.length])
+    scaled = np.concatenate([direction[:3], direction[3:] * seen.robot.singularity.task.length])
     assert scaled @ seen.jacobian == pytest.approx(0.0, abs=1e-5)
     for line, part in ((lost.linear, direction[:3]), (lost.angular, direction[3:])):
         if line is not None:
@@ -182,7 +182,7 @@ def test_what_is_lost_is_drawn_near_a_singular_pose_only():
 
 def test_the_name_of_the_factor_is_said():
     robot = ks.load_robot('puma560')
-    names = robot.factors.names
+    names = robot.singularity.factors.names
     seen = singular_view('puma560')
     assert seen.level == Level.ERROR
     assert headline(seen).startswith('AT A SINGULARITY: ')

@@ -186,7 +186,7 @@ def test_a_singular_pose_turns_the_gauge_red_and_says_its_name(page, folder):
     assert page.evaluate(f'getComputedStyle({head}).backgroundColor') == f'rgb{red}'
     text = page.evaluate(f'{head}.textContent')
     name = text.partition('AT A SINGULARITY: ')[2]
-    assert name in ks.load_robot(ROBOT).factors.names
+    assert name in ks.load_robot(ROBOT).singularity.factors.names
     assert '0.000 rad' in page.evaluate(
         "document.querySelector('[data-gauge=measure]').textContent"
     )

@@ -88,7 +88,7 @@ class PoseCollector:
     def __init__(self, robot: Robot, most: int = MOST) -> None:
         self.unmatched = self.different = 0
         self._most = most
-        self._scales = robot.task.column_scales
+        self._scales = robot.singularity.task.column_scales
         self._states: deque[tuple[int, Floats]] = deque(maxlen=STATES)
         self._ahead: deque[tuple[int, Floats]] = deque(maxlen=AHEAD)
         self._pairs: list[_MatchedPose] = []

@@ -148,7 +148,7 @@ def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, 
             f'the load is {masses[0]:g} kg in all rows, which tells no elasticity: measure the '
             'same joint positions with another load too'
         )
-    limit = LARGEST_LOAD * robot.task.length**3
+    limit = LARGEST_LOAD * robot.singularity.task.length**3
     if np.max(masses) > limit:
         raise CalibrationError(
             f'a load of {np.max(masses):,.0f} kg? No arm of this size carries more than '

@@ -242,7 +242,7 @@ def _around(robot: Robot, view: BoardInView) -> Floats:
     # Few positions of all have the board in the image: more of those near the ones that had it.
     random = np.random.default_rng(SEED)
     q = view.after.q[random.integers(len(view.after.q), size=MOST_GIVEN)]
-    q = q + random.uniform(-1.0, 1.0, q.shape) * SPREAD * robot.task.column_scales
+    q = q + random.uniform(-1.0, 1.0, q.shape) * SPREAD * robot.singularity.task.column_scales
     span = np.where(np.isfinite(np.ptp(robot.limits, axis=1)), np.ptp(robot.limits, axis=1), 0.0)
     low, high = robot.limits.T
     inside = np.all((q > low + MARGIN * span) & (q < high - MARGIN * span), axis=1)

@@ -427,7 +427,7 @@ class JumpDetector:
     @property
     def _moved(self) -> list[int]:
         # Joints that may be named.
-        ranges = (self._most - self._least) / self._robot.task.column_scales
+        ranges = (self._most - self._least) / self._robot.singularity.task.column_scales
         return [int(j) for j in np.flatnonzero(ranges > MOVED)]
 
     def _candidates(

@@ -23,7 +23,7 @@ MUST_MATCH = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION')
 def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
     """Return the motion along the smooth path in words."""
     distance = float(singularity(robot, trajectory.centre).distance)
-    if distance > robot.thresholds.warn:
+    if distance > robot.singularity.thresholds.warn:
         return (
             f'{robot.name} moves; no singular pose with enough room around it was found inside '
             'its limits'

@@ -33,7 +33,7 @@ def sketch(robot: Robot, q: Floats) -> str:
     flat = skeleton.points @ VIEW.T
     low, high = flat.min(axis=0), flat.max(axis=0)
     room = np.array([WIDTH, HEIGHT]) - 2 * MARGIN
-    scale = float(np.min(room / np.maximum(high - low, 1e-3 * robot.task.reach)))
+    scale = float(np.min(room / np.maximum(high - low, 1e-3 * robot.singularity.task.reach)))
     middle = 0.5 * (low + high)
 
     def at(point: Floats) -> tuple[float, float]:

@@ -112,7 +112,10 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
     simple = (0, 0)
     psi, accuracy = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
     for size in BESIDE:
-        way, turn = size * robot.task.length * random.normal(size=3), size * random.normal(size=3)
+        way, turn = (
+            size * robot.singularity.task.length * random.normal(size=3),
+            size * random.normal(size=3),
+        )
         for side in (1.0, -1.0):
             pose = target.pose.copy()
             pose[:3, 3] += side * way

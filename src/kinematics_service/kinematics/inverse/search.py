@@ -146,7 +146,7 @@ def starts(robot: Robot, plan: InversePlan, random: np.random.Generator, count: 
     A joint that slides without limits starts within twice the arm's reach.
     """
     low, high = np.array(robot.limits.T)
-    far = 2.0 * max(robot.task.reach, 1e-6)
+    far = 2.0 * max(robot.singularity.task.reach, 1e-6)
     for j in range(robot.dof):
         if np.isfinite(plan.periods[j]):
             low[j], high[j] = -0.5 * plan.periods[j], 0.5 * plan.periods[j]

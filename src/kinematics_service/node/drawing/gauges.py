@@ -84,7 +84,7 @@ def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
     """
     Return the gauges of the watched measure, the distance, the time to the threshold, the scale.
     """
-    thresholds = seen.robot.thresholds
+    thresholds = seen.robot.singularity.thresholds
     measure = MEASURES[thresholds.measure]
     value = watched_value(seen.robot, seen.singularity)
     full = FULL * thresholds.warn if measure.small_is_bad else thresholds.warn / FULL
@@ -129,7 +129,7 @@ def _scale_gauges(seen: Observation) -> tuple[Gauge, ...]:
 
 
 def _is_distance(seen: Observation) -> bool:
-    return seen.robot.thresholds.measure == 'distance'
+    return seen.robot.singularity.thresholds.measure == 'distance'
 
 
 def distance_text(seen: Observation) -> str:

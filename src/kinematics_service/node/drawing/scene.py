@@ -131,7 +131,7 @@ class Scene:
 @lru_cache(maxsize=8)
 def size_of(robot: Robot) -> float:
     """Return an arm's size in m: its reach, or 1 if the tool does not leave frame 0."""
-    reach = float(robot.task.reach)
+    reach = float(robot.singularity.task.reach)
     return reach if reach > 1e-6 else 1.0
 
 
@@ -232,4 +232,4 @@ def ring(ends: Floats, size: float) -> Floats:
 def factor_name(seen: Observation) -> str:
     """Return the name of the singular factor that is nearest to zero, empty if there is none."""
     k = nearest_factor(seen.robot, seen.singularity)
-    return '' if k is None else seen.robot.factors.called(k)
+    return '' if k is None else seen.robot.singularity.factors.called(k)

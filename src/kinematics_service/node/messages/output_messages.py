@@ -246,7 +246,7 @@ def wrench_estimate(report: StateReport) -> WrenchEstimate | None:
 
 
 def _self_motions(settings: NodeSettings) -> int:
-    return settings.robot.dof - settings.robot.task.generic_rank
+    return settings.robot.dof - settings.robot.singularity.task.generic_rank
 
 
 def of_null_space(
@@ -303,7 +303,7 @@ def measure_numbers(measure: Measure) -> Callable[[NodeSettings], Numbers | None
     def numbers(settings: NodeSettings) -> Numbers | None:
         robot = settings.robot
         unsearched = measure.name == 'distance' and why_unsearched(robot.dof)
-        if unsearched or measure.of_square and not robot.task.square:
+        if unsearched or measure.of_square and not robot.singularity.task.square:
             return None
         return Copied(np.array([measure.column]), of_measures=True)
 

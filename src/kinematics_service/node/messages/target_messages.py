@@ -53,7 +53,7 @@ def choice_of(result: IkResult, robot: Robot, near: Floats) -> Choice:
     """
     Return the feasible solutions and family representatives of a result by distance from `near`.
     """
-    scales = robot.task.column_scales
+    scales = robot.singularity.task.column_scales
 
     def away(answer: IkSolution | IkFamily) -> float:
         return float(np.linalg.norm((answer.q - near) / scales))

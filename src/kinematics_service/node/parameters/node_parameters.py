@@ -145,7 +145,7 @@ class NodeParameters:
             settings = settings_from(fitting, robot, self._points)
             # Prepare the searches for singular poses and joint positions here: the node answers
             # with the former arm meanwhile.
-            settings.robot.arm.atlas()
+            settings.robot.singularity.arm.atlas()
             plan_for(settings.robot, settings.target_rows, settings.target_axis or '')
             if settings.robot.description.uncertainty is not None:
                 # So is what may be off in it.
@@ -241,6 +241,6 @@ class NodeParameters:
 
 def _fitting(values: dict[str, Any], former: Robot, robot: Robot) -> dict[str, Any]:
     # A measure that was the file's is the file's again.
-    if values[MEASURE] != former.thresholds.measure:
+    if values[MEASURE] != former.singularity.thresholds.measure:
         return values
-    return {**values, MEASURE: robot.thresholds.measure}
+    return {**values, MEASURE: robot.singularity.thresholds.measure}

@@ -262,7 +262,7 @@ def settings_from(
 
 def _doubts(values: Mapping[str, Any], robot: Robot) -> Iterator[str]:
     # A length of 20 m is doubted, and of an arm that is shorter than 1 m 20 times its reach.
-    longest = LONG * min(robot.task.length, 1.0)
+    longest = LONG * min(robot.singularity.task.length, 1.0)
     for parameter in PARAMETERS:
         if parameter.kind == 'number':
             continue
@@ -296,7 +296,7 @@ def _rows(text: str, robot: Robot) -> tuple[str, ...]:
     rows = text.split()
     if len(set(rows)) != len(rows) or not set(rows) <= set(ROW_NAMES):
         raise _refuse('ik.rows', text, f'some of {" ".join(ROW_NAMES)}, each once')
-    return tuple(name for name in ROW_NAMES if name in rows) or robot.task.rows
+    return tuple(name for name in ROW_NAMES if name in rows) or robot.singularity.task.rows
 
 
 def _linear(rows: tuple[str, ...]) -> tuple[str, ...]:
@@ -383,7 +383,7 @@ def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> Se
             horizon=values['ik.horizon'],
             default_rate=values['ik.default_rate'],
             default_speed=values['ik.default_speed'],
-            rows=None if rows == robot.task.rows else rows,
+            rows=None if rows == robot.singularity.task.rows else rows,
         )
     except KinematicsError as error:
         raise SettingsError(f'parameters ik.*: {error}') from None
@@ -392,11 +392,13 @@ def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> Se
 def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:
     # The parameters override the file; thresholds of the file hold for its own measure only.
     measure = values['singularity.measure']
-    of_file = robot.thresholds if measure == robot.thresholds.measure else None
+    of_file = (
+        robot.singularity.thresholds if measure == robot.singularity.thresholds.measure else None
+    )
     warn = values['singularity.warn'] or (of_file.warn if of_file else None)
     stop = values['singularity.stop'] or (of_file.stop if of_file else None)
     try:
-        thresholds: Thresholds = thresholds_for(robot.task, measure, warn, stop)
+        thresholds: Thresholds = thresholds_for(robot.singularity.task, measure, warn, stop)
     except KinematicsError as error:
         raise SettingsError(
             f'parameters singularity.measure, .warn and .stop go together: {error}'
@@ -407,5 +409,5 @@ def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:
 def defaults(robot: Robot) -> dict[str, Any]:
     """Return the default of every parameter for an arm."""
     values = {parameter.name: parameter.default for parameter in PARAMETERS}
-    values['singularity.measure'] = robot.thresholds.measure
+    values['singularity.measure'] = robot.singularity.thresholds.measure
     return values

@@ -56,7 +56,7 @@ def export_urdf(robot: AnyRobot, names: FrameNames = AS_IN_THE_FILE) -> str:
     for name, colour in COLOURS.items():
         material = ElementTree.SubElement(root, 'material', name=f'{robot.name}_{name}')
         ElementTree.SubElement(material, 'color', rgba=_texts(colour))
-    shapes = shapes_of(plan, robot.task.length)
+    shapes = shapes_of(plan, robot.singularity.task.length)
     for link in plan.links:
         element = ElementTree.SubElement(root, 'link', name=link)
         for shape in shapes[link]:

@@ -137,10 +137,10 @@ def _entry(file: str, found: FileCheck) -> dict[str, Any]:
     }
     if robot is not None:
         entry |= attributes(robot, 'dof', 'joint_names', 'joint_types', 'convention')
-        entry |= attributes(robot.task, 'reach', 'length', 'generic_rank')
+        entry |= attributes(robot.singularity.task, 'reach', 'length', 'generic_rank')
         if robot.description.letters:
             entry |= {'reach': None, 'length': None}
-        entry['task_rows'] = robot.task.rows
+        entry['task_rows'] = robot.singularity.task.rows
         entry['known_poses'] = [
             {'index': one.index, 'agrees': one.share <= 1.0} for one in found.errors
         ]
@@ -213,7 +213,7 @@ def _range(limits: Floats) -> str:
 
 
 def _print_arm(out: Output, robot: Robot, errors: Sequence[PoseError]) -> None:
-    task, description = robot.task, robot.description
+    task, description = robot.singularity.task, robot.description
     unknown = f'needs the values of {description.letters}' if description.letters else ''
     full = min(len(task.rows), robot.dof)
     factors = (
@@ -234,7 +234,7 @@ def _print_arm(out: Output, robot: Robot, errors: Sequence[PoseError]) -> None:
         ('length', unknown or f'{task.length:.4g} m, the characteristic length'),
         ('rank', f'{task.generic_rank} of {full} at almost every pose'),
         ('structure', _structure(robot)),
-        ('measure', threshold_words(robot.thresholds)),
+        ('measure', threshold_words(robot.singularity.thresholds)),
         ('singular factors', '\n'.join(factors)),
         ('uncertainty', '\n'.join(uncertainty_in_words(robot))),
         ('tolerance', tolerances_in_words(description.tolerances)),
@@ -301,9 +301,12 @@ def _rounded(value: float) -> float:
 
 
 def _structure(robot: Robot) -> str:
-    if robot.task.structurally_deficient or not robot.task.dependent_joints:
+    if (
+        robot.singularity.task.structurally_deficient
+        or not robot.singularity.task.dependent_joints
+    ):
         return structure_in_words(robot)
-    joints = ' and '.join(robot.task.dependent_joints)
+    joints = ' and '.join(robot.singularity.task.dependent_joints)
     return f'{joints} can move at every pose without moving the task rows'
 
 

@@ -224,7 +224,7 @@ def _verdict(check: Check) -> Verdict:
     base = Verdict(statement.name, statement.line, AGREES, check.shape)
     if isinstance(check, QuantityCheck):
         if np.isnan(check.right).any():
-            task = ' '.join(check.robot.task.rows)
+            task = ' '.join(check.robot.singularity.task.rows)
             raise FormulaError(
                 f'{statement.name}: the Jacobian of the task ({task}) has '
                 f'{check.names.table.joints} columns: it has no determinant',
@@ -321,14 +321,17 @@ def _facts(check: QuantityCheck) -> list[str]:
     person, kind = check.person, check.quantity.kind
     if kind in ('tool', 'pose', 'row', 'rotation', 'general') and person.shape[1] >= 3:
         facts += _rotation_facts(person[:, :3, :3])
-    if kind == 'det' and check.robot.task.structurally_deficient:
+    if kind == 'det' and check.robot.singularity.task.structurally_deficient:
         facts.append(_structural(check.robot))
     return facts
 
 
 def _structural(robot: Robot) -> str:
-    rank, full = robot.task.generic_rank, min(len(robot.task.rows), robot.dof)
-    joints = ', '.join(robot.task.dependent_joints)
+    rank, full = (
+        robot.singularity.task.generic_rank,
+        min(len(robot.singularity.task.rows), robot.dof),
+    )
+    joints = ', '.join(robot.singularity.task.dependent_joints)
     because = f': the motions of {joints} cancel' if joints else ''
     return (
         f'the determinant is 0 at every pose, not only here: the rank is at most {rank} of {full}'

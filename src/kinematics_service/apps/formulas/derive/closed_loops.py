@@ -170,10 +170,12 @@ def closed_determinant(
         Of the arm with its loops open.
     """
     symbols = writer.arithmetic.names.variables
-    if not robot.task.square or len(symbols) > MOST_VARIABLES:
+    if not robot.singularity.task.square or len(symbols) > MOST_VARIABLES:
         return None
     turned = in_axes_of(J, frames.in_base[_simplest_frame(robot)])
-    rows = writer.matrix(tuple(turned[ROW_NAMES.index(row)] for row in robot.task.rows))
+    rows = writer.matrix(
+        tuple(turned[ROW_NAMES.index(row)] for row in robot.singularity.task.rows)
+    )
     # det(A - B D^-1 C) det D = det [[A, B], [C, D]], of which no entry is a quotient.
     slopes = sympy.Matrix([e for loop in loops for e in loop.equations]).jacobian(list(symbols))
     numerator = rows.col_join(slopes).det(method='berkowitz')
@@ -184,7 +186,7 @@ def closed_determinant(
 def _simplest_frame(robot: Robot) -> int:
     # Three rows together have the same determinant in any axes: those where the loops begin do not
     # turn with the joints before them.
-    rows = set(robot.task.rows)
+    rows = set(robot.singularity.task.rows)
     whole = all(part <= rows or not part & rows for part in (LINEAR, ANGULAR))
     return robot.description.loops[0].start.row if whole else 0
 

@@ -317,10 +317,10 @@ def _closed_set(exact: Exact, loops: tuple[LoopEquations, ...], tell: Progress) 
     robot = exact.sampler.robot
     tell('determinant')
     expression = closed_determinant(robot, exact.J, exact.frames, loops, exact.writer)
-    rows, square = robot.task.rows, robot.task.square
+    rows, square = robot.singularity.task.rows, robot.singularity.task.square
     determinant = Determinant(square, rows, expression, columns=robot.variables, minors=1)
-    dependent = robot.task.dependent_joints
-    return SingularSet(determinant, (), (), robot.task.generic_rank, dependent, False)
+    dependent = robot.singularity.task.dependent_joints
+    return SingularSet(determinant, (), (), robot.singularity.task.generic_rank, dependent, False)
 
 
 def _in_half_angles(exact: Exact) -> Exact:
@@ -346,7 +346,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
     names = [v.name for v in arithmetic.names.variables]
     dependent = tuple(_dependent(sampler, names)) if rank < min(n, len(sampler.rows)) else ()
     if minors is None:
-        determinant = Determinant(False, sampler.robot.task.rows)
+        determinant = Determinant(False, sampler.robot.singularity.task.rows)
         return SingularSet(determinant, (), (), rank, dependent, False)
     tell('factors')
     product, rests = product_of(minors, arithmetic)
@@ -369,7 +369,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
         constant=constant,
         remainder=remainder,
         view=f'axes of {minors.view.axes}, point: {minors.view.point}',
-        rows=sampler.robot.task.rows,
+        rows=sampler.robot.singularity.task.rows,
         columns=tuple(names[j] for j in minors.columns),
         minors=len(minors.values),
         identically_zero=square and rank < n,
@@ -442,6 +442,6 @@ def determinant_factors(exact: Exact) -> DeterminantFactors:
 
 
 def _dependent(sampler: PoseSampler, names: list[str]) -> list[str]:
-    known = set(sampler.robot.task.dependent_joints)
+    known = set(sampler.robot.singularity.task.dependent_joints)
     joints = sampler.robot.joint_names
     return [name for name, j in zip(names, sampler.moving) if joints[j] in known]

@@ -127,7 +127,11 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
         reference *= evaluated(factor.expression, derivation.names, q) ** factor.power
     if derivation.singular_set.determinant.square:
         sampler = exact.sampler
-        J_t = sampler.arm(q).J_t / sampler.robot.task.row_scales[:, None] / sampler.column_scales
+        J_t = (
+            sampler.arm(q).J_t
+            / sampler.robot.singularity.task.row_scales[:, None]
+            / sampler.column_scales
+        )
         reference = np.linalg.det(J_t)
     if not derivation.singular_set.factors:
         return 0.0

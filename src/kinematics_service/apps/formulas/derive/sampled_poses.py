@@ -60,7 +60,7 @@ class PoseSampler:
     @property
     def rows(self) -> tuple[int, ...]:
         """Return the indices of the task rows."""
-        return tuple(self.robot.task.axes.tolist())
+        return tuple(self.robot.singularity.task.axes.tolist())
 
     def whole(self, q: Floats) -> Floats:
         """
@@ -116,7 +116,9 @@ class PoseSampler:
         origins = tool[:, None] + np.cross(axes, velocity)
         return ArmAtPoses(
             J,
-            task_jacobian(robot.task, J) * robot.task.row_scales[:, None] * self.column_scales,
+            task_jacobian(robot.singularity.task, J)
+            * robot.singularity.task.row_scales[:, None]
+            * self.column_scales,
             frames,
             axes,
             origins,
@@ -191,7 +193,7 @@ class PoseSampler:
     @property
     def column_scales(self) -> Floats:
         """Return the factor of each column: the characteristic length of prismatic joints."""
-        return self.robot.task.column_scales[list(self.moving)]
+        return self.robot.singularity.task.column_scales[list(self.moving)]
 
 
 def sampler_of(robot: Robot, arithmetic: Arithmetic, frames: Frames, J: Matrix) -> PoseSampler:

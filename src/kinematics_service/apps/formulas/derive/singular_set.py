@@ -257,7 +257,7 @@ class FamilySearch:
         variables = arithmetic.names.variables
         joints = [k for k, v in enumerate(variables) if arithmetic.derivative(value, v)]
         rank, angular = rank_at(arm.J_t), any(i >= 3 for i in sampler.rows)
-        scales = sampler.robot.task.row_scales
+        scales = sampler.robot.singularity.task.row_scales
         lost = lost_motion(arm, sampler.rows, rank, self.rank, scales)
         name = name_of(arm, self.generic[0].elsewhere, joints, angular)
         special = self._special(numbers, joints, rank)
@@ -288,7 +288,9 @@ class FamilySearch:
         """
         sampler, starts = self.sampler, self.sampler.random(count)
         scaled = [f.scaled_to(starts) for f in functions]
-        scale = np.where(sampler.slides, sampler.robot.task.length / sampler.to_si, 1.0)
+        scale = np.where(
+            sampler.slides, sampler.robot.singularity.task.length / sampler.to_si, 1.0
+        )
         return poses_on(scaled, starts, scale)
 
     @property

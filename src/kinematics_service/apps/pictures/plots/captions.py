@@ -55,7 +55,7 @@ def nearness(robot: Robot, singularity: Singularity) -> str:
         text = f'distance to singularity {distance:.3g} rad ({math.degrees(distance):.3g}°)'
     factors = singularity.factors
     if factors is not None and not farther and np.min(factors.estimates) <= 1.5 * distance:
-        if not robot.factors.is_loop(factors.nearest):
+        if not robot.singularity.factors.is_loop(factors.nearest):
             text += f': {words(factors.names[factors.nearest])}'
         elif loop := flat_loop(robot, singularity):
             text += f': {words(group_in_words(loop))} flat'

@@ -55,7 +55,7 @@ def critical_points(robot: Robot, plane: Plane, starts: int | None = None) -> Cr
     rows = _rows(robot, plane, q)
     c = random.normal(size=(len(q), rows))
     c /= np.linalg.norm(c, axis=1, keepdims=True)
-    scales = robot.task.column_scales
+    scales = robot.singularity.task.column_scales
     for _ in range(STEPS):
         F, J = _system(robot, plane, q, c)
         if robot.chain.loops:
@@ -80,7 +80,11 @@ def _gradients(robot: Robot, plane: Plane, q: Floats) -> Floats:
     # Returns the position's scaled Jacobian along the plane's vectors, over the reach, (..., k,
     # n); nan where loops do not close.
     position, J = _position_and_jacobian(robot, q)
-    return plane.gradients(position) @ (J * robot.task.column_scales) / robot.task.reach
+    return (
+        plane.gradients(position)
+        @ (J * robot.singularity.task.column_scales)
+        / robot.singularity.task.reach
+    )
 
 
 def _position_and_jacobian(robot: Robot, q: Floats) -> tuple[Floats, Floats]:
@@ -108,7 +112,7 @@ def _rows(robot: Robot, plane: Plane, q: Floats) -> int:
 def _system(robot: Robot, plane: Plane, q: Floats, c: Floats) -> tuple[Floats, Floats]:
     # Returns residuals (N, n + 1 or 2) and their derivatives by q (scaled) and c.
     n, k = robot.dof, c.shape[1]
-    scales = robot.task.column_scales
+    scales = robot.singularity.task.column_scales
     A = _gradients(robot, plane, q)[:, :k]
     ahead = q[:, None] + DIFFERENCE * np.diag(scales)
     behind = q[:, None] - DIFFERENCE * np.diag(scales)
@@ -120,7 +124,7 @@ def _system(robot: Robot, plane: Plane, q: Floats, c: Floats) -> tuple[Floats, F
     parts = [top, unit]
     if k == 3:
         off = (_position_and_jacobian(robot, q)[0] - plane.origin) @ plane.normal
-        off /= robot.task.reach
+        off /= robot.singularity.task.reach
         F.append(off[:, None])
         parts.append(np.concatenate([A[:, 2:], np.zeros((len(q), 1, k))], axis=2))
     return np.concatenate(F, axis=1), np.concatenate(parts, axis=1)

@@ -64,7 +64,7 @@ def singular_table(robot: Robot, q: Floats) -> Floats:
 
     Rows are nan where a closed loop does not close.
     """
-    rows = np.full((len(q), 2 + len(robot.factors.names)), np.nan)
+    rows = np.full((len(q), 2 + len(robot.singularity.factors.names)), np.nan)
     closed = closes_at(robot.chain, q)
     near = singularity(robot, q[closed])
     rows[closed, 0] = near.distance
@@ -104,10 +104,10 @@ def distance_map(
             f'{all_in_words(robot.loop_names)}; hold '
             'the other joints elsewhere with --q'
         )
-    functions = {name: grids[..., 2 + k] for k, name in enumerate(robot.factors.names)}
+    functions = {name: grids[..., 2 + k] for k, name in enumerate(robot.singularity.factors.names)}
     everywhere = tuple(name for name, f in functions.items() if np.nanmax(np.abs(f)) < ZERO)
-    task = robot.task
-    if task.square and not task.structurally_deficient and not robot.factors.complete:
+    task = robot.singularity.task
+    if task.square and not task.structurally_deficient and not robot.singularity.factors.complete:
         functions['det J'] = grids[..., 1]
     return DistanceMap(joints, q, horizontal, vertical, grids[..., 0], functions, everywhere)
 

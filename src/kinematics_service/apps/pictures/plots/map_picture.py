@@ -92,12 +92,12 @@ def with_border_crossed(values: Floats) -> Floats:
 def _draw_thresholds(axes: Any, robot: Robot, numbers: DistanceMap) -> list[Any]:
     from matplotlib.lines import Line2D
 
-    if robot.thresholds.measure != 'distance':
+    if robot.singularity.thresholds.measure != 'distance':
         return []
     entries = []
     for value, name, style in (
-        (robot.thresholds.warn, 'warn', '-'),
-        (robot.thresholds.stop, 'stop', ':'),
+        (robot.singularity.thresholds.warn, 'warn', '-'),
+        (robot.singularity.thresholds.stop, 'stop', ':'),
     ):
         if not np.nanmin(numbers.distance) < value < np.nanmax(numbers.distance):
             continue
@@ -148,7 +148,8 @@ def _in_pi(value: float) -> str:
 
 
 def _title(robot: Robot, numbers: DistanceMap) -> str:
-    text = f'{words(robot.name)}: distance to singularity (task {" ".join(robot.task.rows)})'
+    rows = ' '.join(robot.singularity.task.rows)
+    text = f'{words(robot.name)}: distance to singularity (task {rows})'
     if robot.dof > 2:
         text += f'\nthe other joints at {positions(robot, numbers.q, 80, skip=numbers.joints)}'
     if numbers.everywhere:

@@ -37,10 +37,11 @@ def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
     drawn = [one for one in MEASURES.values() if getattr(near, one.name) is not None]
 
     def draw(figure: Any) -> None:
+        task = robot.singularity.task
         title = (
             f'{words(robot.name)}: singularity along {words(motion.described)}\n'
-            f'task {" ".join(robot.task.rows)}, length {robot.task.length:.3g} m; '
-            f'watched: {robot.thresholds.measure.replace("_", " ")}'
+            f'task {" ".join(task.rows)}, length {task.length:.3g} m; '
+            f'watched: {robot.singularity.thresholds.measure.replace("_", " ")}'
         )
         rows = panels(figure, [2.3] + [1.5] * (len(drawn) - 1), title)
         for measure, axes in zip(drawn, rows):
@@ -56,7 +57,7 @@ def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
             if farther := measure.farther(float(np.max(values))):
                 axes.axhline(measure.most, color=GREY, linestyle=':', label=farther, zorder=1)
                 draw_legend(axes)
-            if measure.name == robot.thresholds.measure:
+            if measure.name == robot.singularity.thresholds.measure:
                 _draw_thresholds(axes, robot)
             axes.margins(x=0.0)
         _name_factors(robot, rows[0], motion, near)
@@ -73,7 +74,7 @@ def _label(measure: Measure, unit: str) -> str:
 
 
 def _draw_thresholds(axes: Any, robot: Robot) -> None:
-    limits = robot.thresholds
+    limits = robot.singularity.thresholds
     measure = MEASURES[limits.measure]
     both = measure.of_square  # it may be negative
     for value, name, style in ((limits.warn, 'warn', '--'), (limits.stop, 'stop', '-')):
@@ -117,7 +118,7 @@ def _name_factors(robot: Robot, axes: Any, motion: PlottedMotion, near: Singular
     taken: list[tuple[float, float]] = []
     for k in low[np.argsort(distance[low], kind='stable')]:
         nearest = int(np.argmin(factors.estimates[k]))
-        if robot.factors.is_loop(nearest) and not flat_loop(
+        if robot.singularity.factors.is_loop(nearest) and not flat_loop(
             robot, singularity(robot, motion.q[k])
         ):
             continue  # it is the arm that is near

@@ -118,7 +118,7 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
     points = _seen(robot)
     if name is None:
         height = np.ptp(points @ axis.direction)
-        leaves = height > FLAT * robot.task.reach
+        leaves = height > FLAT * robot.singularity.task.reach
         widths = np.ptp(points, axis=0)
         name = 'rz' if turns and leaves else _widest(widths)
     if name == 'rz':
@@ -130,7 +130,7 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
         if at is not None:
             raise PlotError('--at goes with --plane xy, xz or yz: rz is about the axis of joint 1')
         return _half_plane(axis)
-    return _base_plane(name, at, points, FLAT * robot.task.reach)
+    return _base_plane(name, at, points, FLAT * robot.singularity.task.reach)
 
 
 def _seen(robot: Robot) -> Floats:

@@ -80,7 +80,7 @@ def clear_pose(robot: Robot) -> Floats:
     q = q[within] if np.any(within) else q
     bent = np.sum(np.abs(q - middle) * ~robot.prismatic, axis=1)
     lowest = np.min(evaluate(robot, q, depth=kernel.ALL_FRAMES).link_frames[..., 2, 3], axis=-1)
-    hangs = np.maximum(-lowest, 0.0) / robot.task.reach
+    hangs = np.maximum(-lowest, 0.0) / robot.singularity.task.reach
     # What each is worth at most: the search for the singular pose nearest to it takes the time.
     worth = FAR - TIDINESS * bent - hangs
     order, best = np.argsort(-worth, kind='stable'), -math.inf

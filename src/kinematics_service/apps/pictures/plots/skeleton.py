@@ -89,7 +89,7 @@ def skeleton_of(robot: Robot, q: Floats) -> Skeleton:
     """
     state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
     frames, tool = state.link_frames, state.pose
-    same = SAME * robot.task.reach
+    same = SAME * robot.singularity.task.reach
     corners: list[tuple[Floats, bool]] = [(np.zeros(3), False), (frames[0, :3, 3], False)]
     axes, segments = [], []
     for k, (row, carried) in enumerate(zip(table_rows(robot.description), carried_rows(robot))):

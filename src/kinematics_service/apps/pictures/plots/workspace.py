@@ -81,8 +81,8 @@ def section_rows(robot: Robot, q: Floats, plane: Plane) -> Floats:
 
 def _into_plane(robot: Robot, q: Floats, plane: Plane) -> tuple[Floats, npt.NDArray[np.bool_]]:
     # Newton's method with the least motion, in which a unit of each joint counts the same.
-    ranges, near = finite_ranges(robot), IN_PLANE * robot.task.reach
-    scales, normal = robot.task.column_scales, plane.normal
+    ranges, near = finite_ranges(robot), IN_PLANE * robot.singularity.task.reach
+    scales, normal = robot.singularity.task.column_scales, plane.normal
     at = float(plane.origin @ normal)
     q, off = np.array(q), np.full(len(q), np.inf)
     closed = np.full(len(q), True)
@@ -145,7 +145,7 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     found = found[np.isfinite(found[:, 0])]
     if not len(found):
         raise PlotError(f'{robot.name}: the tool does not reach the {plane.title}')
-    widest = max(float(np.max(np.ptp(found[:, :2], axis=0))), SMALL * robot.task.reach)
+    widest = max(float(np.max(np.ptp(found[:, :2], axis=0))), SMALL * robot.singularity.task.reach)
     size = widest / CELLS
     found = _kept(found, size)
     each = max(SHARE * points // ROUNDS, 1)

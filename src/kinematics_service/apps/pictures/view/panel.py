@@ -122,7 +122,7 @@ def facts_html(seen: Observation, scene: Scene) -> str:
                 ('lost', direction_in_words(s.lost_direction), 'lost'),
                 ('joints opposed', joints_in_words(robot.joint_names, s.joint_motion), 'opposed'),
             ]
-    if robot.task.structurally_deficient:
+    if robot.singularity.task.structurally_deficient:
         rows.append(('always', structure_in_words(robot), 'always'))
     body = ''.join(
         f'<tr><td style="white-space:nowrap">{escape(label)}</td>'

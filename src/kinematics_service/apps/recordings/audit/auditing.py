@@ -225,7 +225,7 @@ def _moments(
 ) -> Iterator[WorstMoment]:
     worst, _ = _largest(len(timeline), partial(badness, robot, timeline))
     value = watched_at(robot, timeline, worst)
-    measure = MEASURES[robot.thresholds.measure]
+    measure = MEASURES[robot.singularity.thresholds.measure]
     shown = measure.farther(value) or f'{value:.3g}'
     yield WorstMoment(f'nearest to a singularity ({measure.words})', worst, shown)
     for what, column, unit in (

@@ -63,8 +63,8 @@ class Computer:
 
     def __init__(self, robot: Robot, ingest: Ingest) -> None:
         self._robot, self._ingest = robot, ingest
-        self._judge = Judge(robot.thresholds)
-        self._search = NearestSearch(robot.arm)
+        self._judge = Judge(robot.singularity.thresholds)
+        self._search = NearestSearch(robot.singularity.arm)
         self._quaternion: Floats | None = None
         self.timeline = Timeline(robot)
 

@@ -71,7 +71,7 @@ class Interval(NamedTuple):
 
 def watched_values(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
     """Return the watched measure of some states, |det| for the determinant, shape (N,)."""
-    return np.asarray(np.abs(timeline.measures[robot.thresholds.measure][rows]))
+    return np.asarray(np.abs(timeline.measures[robot.singularity.thresholds.measure][rows]))
 
 
 def watched_at(robot: Robot, timeline: Timeline, row: int) -> float:
@@ -82,7 +82,7 @@ def watched_at(robot: Robot, timeline: Timeline, row: int) -> float:
 def badness(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
     """Return the watched measure with the sign that makes the larger one the worse, (N,)."""
     values = watched_values(robot, timeline, rows)
-    sign = -1.0 if MEASURES[robot.thresholds.measure].small_is_bad else 1.0
+    sign = -1.0 if MEASURES[robot.singularity.thresholds.measure].small_is_bad else 1.0
     return np.where(np.isnan(values), np.inf, sign * values)
 
 
@@ -135,7 +135,9 @@ def _nearest(robot: Robot, near: Singularity) -> str:
     if near.factors is None:
         return ''
     k = near.factors.nearest
-    return flat_loop(robot, near) if robot.factors.is_loop(k) else near.factors.names[k]
+    return (
+        flat_loop(robot, near) if robot.singularity.factors.is_loop(k) else near.factors.names[k]
+    )
 
 
 def _named(
@@ -150,7 +152,7 @@ def _named(
 
 def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, FactorPassage]) -> None:
     # Returns the least distance of each factor that is the nearest at some time.
-    if not robot.factors.names:
+    if not robot.singularity.factors.names:
         return
     distances = timeline.factors[rows]
     nearest = np.argmin(distances, axis=1)
@@ -159,4 +161,6 @@ def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, Facto
         row = int(own[np.argmin(distances[own, k])])
         distance = float(distances[row, k])
         if k not in passed or distance < passed[k].distance:
-            passed[k] = FactorPassage(robot.factors.names[k], distance, rows.start + row)
+            passed[k] = FactorPassage(
+                robot.singularity.factors.names[k], distance, rows.start + row
+            )

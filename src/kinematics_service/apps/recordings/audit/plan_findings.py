@@ -103,7 +103,7 @@ def _singular(audit: Audit) -> list[Finding]:
 
 def _named(robot: Robot, found: PlanSingularity) -> str:
     # The named factors that vanish at the singular pose found.
-    if found.nearest_singular is None or not robot.factors.names:
+    if found.nearest_singular is None or not robot.singularity.factors.names:
         return ''
     if robot.loop_names:  # at a flat position nothing closes
         loop = flat_loop(robot, singularity(robot, found.moment.q))

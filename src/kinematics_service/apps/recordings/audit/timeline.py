@@ -92,9 +92,11 @@ class Timeline(MotionColumns):
         self.messages, self.turned, self.position = Column(np.int64), Column(bool), StateTable(3)
         self.speed, self.turning = Column(np.float64), Column(np.float64)
         kept = [one.name for one in MEASURES.values() if one.on_page]
-        self.measures = {name: Column(np.float64) for name in (robot.thresholds.measure, *kept)}
+        self.measures = {
+            name: Column(np.float64) for name in (robot.singularity.thresholds.measure, *kept)
+        }
         self.distance, self.nearest_singular = Column(np.float64), StateTable(robot.dof)
-        self.factors = StateTable(len(robot.factors.names))
+        self.factors = StateTable(len(robot.singularity.factors.names))
         self.levels, self.silent = Column(np.int8), Column(bool)
         self.warnings: list[PublishedWarning] = []
 

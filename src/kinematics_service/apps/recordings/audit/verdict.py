@@ -95,14 +95,14 @@ def _away(audit: Audit) -> str:
     which = f'its {judged_in_words(audit)}'
     if audit.planned and audit.refused:
         which = f'the {judged_in_words(audit)} that could be judged'
-    if audit.robot.thresholds.measure == 'distance':
+    if audit.robot.singularity.thresholds.measure == 'distance':
         return f'No singular pose was found near the {who} at {which}'
     return f'The {who} keeps away from singular poses at {which}'
 
 
 def _singular_poses(audit: Audit) -> Finding:
-    measure = MEASURES[audit.robot.thresholds.measure]
-    thresholds = audit.robot.thresholds
+    measure = MEASURES[audit.robot.singularity.thresholds.measure]
+    thresholds = audit.robot.singularity.thresholds
     who = 'The planned motion' if audit.planned else 'The arm'
     row = audit.moments[0].row
     worst = watched_at(audit.robot, audit.timeline, row)
@@ -131,7 +131,7 @@ def _singular_poses(audit: Audit) -> Finding:
 
 
 def _goodness(audit: Audit, value: float) -> float:
-    return value if MEASURES[audit.robot.thresholds.measure].small_is_bad else -value
+    return value if MEASURES[audit.robot.singularity.thresholds.measure].small_is_bad else -value
 
 
 def _limits(audit: Audit) -> Iterator[Finding]:

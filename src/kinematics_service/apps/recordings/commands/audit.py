@@ -232,10 +232,10 @@ def _failures(text: str | None) -> tuple[str, ...] | None:
 def _judged(robot: Robot, warn: float | None, stop: float | None) -> Robot:
     if warn is None and stop is None:
         return robot
-    own = robot.thresholds
+    own = robot.singularity.thresholds
     try:
         thresholds = thresholds_for(
-            robot.task,
+            robot.singularity.task,
             own.measure,
             own.warn if warn is None else warn,
             own.stop if stop is None else stop,

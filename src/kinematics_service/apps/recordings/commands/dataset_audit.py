@@ -64,7 +64,7 @@ def _asked(path: Path, robot: str, work: EpisodeWork) -> str:
         robot,
         sum_of_robot,
         arm.tool_frame,
-        arm.thresholds,
+        arm.singularity.thresholds,
         replace(work, reading=work.reading._replace(robot=None)),  # type: ignore[arg-type]
         scale,
         zero,

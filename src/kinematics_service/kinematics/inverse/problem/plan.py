@@ -102,7 +102,7 @@ def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan
     """Return the plan of an arm for the wanted rows and, with `axis`, the tool's direction."""
     # What is recognised in screws is not there where loops bend the arm: the search is left.
     screws = None if robot.chain.loops else screws_of(robot.chain)
-    scales = np.array(robot.task.column_scales)
+    scales = np.array(robot.singularity.task.column_scales)
     idle, rank = _idle_motions(robot, rows, axis, scales)
     held = scales.copy()
     for j in _pivots(idle):

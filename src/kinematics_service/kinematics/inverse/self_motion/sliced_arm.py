@@ -133,7 +133,10 @@ def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm |
     if len(screws.axes) != (7 if whole else 4) or (not whole and rows != ROW_NAMES[:3]):
         return None
     table = np.column_stack([screws.axes, screws.points, np.array(screws.slides, np.float64)])
-    back, length = np.asarray(np.linalg.inv(screws.coupling), np.float64), 0.5 * robot.task.length
+    back, length = (
+        np.asarray(np.linalg.inv(screws.coupling), np.float64),
+        0.5 * robot.singularity.task.length,
+    )
     arm = SlicedArm(screws, np.ascontiguousarray(table), back, whole, length, None)
     for held in (len(table) - 1, 0) if whole else (0,):
         if not screws.slides[held] and (slices := _slices(arm, robot, held)) is not None:

@@ -208,7 +208,7 @@ class QuantityCheck(Check):
         rows, order = self.shape[0], self.row_order('all')
         if rows == 6 or self.quantity.rows:
             return list(range(rows))
-        task = self.robot.task.axes.tolist()
+        task = self.robot.singularity.task.axes.tolist()
         kept = task if rows == len(task) else [0, 1, 2]
         return [order.index(k) for k in kept]
 
@@ -275,7 +275,7 @@ def task_determinant(robot: Robot, world: World) -> Floats:
     """Return det(J_t) of the task's rows in the axes of frame 0, shape (N,); NaN if not square."""
     R_t = np.swapaxes(world.base[:, :3, :3], 1, 2)
     v, w = R_t @ world.jacobian[:, :3], R_t @ world.jacobian[:, 3:]
-    J_t = np.concatenate([v, w], axis=1)[:, robot.task.axes]
+    J_t = np.concatenate([v, w], axis=1)[:, robot.singularity.task.axes]
     if J_t.shape[1] != J_t.shape[2]:
         return np.full(len(J_t), np.nan)
     return np.asarray(np.linalg.det(J_t))

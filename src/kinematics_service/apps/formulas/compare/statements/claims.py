@@ -73,7 +73,7 @@ class _ArmOfLetters:
 
     def smallness(self, q: Floats) -> Floats:
         # Of N poses (N, n), rad and m: their last singular value, relative to the largest.
-        sampler, task = self.sampler, self.robot.task
+        sampler, task = self.sampler, self.robot.singularity.task
         J_t, rank = task_jacobian(task, jacobian(self.robot, q)), task.generic_rank
         if sampler is not None and len(q):
             J_t = sampler.arm(q[:, list(sampler.moving)] / sampler.to_si).J_t
@@ -89,7 +89,7 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
     Both hold if they do at two random values of each letter; a remark says what is special about
     the numbers of the file.
     """
-    task = robot.task
+    task = robot.singularity.task
     square = not task.structurally_deficient and len(task.rows) == robot.dof
     try:
         exact = exact_of(robot)

@@ -181,7 +181,7 @@ def _jacobian(derivation: Derivation, frame: str) -> Iterator[Block]:
 
 
 def _closed_determinant(derivation: Derivation) -> Iterator[Block]:
-    rows = ' '.join(derivation.robot.task.rows)
+    rows = ' '.join(derivation.robot.singularity.task.rows)
     yield Heading('Determinant', 2)
     if not derivation.singular_set.determinant.square:
         yield say(f'The task {rows} is not square: there is no determinant of the arm.')

@@ -59,7 +59,7 @@ def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> dict[str, Any
     good[good] = closes_at(robot.chain, q[good])
     # In the order of the rows: most are the next ones of a motion.
     state = evaluate(robot, q[good])
-    known = singularity_of(measured_in_order(state, NearestSearch(robot.arm)))
+    known = singularity_of(measured_in_order(state, NearestSearch(robot.singularity.arm)))
     labels = {}
     for name, label in LABELS.items():
         if name == CLEARANCE and not clearance:

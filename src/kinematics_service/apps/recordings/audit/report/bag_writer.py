@@ -96,7 +96,7 @@ class BagWriter:
         self._measures = [
             (measure.name, self._add(f'singularity/{measure.name}', 'std_msgs/msg/Float64', 1))
             for measure in reversed(MEASURES.values())
-            if robot.task.square or not measure.of_square
+            if robot.singularity.task.square or not measure.of_square
         ]
         self._warning = self._connection(WARNING, 'diagnostic_msgs/msg/DiagnosticStatus', True)
 

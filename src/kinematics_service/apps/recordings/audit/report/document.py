@@ -53,7 +53,7 @@ def document_of(audit: Audit) -> dict[str, Any]:
         **attributes(audit, 'topic', 'planned'),
         'robot': robot.name,
         **attributes(robot, 'joint_names', 'base_frame', 'tool_frame'),
-        **attributes(robot.thresholds, 'measure', 'warn', 'stop'),
+        **attributes(robot.singularity.thresholds, 'measure', 'warn', 'stop'),
         'level': verdict.level.name,
         'verdict': [{'level': s.level.name, 'sentence': s.text} for s in verdict.sentences],
         'messages': {
@@ -248,7 +248,7 @@ def _series(audit: Audit, rows: Times) -> dict[str, Any]:
         **attributes(singularity, 'distance'),
         **{name: values for name, values in measures.items() if values is not None},
         'time_to_warning': np.where(moving, singularity.time_to_warning, np.nan),
-        'factor_names': audit.robot.factors.names,
+        'factor_names': audit.robot.singularity.factors.names,
         'factor_motions': factors,
         'level': [Level(int(level)).name for level in timeline.levels[rows]],
         **({} if audit.slowing is None else {'scale': audit.slowing.values[rows]}),

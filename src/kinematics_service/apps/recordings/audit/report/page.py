@@ -75,7 +75,7 @@ def _at(audit: Audit, row: int) -> str:
 
 
 def _singularities(audit: Audit) -> str:
-    measure = MEASURES[audit.robot.thresholds.measure]
+    measure = MEASURES[audit.robot.singularity.thresholds.measure]
     worst = f'worst {measure.name.replace("_", " ")}{f", {measure.unit}" if measure.unit else ""}'
     text = f'<h2>Near singularities</h2>\n{measure_charts(audit)}'
     if not audit.intervals:

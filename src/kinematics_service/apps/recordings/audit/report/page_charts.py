@@ -68,17 +68,23 @@ def _bands(audit: Audit) -> list[Band]:
 def measure_charts(audit: Audit) -> str:
     """Return the watched measure with its thresholds, and the named factors."""
     robot, timeline = audit.robot, audit.timeline
-    measure = MEASURES[robot.thresholds.measure]
+    measure = MEASURES[robot.singularity.thresholds.measure]
     levels = [
-        LevelLine(robot.thresholds.warn, f'WARN {robot.thresholds.warn:g}', 'warnline'),
-        LevelLine(robot.thresholds.stop, f'ERROR {robot.thresholds.stop:g}'),
+        LevelLine(
+            robot.singularity.thresholds.warn,
+            f'WARN {robot.singularity.thresholds.warn:g}',
+            'warnline',
+        ),
+        LevelLine(
+            robot.singularity.thresholds.stop, f'ERROR {robot.singularity.thresholds.stop:g}'
+        ),
     ]
     curve = _curve(audit, measure.words, 'c0', partial(watched_values, robot, timeline))
     title = measure.long or measure.words
     log = bool(np.any(curve.values > 0.0))
-    most = CLIPPED_AT * robot.thresholds.stop if not measure.small_is_bad else math.inf
+    most = CLIPPED_AT * robot.singularity.thresholds.stop if not measure.small_is_bad else math.inf
     charts = [Chart(title, measure.unit, [curve], levels=levels, log=log, most=most, height=210)]
-    factors = robot.factors.names
+    factors = robot.singularity.factors.names
     if len(factors) > 1:
         curves = [
             _curve(audit, factor, f'c{k % 6}', timeline.factors.columns[k].__getitem__)

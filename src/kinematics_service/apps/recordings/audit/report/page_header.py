@@ -56,7 +56,7 @@ def _sha256(path: Path) -> str:
 
 def header(audit: Audit, origin: Provenance | None) -> str:
     """Return the header as HTML; it has date and sums only with an origin."""
-    thresholds, robot = audit.robot.thresholds, audit.robot
+    thresholds, robot = audit.robot.singularity.thresholds, audit.robot
     unit = MEASURES[thresholds.measure].unit
     warn, stop = (f'{value:g} {unit}'.strip() for value in (thresholds.warn, thresholds.stop))
     sha256 = origin.recording_sha256 if origin else ''
