@@ -570,6 +570,26 @@ def test_too_few_poses_and_poses_that_are_all_alike_are_refused(arm):
     assert 'the priors decide much of the result' in found.remarks[0]
 
 
+@pytest.mark.parametrize('order', [np.repeat, np.tile])
+def test_repeated_poses_are_held_out_together(order):
+    arm = measured_arm('ur5e', 4)
+    rows = order(np.arange(4), 10)
+    random = np.random.default_rng(5)
+    poses = arm.poses[rows]
+    poses[:, :3, 3] += NOISE * random.normal(size=(40, 3))
+    found = ks.calibrate(arm.robot, arm.q[rows] + 1e-4 * random.uniform(size=(40, 6)), poses)
+    # Three poses do not foretell the fourth one.
+    assert found.held_out.position_rms > 1e-3
+    assert found.remarks[0].startswith('4 different poses of 40 give 24 numbers for 38 parameters')
+
+
+def test_sessions_of_a_row_each_are_held_out_one_after_the_other(arm):
+    names = [f'day{k}' for k in range(12)]
+    found = ks.calibrate(arm.robot, arm.q[:12], arm.poses[:12], sessions=names)
+    # Other days tell the table, but not the drift of a day that is held out.
+    assert 5 * NOISE < found.held_out.position_rms < 0.5 * found.held_out_before.position_rms
+
+
 def test_a_base_that_is_not_fitted_is_not_said_to_be(arm):
     away = arm.poses.copy()
     away[:, 0, 3] += 3.0

@@ -22,7 +22,13 @@ from ..frame_check.errors import Errors, errors_of
 from ..frame_check.hypotheses import Hypothesis, joint_hypotheses_of
 from .acceptance import JudgedFit, noise_remarks, refusals_of
 from .camera import ON_TOOL, Camera, given_by_camera, wrong_size
-from .checking import REMARKED_DEVIATIONS, Measured, checked_offsets, measured
+from .checking import (
+    REMARKED_DEVIATIONS,
+    Measured,
+    checked_offsets,
+    measured,
+    position_numbers,
+)
 from .chosen_parameters import ChosenParameters, asks_for_gears
 from .conditions import ToolLoads, with_conditions
 from .corrections import corrected_robot
@@ -354,12 +360,16 @@ def _errors(remainders: Floats, used: Flags) -> Errors:
 
 
 def _blocks(problem: FitProblem) -> Integers:
-    # Of each row its block: as many consecutive ones of each set.
-    blocks = np.empty(len(problem.q), dtype=np.int64)
+    # The block of each row. As many consecutive joint positions of each set are a block; a row
+    # that repeats a position is in the block of the first one, or it would foretell that one.
+    numbers, begin = position_numbers(problem.q), 0
+    blocks = np.full(len(problem.q), -1)
     for k in range(len(problem.chains)):
-        rows = np.flatnonzero(problem.sets == k)
-        for number, part in enumerate(np.array_split(rows, BLOCKS)):
-            blocks[part] = number
+        own = np.unique(numbers[(problem.sets == k) & (blocks < 0)])
+        parts = np.array_split(own, min(BLOCKS, len(own))) if len(own) else []
+        for number, part in enumerate(parts, begin):
+            blocks[np.isin(numbers, part)] = number % BLOCKS
+        begin += len(parts)
     return blocks
 
 
@@ -370,10 +380,12 @@ def _outliers(found: Identified) -> tuple[int, ...]:
 
 def _few_rows(given: Measured, found: Identified) -> Iterator[str]:
     used, count = int(np.sum(found.used)), len(found.values)
-    rows = (3 if given.positions else 6) * used
+    different = len(np.unique(position_numbers(given.q[found.used])))
+    rows = (3 if given.positions else 6) * different
     if rows < 2 * count:
+        poses = f'{used} poses' if different == used else f'{different} different poses of {used}'
         yield (
-            f'{used} poses give {rows} numbers for {count} parameters: the priors decide much of '
+            f'{poses} give {rows} numbers for {count} parameters: the priors decide much of '
             'the result; measure more poses'
         )
 

@@ -209,6 +209,16 @@ def check_mark(what: str, name: str) -> None:
         raise CalibrationError(f'a {what} may not be called {name!r}')
 
 
+def position_numbers(q: Floats) -> Integers:
+    """Return the number (N,) of each joint position, equal ones having the same, from 0 on."""
+    numbers, different = np.full(len(q), -1), 0
+    while np.any(left := numbers < 0):
+        first = q[int(np.argmax(left))]
+        numbers[left & (np.max(np.abs(q - first), axis=1) < ALIKE)] = different
+        different += 1
+    return numbers
+
+
 def check_different(q: Floats, whose: str, least: int = MIN_POSES) -> None:
     """
     Refuse joint positions (N, n), rad or m, that are fewer different ones than tell anything.
@@ -218,11 +228,7 @@ def check_different(q: Floats, whose: str, least: int = MIN_POSES) -> None:
     CalibrationError
         All are alike, or all but too few.
     """
-    others, different = np.ones(len(q), dtype=bool), 0
-    while different < least and np.any(others):
-        first = q[int(np.argmax(others))]
-        others &= np.max(np.abs(q - first), axis=1) >= ALIKE
-        different += 1
+    different = int(np.max(position_numbers(q))) + 1
     if different == 1:
         moved = float(np.max(np.ptp(q, axis=0)))
         raise CalibrationError(
