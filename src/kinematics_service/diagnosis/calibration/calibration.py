@@ -44,6 +44,7 @@ from .fitting import (
     with_covariance,
 )
 from .identified_table import CalibratedParameter
+from .joint_evidence import joint_remarks
 from .knowledge import KNOWN
 from .placing import Free
 from .result import BLOCKS, Calibration, FitErrors
@@ -352,6 +353,8 @@ def _fitted(
     whole = {one.name for one in names.table if one.group != GEARS} <= set(problem.names)
     judged = JudgedFit(calibration, whole)
     remarks = (*calibration.remarks, *noise_remarks(judged), *names.remarks(problem, found))
+    if whole:
+        remarks = (*remarks, *joint_remarks(robot, problem, found))
     return replace(calibration, refusals=refusals_of(judged), remarks=remarks), found
 
 

@@ -180,23 +180,32 @@ class FitProblem:
             change = pose_change(chain, every, self._joints(own, every))
             poses[own], jacobian[own] = change.pose, change.jacobian[:, :, self.columns]
             if len(self.moving):
-                moved = self._moved(chain, own, every)
+                rates = self.rates[own][:, :, self.columns[self.moving] - self.first_rate]
+                moved = self._moved(chain, own, every) @ rates
                 jacobian[np.ix_(own, np.arange(6), self.moving)] = moved
-        left = self._between(poses)
+        return self.whitened(self._between(poses)), self._as_weighed(poses, jacobian)
+
+    def moves_with_joints(self, values: Floats) -> Floats:
+        """Return how the poses move with each joint (N, 2, 3, n), as weighed."""
+        jacobian, every = np.empty((len(self.q), 6, self.q.shape[1])), self.every(values)
+        for k, chain in enumerate(self.chains):
+            own = self.sets == k
+            jacobian[own] = self._moved(chain, own, every)
+        return self._as_weighed(self.predicted(values), jacobian)
+
+    def _as_weighed(self, poses: Floats, jacobian: Floats) -> Floats:
         if self.from_tool:
             jacobian = of_inverses(poses, jacobian)
-        moves = jacobian.reshape(len(poses), 2, 3, -1)
-        return self.whitened(left), self.whitened(moves)
+        return self.whitened(jacobian.reshape(len(poses), 2, 3, -1))
 
     def _moved(self, chain: CorrectedChain, own: Flags, every: Floats) -> Floats:
-        # How poses move with what moves joints, (rows, 6, K): by central differences of joints.
+        # How poses move with joints, (rows, 6, n), by central differences.
         q, n = self._joints(own, every), self.q.shape[1]
         at = np.concatenate([q + way * STEP * one for way in (1.0, -1.0) for one in np.eye(n)])
         later, sooner = poses_of(chain, every, at).reshape(2, n, -1, 4, 4)
         R = later[..., :3, :3] @ np.swapaxes(sooner[..., :3, :3], -1, -2)
         moved = np.concatenate([(later - sooner)[..., :3, 3], rotation_vector(R)], axis=-1)
-        rates = self.rates[own][:, :, self.columns[self.moving] - self.first_rate]
-        return np.asarray(np.moveaxis(moved / (2.0 * STEP), 0, -1) @ rates)
+        return np.asarray(np.moveaxis(moved / (2.0 * STEP), 0, -1))
 
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
         """Return how known distances move (D, P) and what remains (D,), in their deviations."""
@@ -392,7 +401,7 @@ def find_values(
         found = _at_least(noise, evident)
         distances = distances_of(problem, remainders, found)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
-        sorted_ = _known_distances(distances, freedom) < limit
+        sorted_ = normal_scores(distances, freedom) < limit
         same = bool(np.array_equal(sorted_, used)) or 2 * k > MAX_ROUNDS  # else they may alternate
         used = used if same else sorted_
         changed = max(abs(b / a - 1.0) if a else 0.0 for a, b in zip(before, found))
@@ -410,9 +419,15 @@ def with_covariance(problem: FitProblem, found: FoundValues) -> Identified:
     return Identified(**vars(found), covariance=covariance)
 
 
-def _known_distances(distances: Floats, freedom: Noise) -> Floats:
-    # As far as by a noise that is known: by one that few numbers tell, large distances are less
-    # rare, and f log(1 + d^2 / f) has about the distribution of the d^2 of a known one.
+def normal_scores(distances: Floats, freedom: Noise) -> Floats:
+    """
+    Return distances in deviations of a noise with f degrees of freedom as if it were known.
+
+    A ratio to an estimated noise has a Student distribution: its density is that of a normal one
+    with f log(1 + d^2 / f) instead of d^2, a factor in f apart (Wallace, Bounds on normal
+    approximations to Student's distribution, 1959). With the noise of the instrument f is
+    infinite, and the distance remains.
+    """
     f = min(freedom)
     return np.asarray(np.sqrt(f * np.log1p(distances**2 / f)))
 
@@ -492,23 +507,31 @@ def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: F
     return triangle_of(rows[: len(rows) - len(values)])
 
 
-def one_more(problem: FitProblem, found: FoundValues, moves: Floats) -> tuple[float, float]:
+def one_more(
+    problem: FitProblem, found: FoundValues, moves: Floats
+) -> tuple[list[float], list[float]]:
     """
-    Return one more correction that the rows ask for, and its standard deviation.
+    Return each of K corrections beside the fitted ones, and its standard deviation.
+
+    It is an added variable of the regression (Cook and Weisberg, Residuals and Influence in
+    Regression, 1982, section 2.3.2). Each is added alone; nothing was known of it before.
 
     Parameters
     ----------
-    moves : shape (N, 2, 3)
-        How the predicted poses move with it, as `FitProblem.remainders` has what remains.
+    moves : shape (N, 2, 3, K)
+        How the predicted poses move with each, as `FitProblem.weighed` has what remains.
     """
     equations = _Equations(problem, found.noise, found.used)
     solved = equations.solved(found.values)
-    column = np.zeros(len(solved.rows))
-    own = (problem.whitened(moves)[:, : problem.kinds] * equations.scale).reshape(-1)
-    column[: len(own)] = own
-    triangle = triangle_of(np.column_stack([solved.rows, column, solved.right]))
+    columns = np.zeros((len(solved.rows), moves.shape[3]))
+    own = moves[:, : problem.kinds] * equations.scale[..., None]
+    columns[: own[..., 0].size] = own.reshape(-1, moves.shape[3])
+    triangle = triangle_of(np.column_stack([solved.rows, columns, solved.right]))
     at = len(found.values)
-    return float(triangle[at, at + 1] / triangle[at, at]), float(1.0 / abs(triangle[at, at]))
+    # The part of each column, and of what remains, that no fitted parameter explains.
+    left, right = triangle[at:, at:-1], triangle[at:, -1]
+    squares = np.sum(left**2, axis=0)
+    return (right @ left / squares).tolist(), (1.0 / np.sqrt(squares)).tolist()
 
 
 def _stepped(equations: _Equations, values: Floats, remainders: Floats) -> tuple[Floats, Floats]:
