@@ -108,6 +108,30 @@ def test_a_table_of_poses_makes_a_robot_file_that_goes_on(tmp_path, capsys):
     assert 'exists already' in again[2]
 
 
+@pytest.mark.parametrize('options', [(), ('--sessions', 'stamp')])
+def test_a_calibration_that_makes_other_poses_worse_is_not_written(options, tmp_path, capsys):
+    arm = measured_arm('ur5e', 3, NOISE)
+    file = table(tmp_path / 'three.csv', arm.robot, arm.q, arm.poses)
+    output = tmp_path / 'new.yaml'
+    options = ['--robot', 'ur5e', *options]
+    code, out, err = run(capsys, 'calibrate', file, *options, '--output', output)
+    assert (code, err) == (1, '')
+    assert not output.exists()
+    first = ' '.join(out.partition('\n\n')[0].split())
+    assert re.fullmatch(
+        r'This is no calibration: the calibration makes other poses worse: held-out errors are '
+        r'11\.\d mm with base and tool fitted alone, and 1[12]\.\d mm with the calibrated table; '
+        r'measure more poses, far apart \(calibrate-propose\), or fit less \(--fit\); no robot '
+        r'file is written without --anyway\.',
+        first,
+    )
+    # More poses are what helps, and they can be proposed.
+    code, _, _ = run(capsys, 'calibrate-propose', file, '--robot', 'ur5e', '--count', '2')
+    assert code == 0
+    code, _, _ = run(capsys, 'calibrate', file, *options, '--output', output, '--anyway')
+    assert (code, output.exists()) == (0, True)
+
+
 def angles_table(file, robot, q, poses, order):
     """Return the file of a table whose orientations are three angles, rad."""
     from scipy.spatial.transform import Rotation

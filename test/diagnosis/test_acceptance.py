@@ -332,7 +332,7 @@ def test_rows_left_out_are_told_by_a_joint_where_that_is_no_chance(count, left, 
     found = SimpleNamespace(
         **{'robot': robot_of('planar_2r'), 'q': q, 'count': count, 'used': ~out, 'row': 'pose'},
         **{'remainders': after, 'outliers': np.flatnonzero(out), 'positions': False},
-        **{'without': left_out, 'with_outliers': left_out, 'instrument': None},
+        **{'without': left_out, 'with_outliers': left_out, 'instrument': None, 'worse': ''},
     )
     refusals = refusals_of(JudgedFit(found, True))
     assert len(refusals) == told

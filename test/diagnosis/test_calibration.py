@@ -591,6 +591,11 @@ def test_sessions_of_a_row_each_are_held_out_one_after_the_other(arm):
     assert 5 * NOISE < found.held_out.position_rms < 0.5 * found.held_out_before.position_rms
 
 
+def test_three_positions_are_taken_for_no_mistake_that_brings_them_together():
+    arm = measured_arm('ur5e', 3, NOISE, 1)
+    ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3])
+
+
 def measured_true(arm, q):
     """Return poses with noise of an arm whose joints are at q."""
     poses = BASE @ ks.forward_kinematics(arm.true, q) @ TOOL

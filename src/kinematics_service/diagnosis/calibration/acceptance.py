@@ -58,7 +58,8 @@ def refusals_of(fit: JudgedFit) -> tuple[str, ...]:
     contradicted = list(_contradicted(fit))
     every = bool(contradicted) or fit.many_out
     errors = fit.found.with_outliers if every else fit.found.without
-    return (*contradicted, *_remaining(fit, errors.after))
+    reasons = (*contradicted, *_remaining(fit, errors.after))
+    return reasons or ((fit.found.worse,) if fit.found.worse else ())
 
 
 def noise_remarks(fit: JudgedFit) -> Iterator[str]:

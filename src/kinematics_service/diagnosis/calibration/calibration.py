@@ -187,7 +187,7 @@ def calibrate(
         points = SamePointParameters(robot, touched, arm, apart or {})
         problem = points.touch_problem(points.fitted(fit, fix, priors), priors, check)
         found = _fitted(points, problem, None, known, progress)[0]
-        if found.accepted or not check:
+        if found.accepted or found.only_worse or not check:
             return found
         progress('explanations')
         return _with_explanations(
@@ -235,7 +235,7 @@ def calibrate(
         found = replace(found, remarks=(*found.remarks, size.sentence))
     elif size is not None:
         return replace(found, refusals=(*found.refusals, size.sentence))
-    if found.accepted or not check:
+    if found.accepted or found.only_worse or not check:
         return found
     progress('explanations')
 

@@ -281,7 +281,8 @@ def _checked(
 ) -> FrameDiagnosis | None:
     q, poses, positions = given.q, given.poses, given.positions
     middle = float(np.median(found.remainder))
-    if positions:
+    if positions and len(q) >= MIN_POSES_FOR_CAUSE:
+        # Base and point alone bring three positions near any three.
         _check_positions(robot, q, poses, middle, free)
     near = np.flatnonzero(found.remainder <= MEDIANS_OFF * middle + ALIKE)
     near = near[np.unique(np.linspace(0, len(near) - 1, MOST_POSES).astype(int))]

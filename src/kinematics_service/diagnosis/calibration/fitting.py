@@ -429,7 +429,7 @@ def normal_scores(distances: Floats, freedom: Noise) -> Floats:
     infinite, and the distance remains.
     """
     f = min(freedom)
-    return np.asarray(np.sqrt(f * np.log1p(distances**2 / f)))
+    return np.sqrt(f * np.log1p(distances**2 / f)) if np.isfinite(f) else distances
 
 
 def _at_least(least: Noise | None, found: Noise) -> Noise:
@@ -530,7 +530,7 @@ def one_more(
     at = len(found.values)
     # The part of each column, and of what remains, that no fitted parameter explains.
     left, right = triangle[at:, at:-1], triangle[at:, -1]
-    squares = np.sum(left**2, axis=0)
+    squares = np.maximum(np.sum(left**2, axis=0), np.finfo(np.float64).tiny)
     return (right @ left / squares).tolist(), (1.0 / np.sqrt(squares)).tolist()
 
 

@@ -11,7 +11,7 @@ from ...kernel import Floats, Integers
 from ...robot.file.parts.parameters import TABLE_GROUPS
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis
-from ..frame_check.errors import Errors
+from ..frame_check.errors import Errors, length_in_words
 from .board_views import BoardViews
 from .camera import Camera
 from .checking import in_words
@@ -145,6 +145,30 @@ class Calibration(IdentifiedTable):
     def accepted(self) -> bool:
         """Return whether it is a calibration: its rows agree, and no more remains than may."""
         return not self.refusals
+
+    @property
+    def worse(self) -> str:
+        """
+        Return that held-out rows are worse with the corrections; empty if they are not.
+
+        They are if the squares of their errors are larger by more than that of the noise.
+        """
+        before, after = (
+            one.position_rms for one in (self.without.held_out_before, self.without.held_out)
+        )
+        if after**2 <= before**2 + 3.0 * self.noise.position**2:
+            return ''
+        return (
+            f'the calibration makes other {self.kind} worse: held-out errors are '
+            f'{length_in_words(before)} with {self.placed} fitted alone, and '
+            f'{length_in_words(after)} with the calibrated table; measure more {self.kind}, far '
+            'apart (calibrate-propose), or fit less (--fit)'
+        )
+
+    @property
+    def only_worse(self) -> bool:
+        """Return whether the reason against it is `worse`: then more rows help."""
+        return self.refusals == (self.worse,)
 
     @property
     def used(self) -> Flags:
