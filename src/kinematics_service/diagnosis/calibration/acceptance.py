@@ -68,7 +68,7 @@ def noise_remarks(fit: JudgedFit) -> Iterator[str]:
         position, angle = (one / math.sqrt(3) for one in fit.found.with_outliers.after.rms)
         turned = '' if fit.found.positions else f',{math.degrees(angle):.1g}deg'
         yield (
-            f'{len(fit.found.outliers)} of {fit.found.count} {fit.found.row}s are left out, '
+            f'{len(fit.found.outliers)} of {fit.found.count} {fit.found.rows} are left out, '
             f'though audit accepts each: --noise {1000 * position:.1g}mm{turned} takes them in'
         )
 
@@ -77,7 +77,7 @@ def _contradicted(fit: JudgedFit) -> Iterator[str]:
     left, count = int(np.sum(fit.contradicting)), fit.found.count
     if left > OUTLIER_SHARE * count:
         yield (
-            f'{left} of {count} {fit.found.row}s contradict the arm: that is more than a tenth, '
+            f'{left} of {count} {fit.found.rows} contradict the arm: that is more than a tenth, '
             'too many for outliers'
         )
     if by_joint := _by_joint(fit):
@@ -125,7 +125,7 @@ def _by_joint(fit: JudgedFit) -> str:
     if not likeliest[1]:
         return ''
     return (
-        f'{fit.found.row}s contradict the arm {likeliest[1]} such {fit.found.row}s were left out'
+        f'{fit.found.rows} contradict the arm {likeliest[1]} such {fit.found.rows} were left out'
     )
 
 

@@ -1,5 +1,5 @@
 """
-What the rows show of single joints: motion too small for an axis, and errors by position.
+Single joints by the rows: motion too small for an axis, and errors that depend on position.
 
 The second is a score test of one added parameter, the gear ratio of each joint, beside those that
 were fitted (Cook and Weisberg, Residuals and Influence in Regression, 1982, section 2.3.2).

@@ -188,6 +188,11 @@ class Calibration(IdentifiedTable):
         return 'touch' if self.points else 'pose'
 
     @property
+    def rows(self) -> str:
+        """Return what rows are, in a word."""
+        return 'touches' if self.points else 'poses'
+
+    @property
     def placed(self) -> str:
         """Return in words what is fitted before the table."""
         return 'tip and points' if self.points else 'base and tool'
