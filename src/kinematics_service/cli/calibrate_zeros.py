@@ -11,6 +11,7 @@ from ..diagnosis.calibration.output.calibration_run import CalibrationRun
 from ..diagnosis.calibration.output.servo_file import read_servos, servos_text
 from ..diagnosis.calibration.output.sheet import SHEETS
 from ..output_file import say_written, write_file
+from ..robot.loops import refuse_loops
 from ..robot.robot import Robot
 from .calibrate_touch import POINT, PointOption
 from .calibration_options import (
@@ -80,6 +81,11 @@ def calibrate_zeros(
     play = 0.0 if backlash is None else given_limit('--backlash', backlash).angle
     if math.isinf(play):
         raise WrongUsage(f'--backlash: {backlash!r} is no angle; write for instance 0.5deg')
+    if play >= math.pi and backlash is not None:
+        raise WrongUsage(
+            f'--backlash: {backlash!r} is half a turn or more: no joint has such play'
+        )
+    refuse_loops(arm.description, 'the calibration')
     servos = _servos(arm, motors, outputs.force)
     if not given:
         if outputs.html is None:

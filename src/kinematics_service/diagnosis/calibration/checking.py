@@ -18,7 +18,13 @@ from ...robot.file.parts.parameters import GEARS, LAG, ArmParameter
 from ...robot.robot import Robot
 from ..frame_check.diagnosis import FrameDiagnosis, check_rotations, diagnose_frames
 from ..frame_check.errors import angle_in_words, length_in_words, time_in_words
-from ..frame_check.hypotheses import DEGREES, INVERSE, from_degrees, joint_hypotheses_of
+from ..frame_check.hypotheses import (
+    DEGREES,
+    INVERSE,
+    LENGTHS_IN_MM,
+    from_degrees,
+    joint_hypotheses_of,
+)
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
 # Poses of a set: base and tool need three.
@@ -43,10 +49,13 @@ ROWS_AT_ONCE = 20_000
 NAMES_IN_SENTENCE = 8
 # Poses, screws and shares (m, rad) that differ by less are the same.
 ROUND_OFF = 1e-9
+# If the table is in metres, poses a thousandth as large were divided by 1000.
+IN_METRES = 'the poses are in metres, not millimetres'
 # The option to type, by mistake.
 OPTIONS = {
     INVERSE: '. Poses of a board take calibrate-camera, with the right --camera',
     DEGREES: '; add --joint-format deg',
+    IN_METRES: '; leave mm out of --pose-format',
     'the poses are in millimetres, not metres': '; add --pose-format mm',
     'the positions are in millimetres, not metres': '; add --pose-format mm,position',
 }
@@ -296,8 +305,12 @@ def _checked(
             alone = offsets_of(forward_kinematics(robot, q), poses, True, free)
             _check_positions(robot, q, poses, float(np.median(alone.remainder)), free)
         if cause is not None and cause.key not in FOUND_HERE:
+            said = diagnosis.sentence
             option = OPTIONS.get(cause.sentence, '')
-            raise CalibrationError(f'the frame check comes first: {diagnosis.sentence}{option}')
+            if cause.sentence == LENGTHS_IN_MM and _is_in_metres(robot):
+                said = said.replace(said.partition(':')[0], IN_METRES.capitalize())
+                option = OPTIONS[IN_METRES]
+            raise CalibrationError(f'the frame check comes first: {said}{option}')
     if middle > NO_CALIBRATION:
         left_by = partial(_left_of, robot, poses, free)
         explained = explained_by_joints(robot, q, middle, left_by) if positions else ''
@@ -334,6 +347,11 @@ def explained_by_joints(
     return f'. What explains it: {words}' if len(near) == 1 else f'. Tried, not decided: {words}'
 
 
+def _is_in_metres(robot: Robot) -> bool:
+    # Whether the length of the arm is nearer 1 m than it would be in millimetres, as a ratio.
+    return robot.task.length**2 < 1000
+
+
 def _left_of(robot: Robot, poses: Floats, free: Free, q: Floats) -> Floats:
     # What remains of positions (H, N), m, by joint positions (H, N, n).
     A = forward_kinematics(robot, q)
@@ -355,12 +373,14 @@ def _too_far_off(robot: Robot, middle: float, free: Free) -> str:
 
 
 def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free: Free) -> None:
-    mirrored, small = np.array(poses), np.array(poses)
+    mirrored, small, large = np.array(poses), np.array(poses), np.array(poses)
     mirrored[:, 2, 3] *= -1.0
     small[:, :3, 3] /= 1000
+    large[:, :3, 3] *= 1000 if _is_in_metres(robot) else 1
     axes = 'mirrored axes: one axis of the positions points the wrong way'
     for sentence, joints, others in (
         ('the positions are in millimetres, not metres', q, small),
+        (IN_METRES, q, large),
         (axes, q, mirrored),
         (DEGREES, from_degrees(robot, q), poses),
     ):
