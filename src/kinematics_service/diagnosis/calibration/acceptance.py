@@ -20,7 +20,8 @@ from .result import Calibration
 
 # Largest share of rows that are outliers: more of them contradict the arm.
 OUTLIER_SHARE = 0.1
-# Level of Fisher's exact test of whether the rows left out share positions of a joint.
+# Level of the tests of all joints at once: of Fisher's exact test of whether the rows left out
+# share positions of a joint, and of the score test of whether errors depend on them.
 TEST_LEVEL = 1e-3
 # Rows may be off by two deviations of the instrument's noise, if it is known.
 NOISE_RATIO = 2.0

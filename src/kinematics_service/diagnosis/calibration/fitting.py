@@ -3,8 +3,10 @@ Fit the numbers of an arm to measured poses, with normal priors, and estimate th
 
 Gauss-Newton steps of the maximum a posteriori estimate: first with Huber's weights from the
 median of the remainders (Huber 1964), then without the rows that a chi-square test rejects. The
-noise follows from the remainder and from how many numbers the rows determine (MacKay 1992); where
-few rows tell it, the deviations have the factor of Student's distribution.
+noise follows from the remainder and from how many numbers the rows determine (MacKay 1992). The
+degrees of freedom f of the noise are the numbers of the rows that no parameter takes up. If f is
+small, the test and the deviations are those of Student's distribution; if the noise is that of the
+instrument, f is infinite, and they are those of the normal distribution.
 """
 
 from collections.abc import Callable
@@ -23,9 +25,10 @@ from ...robot.file.parts.parameters import ArmParameter
 
 # Noise (m and rad) below this is round-off.
 NOISE_FLOOR = 1e-10
-# Degrees of freedom below which the noise is no less than that of encoders and trackers,
+# An estimate of the noise has a relative deviation of 1 / sqrt(2 f). With fewer degrees of freedom
+# than 30 this is more than an eighth, and the usual noise is the least that is taken.
 NOISE_FREEDOM = 30.0
-# which is this (m and rad).
+# The noise of encoders and trackers (m and rad).
 USUAL_NOISE = 2e-5
 # Rows beyond this quantile of chi-square weigh less in the robust start.
 HUBER_QUANTILE = 0.95
@@ -35,8 +38,9 @@ OUTLIER_CHANCE = 3e-6
 MAX_ROUNDS = 25
 # The rounds end if step and change of the noise are less, in deviations.
 STEP_TOLERANCE = 1e-3
-# Student's factor f / (f - 2) takes f - 2 as at least this: it is infinite at 2.
-STUDENT_FREEDOM = 1.0
+# The variance f / (f - 2) of Student's distribution is infinite at f = 2: a smaller f is taken as
+# this one.
+LEAST_STUDENT_FREEDOM = 3.0
 # With at most this number of degrees of freedom the rows do not tell the noise.
 UNKNOWN_NOISE_FREEDOM = 1.0
 # Standard deviation (m) of a distance between points that is known.
@@ -85,7 +89,7 @@ class FitProblem:
         Whether the poses are positions alone.
     rates : shape (N, n, K)
         How the joints move with each of the last K of all corrections, such as a lag, a backlash,
-        a drift or a compliance.
+        a drift or a compliance. The others are in the chains.
     known_distances
         Distances between corrected points.
     from_tool
@@ -122,12 +126,12 @@ class FitProblem:
 
     @property
     def first_rate(self) -> int:
-        """Return where the corrections begin that move joints."""
+        """Return the index, among all corrections, of the first one that `rates` is about."""
         return int(self.count - self.rates.shape[2])
 
     @property
     def moving(self) -> Integers:
-        """Return which of the parameters move joints."""
+        """Return the indices, among the fitted parameters, of those that `rates` is about."""
         return np.flatnonzero(self.columns >= self.first_rate)
 
     def every(self, values: Floats) -> Floats:
@@ -272,8 +276,8 @@ class FoundValues:
     distances : shape (N,)
         The remainder of each row in standard deviations.
     freedom
-        Numbers of the rows beyond those of the parameters, of positions and of rotations, by which
-        the noise is known. Infinite where it is that of the instrument.
+        Degrees of freedom of the noise of positions, and of rotations: numbers of the rows beyond
+        those that the parameters take up. Infinite if the noise is that of the instrument.
     """
 
     values: Floats
@@ -401,9 +405,11 @@ def find_values(
         found = _at_least(noise, evident)
         distances = distances_of(problem, remainders, found)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
-        sorted_ = normal_scores(distances, freedom) < limit
-        same = bool(np.array_equal(sorted_, used)) or 2 * k > MAX_ROUNDS  # else they may alternate
-        used = used if same else sorted_
+        accepted = normal_scores(distances, freedom) < limit
+        # A row near the limit may be left out in every other round: in the second half of the
+        # rounds the choice is kept.
+        same = bool(np.array_equal(accepted, used)) or k > MAX_ROUNDS // 2
+        used = used if same else accepted
         changed = max(abs(b / a - 1.0) if a else 0.0 for a, b in zip(before, found))
         if same and max(moved, changed) < STEP_TOLERANCE:
             break
@@ -447,7 +453,8 @@ def widened(noise: Noise, freedom: Noise) -> Noise:
 
 
 def _widening(freedom: float) -> float:
-    return float(np.sqrt(1.0 + 2.0 / max(freedom - 2.0, STUDENT_FREEDOM)))
+    # The root of f / (f - 2), which is 1 if f is infinite.
+    return float(np.sqrt(1.0 + 2.0 / (max(freedom, LEAST_STUDENT_FREEDOM) - 2.0)))
 
 
 def refined(
@@ -477,6 +484,11 @@ def held_out_remainders(
 ) -> Floats:
     """
     Return what remains (N, 2, 3) of each block of rows, by corrections fitted to the others.
+
+    The errors of a block are independent of the corrections if its rows are independent of all
+    others: repeats of a joint position belong in one block. Noise and outliers are those of all rows. The
+    steps begin with the corrections of all rows, and end within a thousandth of a deviation of
+    those of the other blocks.
 
     Parameters
     ----------

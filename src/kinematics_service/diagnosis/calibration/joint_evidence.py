@@ -14,12 +14,10 @@ from ...robot.file.parts.parameters import ANGLE, GEARS, LENGTH
 from ...robot.robot import Robot
 from ...typography import listed
 from ..frame_check.errors import angle_in_words, length_in_words
+from .acceptance import TEST_LEVEL
 from .checking import NAMES_IN_SENTENCE
 from .fitting import FitProblem, Identified, normal_scores, one_more
 from .knowledge import KNOWN
-
-# Level of the tests of all joints at once.
-TEST_LEVEL = 1e-3
 
 
 def joint_remarks(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:

@@ -156,7 +156,7 @@ class Calibration(IdentifiedTable):
         before, after = (
             one.position_rms for one in (self.without.held_out_before, self.without.held_out)
         )
-        if after**2 <= before**2 + 3.0 * self.noise.position**2:
+        if after**2 <= before**2 + 3 * self.noise.position**2:
             return ''
         return (
             f'the calibration makes other {self.kind} worse: held-out errors are '
