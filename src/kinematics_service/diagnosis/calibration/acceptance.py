@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...formats.recordings.block import Flags
+from ..frame_check.diagnosis import LEAST
 from ..frame_check.errors import (
     EXPLAINED,
     Errors,
@@ -15,7 +16,6 @@ from ..frame_check.errors import (
     length_in_words,
 )
 from ..frame_check.judgement import FrameLimits
-from .checking import MIN_POSES
 from .result import Calibration
 
 # Largest share of rows that are outliers: more of them contradict the arm.
@@ -104,7 +104,7 @@ def _by_joint(fit: JudgedFit) -> str:
     # was left out: how many of them were left out, and how likely as many are by chance.
     out = fit.contradicting
     left, count = int(np.sum(out)), len(out)
-    if left < MIN_POSES or left == count:
+    if left < LEAST or left == count:
         return ''
     likeliest = (TEST_LEVEL, '')
     tests = 3 * fit.found.q.shape[1] * left

@@ -16,7 +16,13 @@ from ...kinematics.arguments import numbers_of
 from ...kinematics.forward import forward_kinematics
 from ...robot.file.parts.parameters import GEARS, LAG, ArmParameter
 from ...robot.robot import Robot
-from ..frame_check.diagnosis import FrameDiagnosis, check_rotations, diagnose_frames
+from ..frame_check.diagnosis import (
+    LEAST,
+    LEAST_FOR_CAUSE,
+    FrameDiagnosis,
+    check_rotations,
+    diagnose_frames,
+)
 from ..frame_check.errors import angle_in_words, length_in_words, time_in_words
 from ..frame_check.hypotheses import (
     DEGREES,
@@ -27,10 +33,6 @@ from ..frame_check.hypotheses import (
 )
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
-# Poses of a set: base and tool need three.
-MIN_POSES = 3
-# Poses by which a cause is tested.
-MIN_POSES_FOR_CAUSE = 8
 # Joints, and rotations, that differ by less (rad, m) are the same.
 ALIKE = 1e-3
 # No robot is off by this much (m) with base and tool fitted.
@@ -191,10 +193,10 @@ def rigid_positions(points: Floats) -> Floats:
 
 def _check_set(robot: Robot, given: Measured) -> None:
     count = len(given.q)
-    if count < MIN_POSES:
+    if count < LEAST:
         few = '1 pose is' if count == 1 else f'{count} poses are'
         raise CalibrationError(
-            f'{few} too few: at least {MIN_POSES} are needed, and some {robot.dof + 4} or more '
+            f'{few} too few: at least {LEAST} are needed, and some {robot.dof + 4} or more '
             'identify most of an arm'
         )
     if not given.positions:
@@ -228,7 +230,7 @@ def position_numbers(q: Floats) -> Integers:
     return numbers
 
 
-def check_different(q: Floats, whose: str, least: int = MIN_POSES) -> None:
+def check_different(q: Floats, whose: str, least: int = LEAST) -> None:
     """
     Refuse joint positions (N, n), rad or m, that are fewer different ones than tell anything.
 
@@ -290,13 +292,13 @@ def _checked(
 ) -> FrameDiagnosis | None:
     q, poses, positions = given.q, given.poses, given.positions
     middle = float(np.median(found.remainder))
-    if positions and len(q) >= MIN_POSES_FOR_CAUSE:
+    if positions and len(q) >= LEAST_FOR_CAUSE:
         # Base and point alone bring three positions near any three.
         _check_positions(robot, q, poses, middle, free)
     near = np.flatnonzero(found.remainder <= MEDIANS_OFF * middle + ALIKE)
     near = near[np.unique(np.linspace(0, len(near) - 1, MOST_POSES).astype(int))]
     diagnosis = None
-    if not positions and len(near) >= MIN_POSES_FOR_CAUSE:
+    if not positions and len(near) >= LEAST_FOR_CAUSE:
         diagnosis = diagnose_frames(robot, q[near], poses[near], read=read)
         cause = diagnosis.cause
         left = middle if cause is None else cause.errors.position_rms

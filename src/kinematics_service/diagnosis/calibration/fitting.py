@@ -486,9 +486,9 @@ def held_out_remainders(
     Return what remains (N, 2, 3) of each block of rows, by corrections fitted to the others.
 
     The errors of a block are independent of the corrections if its rows are independent of all
-    others: repeats of a joint position belong in one block. Noise and outliers are those of all rows. The
-    steps begin with the corrections of all rows, and end within a thousandth of a deviation of
-    those of the other blocks.
+    others: repeats of a joint position belong in one block. Noise and outliers are those of all
+    rows. The steps begin with the corrections of all rows, and end within a thousandth of a
+    deviation of those of the other blocks.
 
     Parameters
     ----------

@@ -22,11 +22,10 @@ from ..audit.frames import chosen_poses, matched
 from ..audit.ingest import Ingest
 from ..audit.neighbourhoods import joined
 from ..audit.reported_velocities import MotionColumns
-from ..frame_check.diagnosis import diagnose_frames
+from ..frame_check.diagnosis import LEAST_FOR_CAUSE, diagnose_frames
 from ..frame_check.errors import time_in_words
 from ..frame_check.joint_motion import SampledMotion
 from .camera import seen_poses
-from .checking import MIN_POSES_FOR_CAUSE
 
 # The column that names the image of each row.
 IMAGE = 'image'
@@ -190,7 +189,7 @@ def without_lag(robot: Robot, given: MeasuredRecording) -> MeasuredRecording:
     Where the frame check finds that the poses are behind the joint states, or ahead of them, the
     joints are looked up that much earlier or later; poses at times without joints are left out.
     """
-    if given.motion is None or given.positions or len(given.q) < MIN_POSES_FOR_CAUSE:
+    if given.motion is None or given.positions or len(given.q) < LEAST_FOR_CAUSE:
         return given
     try:
         found = diagnose_frames(

@@ -29,11 +29,11 @@ from ...robot.file.parts.parameters import (
 )
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
+from ..frame_check.diagnosis import LEAST
 from ..frame_check.errors import MOST, length_in_words
 from ..frame_check.hypotheses import DEGREES, Hypothesis, from_degrees
 from .checking import (
     ALIKE,
-    MIN_POSES,
     NAMES_IN_SENTENCE,
     NO_CALIBRATION,
     Measured,
@@ -159,18 +159,16 @@ def touches_of(robot: Robot, q: npt.ArrayLike, same_point: Sequence[object]) -> 
     marks = [str(one) for one in same_point]
     names = tuple(dict.fromkeys(marks))
     if not names:
-        raise CalibrationError(
-            f'no point is touched: at least {MIN_POSES} poses at one are needed'
-        )
+        raise CalibrationError(f'no point is touched: at least {LEAST} poses at one are needed')
     for name in names:
         check_mark('point', name)
     point = np.array([names.index(one) for one in marks])
     for k, name in enumerate(names):
         own = joints[point == k]
-        if len(own) < MIN_POSES:
+        if len(own) < LEAST:
             raise CalibrationError(
                 f'point {name} is touched from {len(own)} '
-                f'{"pose" if len(own) == 1 else "poses"}: at least {MIN_POSES} are needed, and '
+                f'{"pose" if len(own) == 1 else "poses"}: at least {LEAST} are needed, and '
                 f'some {2 * robot.dof} or more at each point identify most of an arm'
             )
         # An arm of three joints has no more than a few poses there.
