@@ -348,10 +348,7 @@ class _Equations:
         return _Step(np.asarray(step, dtype=np.float64), R, rows, right)
 
     def squares(self, values: Floats, remainders: Floats) -> float:
-        d = distances_of(self.problem, remainders, self.noise)
-        known = np.sum(self.problem.distance_equations(values)[1] ** 2)
-        priors = np.sum((values / self.problem.prior) ** 2)
-        return float(np.sum(self.weights * d**2) + known + priors)
+        return float(np.sum(self.right(values, remainders) ** 2))
 
 
 def robust_values(
