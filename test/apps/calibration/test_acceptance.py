@@ -330,9 +330,9 @@ def test_rows_left_out_are_told_by_a_joint_where_that_is_no_chance(count, left, 
     nothing = Errors(0.0, 0.0, 0.0, 0.0)
     left_out = SimpleNamespace(after=nothing)
     found = SimpleNamespace(
-        **{'robot': robot_of('planar_2r'), 'q': q, 'count': count, 'used': ~out, 'row': 'pose'},
+        **{'robot': robot_of('planar_2r'), 'q': q, 'count': count, 'used': ~out, 'rows': 'poses'},
         **{'remainders': after, 'outliers': np.flatnonzero(out), 'positions': False},
-        **{'without': left_out, 'with_outliers': left_out, 'instrument': None},
+        **{'without': left_out, 'with_outliers': left_out, 'instrument': None, 'worse': ''},
     )
     refusals = refusals_of(JudgedFit(found, True))
     assert len(refusals) == told

@@ -108,6 +108,49 @@ def test_a_table_of_poses_makes_a_robot_file_that_goes_on(tmp_path, capsys):
     assert 'exists already' in again[2]
 
 
+@pytest.mark.parametrize('options', [(), ('--sessions', 'stamp')])
+def test_a_calibration_that_makes_other_poses_worse_is_not_written(options, tmp_path, capsys):
+    arm = measured_arm('ur5e', 3, NOISE)
+    file = table(tmp_path / 'three.csv', arm.robot, arm.q, arm.poses)
+    output = tmp_path / 'new.yaml'
+    options = ['--robot', 'ur5e', *options]
+    code, out, err = run(capsys, 'calibrate', file, *options, '--output', output)
+    assert (code, err) == (1, '')
+    assert not output.exists()
+    first = ' '.join(out.partition('\n\n')[0].split())
+    assert re.fullmatch(
+        r'This is no calibration: the calibration makes other poses worse: held-out errors are '
+        r'11\.\d mm with base and tool fitted alone, and 1[12]\.\d mm with the calibrated table; '
+        r'measure more poses, far apart \(calibrate-propose\), or fit less \(--fit\); no robot '
+        r'file is written without --anyway\.',
+        first,
+    )
+    # More poses are what helps, and they can be proposed.
+    code, _, _ = run(capsys, 'calibrate-propose', file, '--robot', 'ur5e', '--count', '2')
+    assert code == 0
+    code, _, _ = run(capsys, 'calibrate', file, *options, '--output', output, '--anyway')
+    assert (code, output.exists()) == (0, True)
+
+
+@pytest.mark.parametrize('kind', ['', ',position'])
+def test_metres_that_are_called_millimetres_are_named(kind, tmp_path, capsys):
+    arm = measured_arm('ur5e', 20, NOISE)
+    file = table(tmp_path / 'tracker.csv', arm.robot, arm.q, arm.poses)
+    options = ['--robot', 'ur5e', '--pose-format', f'mm{kind}']
+    code, _, err = run(capsys, 'calibrate', file, *options)
+    assert code == 1
+    assert 'he poses are in metres, not millimetres: with that undone' in err
+    assert err.endswith('; leave mm out of --pose-format\n')
+    assert 'lengths of the table' not in err
+
+
+def test_a_camera_that_is_not_placed_is_asked_for_in_a_sentence(capsys):
+    code, _, err = run(capsys, 'calibrate-camera', 'seen.csv', '--robot', 'ur5e')
+    assert code == 2
+    assert '--camera' in err
+    assert '..' not in err.replace('...', '')
+
+
 def angles_table(file, robot, q, poses, order):
     """Return the file of a table whose orientations are three angles, rad."""
     from scipy.spatial.transform import Rotation
@@ -616,6 +659,10 @@ def test_a_row_without_joints_does_not_make_the_others_evenly_spread(tmp_path, c
         (['', 'holes.csv'], 'FILE: one recording is given twice'),
         (['', '--tolerance', '0mm'], "'0mm' is no length or angle with its unit, above 0"),
         (['', '--fit', ''], '--fit names nothing; without it all but gears are fitted'),
+        (['', '--html', '-'], '--html: give a file; only --json can be printed with -'),
+        (['', '--output', '-'], '--output: give a file; only --json can be printed with -'),
+        (['-zeros', '--html', '-'], '--html: give a file'),
+        (['-zeros', '--backlash', '400deg'], "--backlash: '400deg' is half a turn or more"),
         (['-propose', '--count', '0'], '--count: 0 is not within 1 and 200 poses'),
         (['', '--own', 'bas'], "--own: 'bas' is not one of base, tool"),
         (

@@ -14,6 +14,7 @@ from arms import DISTINCT_BUNDLED, robot_of
 from calibrated_arms import (
     BASE,
     TEN,
+    TOOL,
     held_out_chi_square,
     measured_arm,
     positions_within,
@@ -568,6 +569,70 @@ def test_too_few_poses_and_poses_that_are_all_alike_are_refused(arm):
     assert 'the 18 poses are 2 different ones, again and again' in refused(arm.robot, *twice)
     found = ks.calibrate(arm.robot, arm.q[:8], arm.poses[:8])
     assert 'the priors decide much of the result' in found.remarks[0]
+
+
+@pytest.mark.parametrize('order', [np.repeat, np.tile])
+def test_repeated_poses_are_held_out_together(order):
+    arm = measured_arm('ur5e', 4)
+    rows = order(np.arange(4), 10)
+    random = np.random.default_rng(5)
+    poses = arm.poses[rows]
+    poses[:, :3, 3] += NOISE * random.normal(size=(40, 3))
+    found = ks.calibrate(arm.robot, arm.q[rows] + 1e-4 * random.uniform(size=(40, 6)), poses)
+    # Three poses do not foretell the fourth one.
+    assert found.held_out.position_rms > 1e-3
+    assert found.remarks[0].startswith('4 different poses of 40 give 24 numbers for 38 parameters')
+
+
+def test_sessions_of_a_row_each_are_held_out_one_after_the_other(arm):
+    names = [f'day{k}' for k in range(12)]
+    found = ks.calibrate(arm.robot, arm.q[:12], arm.poses[:12], sessions=names)
+    # Other days tell the table, but not the drift of a day that is held out.
+    assert 5 * NOISE < found.held_out.position_rms < 0.5 * found.held_out_before.position_rms
+
+
+def test_three_positions_are_taken_for_no_mistake_that_brings_them_together():
+    arm = measured_arm('ur5e', 3, NOISE, 1)
+    ks.calibrate(arm.robot, arm.q, arm.poses[:, :3, 3])
+
+
+def measured_true(arm, q):
+    """Return poses with noise of an arm whose joints are at q."""
+    poses = BASE @ ks.forward_kinematics(arm.true, q) @ TOOL
+    poses[:, :3, 3] += NOISE * np.random.default_rng(6).normal(size=(len(q), 3))
+    return poses
+
+
+@pytest.mark.parametrize(('name', 'j'), [('ur5e', 0), ('ur5e', 2), ('scara_hsr065', 2)])
+def test_a_joint_that_hardly_moves_is_named_with_its_range(name, j):
+    arm = measured_arm(name, 40)
+    q = arm.q.copy()
+    q[:, j] = 0.1 + 1e-3 * np.linspace(0.0, 1.0, 40)[np.random.default_rng(3).permutation(40)]
+    found = ks.calibrate(arm.robot, q, measured_true(arm, q))
+    moved = '1 mm' if arm.robot.prismatic[j] else '0.0573 deg'
+    (said,) = (one for one in found.remarks if 'too little' in one)
+    assert f'noise: {arm.robot.joint_names[j]} (by {moved}); numbers' in said
+    if not arm.robot.prismatic[j]:
+        assert f'a{j + 1}' in found.not_identifiable
+    found = ks.calibrate(arm.robot, arm.q, measured_true(arm, arm.q))
+    assert not any('too little' in one or 'gear ratio' in one for one in found.remarks)
+
+
+@pytest.mark.parametrize('j', range(6))
+def test_a_gear_ratio_that_is_off_is_remarked_on_by_its_joint(j):
+    arm = measured_arm('ur5e', 40)
+    off = arm.q.copy()
+    off[:, j] *= 1.002
+    poses = measured_true(arm, off)
+    found = ks.calibrate(arm.robot, arm.q, poses)
+    begin = (
+        f'The errors depend on the position of joint {arm.robot.joint_names[j]}, as if its gear'
+    )
+    (said,) = (one for one in found.remarks if 'gear ratio' in one)
+    assert said.startswith(f'{begin} ratio were off by 0.2 %')
+    found = ks.calibrate(arm.robot, arm.q, poses, fit=['all'])
+    assert found.noise.position < 1.5 * NOISE
+    assert not any('gear ratio' in one for one in found.remarks)
 
 
 def test_a_base_that_is_not_fitted_is_not_said_to_be(arm):

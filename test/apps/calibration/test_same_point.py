@@ -1,11 +1,14 @@
 """Calibration by points that the tip touched: what it finds, what it cannot, what it refuses."""
 
+from time import process_time
+
 import numpy as np
 import pytest
 from arms import robot_of
 from calibrated_arms import TIP, touching_arm, touching_positions
 
 import kinematics_service as ks
+from kinematics_service.apps.calibration.same_point import started
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of
 
 # Without noise touches are as exact (m).
@@ -172,6 +175,34 @@ def test_touches_that_tell_nothing_are_refused():
     assert 'it is another robot, or the rows are marked with wrong points' in refused(
         robot_of('ur10e'), arm.q, same_point=arm.marks
     )
+
+
+def test_mistakes_of_touches_are_compared_at_once():
+    arm = touching_arm('ur5e', TWO, 40, NOISE)
+    point = np.array(['AB'.index(mark) for mark in arm.marks])
+    random = np.random.default_rng(8)
+    joints = arm.q + 0.01 * random.normal(size=(5, *arm.q.shape))
+    every = started(arm.robot, joints, point)
+    for k, q in enumerate(joints):
+        one = started(arm.robot, q, point)
+        # Rounds end when steps are below a thousandth of the noise, here of some 4 mm.
+        assert np.allclose(one.left, every.left[k], rtol=0.0, atol=2e-5)
+    # The true table has the points and the tip.
+    exact = started(arm.true, arm.q, point)
+    assert np.max(np.abs(exact.points - [xyz for _, xyz in TWO])) < 3 * NOISE
+    assert np.max(np.abs(exact.tip - TIP)) < 3 * NOISE
+
+
+def test_touches_are_refused_in_less_time_than_they_are_fitted():
+    arm = touching_arm('ur5e', TWO, 40, NOISE)
+    turned = arm.q.copy()
+    turned[:, 2] += turned[:, 1]
+    begin = process_time()
+    ks.calibrate(arm.robot, arm.q, same_point=arm.marks)
+    fitted = process_time()
+    sentence = refused(arm.robot, turned, same_point=arm.marks)
+    assert 'What explains it: joint elbow_joint turns with joint shoulder_lift_joint' in sentence
+    assert process_time() - fitted < fitted - begin
 
 
 def test_a_distance_that_no_table_explains_is_refused():

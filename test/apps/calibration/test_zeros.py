@@ -245,6 +245,13 @@ def test_a_servo_that_counts_the_other_way_is_moved_the_other_way(tmp_path, caps
     assert np.array_equal(offsets[0], np.negative(offsets[1]))
 
 
+def test_no_sheet_is_made_for_an_arm_with_closed_loops(tmp_path, capsys):
+    sheet = tmp_path / 'sheet.html'
+    code, _, err = run(capsys, 'calibrate-zeros', '--robot', 'excavator', '--html', sheet)
+    assert (code, sheet.exists()) == (1, False)
+    assert 'the calibration does not know of closed loops' in ' '.join(err.split())
+
+
 def test_wrong_options_of_zeros_are_sentences(tmp_path, capsys):
     file = table(tmp_path / 'touches.csv', touches_of(4))
     new = tmp_path / 'new.json'

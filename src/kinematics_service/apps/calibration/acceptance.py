@@ -6,15 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..checking.diagnosis import LEAST
 from ..checking.errors import EXPLAINED, Errors, PoseLimit, angle_in_words, length_in_words
 from ..checking.judgement import FrameLimits
 from ..recordings.readers.block import Flags
-from .checking import MIN_POSES
 from .result import Calibration
 
 # Largest share of rows that are outliers: more of them contradict the arm.
 OUTLIER_SHARE = 0.1
-# Level of Fisher's exact test of whether the rows left out share positions of a joint.
+# Level of the tests of all joints at once: of Fisher's exact test of whether the rows left out
+# share positions of a joint, and of the score test of whether errors depend on them.
 TEST_LEVEL = 1e-3
 # Rows may be off by two deviations of the instrument's noise, if it is known.
 NOISE_RATIO = 2.0
@@ -52,7 +53,8 @@ def refusals_of(fit: JudgedFit) -> tuple[str, ...]:
     contradicted = list(_contradicted(fit))
     every = bool(contradicted) or fit.many_out
     errors = fit.found.with_outliers if every else fit.found.without
-    return (*contradicted, *_remaining(fit, errors.after))
+    reasons = (*contradicted, *_remaining(fit, errors.after))
+    return reasons or ((fit.found.worse,) if fit.found.worse else ())
 
 
 def noise_remarks(fit: JudgedFit) -> Iterator[str]:
@@ -61,7 +63,7 @@ def noise_remarks(fit: JudgedFit) -> Iterator[str]:
         position, angle = (one / math.sqrt(3) for one in fit.found.with_outliers.after.rms)
         turned = '' if fit.found.positions else f',{math.degrees(angle):.1g}deg'
         yield (
-            f'{len(fit.found.outliers)} of {fit.found.count} {fit.found.row}s are left out, '
+            f'{len(fit.found.outliers)} of {fit.found.count} {fit.found.rows} are left out, '
             f'though audit accepts each: --noise {1000 * position:.1g}mm{turned} takes them in'
         )
 
@@ -70,7 +72,7 @@ def _contradicted(fit: JudgedFit) -> Iterator[str]:
     left, count = int(np.sum(fit.contradicting)), fit.found.count
     if left > OUTLIER_SHARE * count:
         yield (
-            f'{left} of {count} {fit.found.row}s contradict the arm: that is more than a tenth, '
+            f'{left} of {count} {fit.found.rows} contradict the arm: that is more than a tenth, '
             'too many for outliers'
         )
     if by_joint := _by_joint(fit):
@@ -96,7 +98,7 @@ def _by_joint(fit: JudgedFit) -> str:
     # was left out: how many of them were left out, and how likely as many are by chance.
     out = fit.contradicting
     left, count = int(np.sum(out)), len(out)
-    if left < MIN_POSES or left == count:
+    if left < LEAST or left == count:
         return ''
     likeliest = (TEST_LEVEL, '')
     tests = 3 * fit.found.q.shape[1] * left
@@ -118,7 +120,7 @@ def _by_joint(fit: JudgedFit) -> str:
     if not likeliest[1]:
         return ''
     return (
-        f'{fit.found.row}s contradict the arm {likeliest[1]} such {fit.found.row}s were left out'
+        f'{fit.found.rows} contradict the arm {likeliest[1]} such {fit.found.rows} were left out'
     )
 
 

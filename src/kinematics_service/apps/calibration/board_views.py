@@ -12,12 +12,13 @@ from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import apart, exponential, inverses
 from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
+from ..checking.diagnosis import LEAST
 from ..recordings.readers.block import Flags
 from .boards.board import SeenCorners
 from .boards.intrinsics import Intrinsics
 from .boards.opencv import opencv
 from .camera import ON_TOOL, Camera
-from .checking import ALIKE, MIN_POSES, NAMES_IN_SENTENCE
+from .checking import ALIKE, NAMES_IN_SENTENCE
 from .placing import Free, offsets_of
 
 # A flat board looks nearly alike from two sides. Its corners exclude the second pose if this one
@@ -215,14 +216,14 @@ def board_views(
     found = {k: board_poses(intrinsics, one) for k, one in given.items()}
     sure = [k for k, one in found.items() if len(one) == 1]
     if len(sure) < len(found):
-        if len(sure) < MIN_POSES:
+        if len(sure) < LEAST:
             left_out += [f'{names[k]}: {TOO_FLAT}' for k in found if k not in sure]
             found = {k: found[k] for k in sure}
         else:
             found = _decided(robot, q, found, sure, camera)
-    if len(found) < MIN_POSES:
+    if len(found) < LEAST:
         raise CalibrationError(
-            f'{len(found)} of {len(seen)} images tell where the board is: at least {MIN_POSES} '
+            f'{len(found)} of {len(seen)} images tell where the board is: at least {LEAST} '
             f'are needed. {_named(left_out)}'
         )
     poses, squares = zip(*(one[0] for one in found.values()))

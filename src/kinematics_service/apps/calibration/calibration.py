@@ -22,7 +22,13 @@ from ..checking.hypotheses import Hypothesis, joint_hypotheses_of
 from ..recordings.readers.block import Flags
 from .acceptance import JudgedFit, noise_remarks, refusals_of
 from .camera import ON_TOOL, Camera, given_by_camera, wrong_size
-from .checking import REMARKED_DEVIATIONS, Measured, checked_offsets, measured
+from .checking import (
+    REMARKED_DEVIATIONS,
+    Measured,
+    checked_offsets,
+    measured,
+    position_numbers,
+)
 from .chosen_parameters import ChosenParameters, asks_for_gears
 from .conditions import ToolLoads, with_conditions
 from .corrections import corrected_robot
@@ -38,6 +44,7 @@ from .fitting import (
     with_covariance,
 )
 from .identified_table import CalibratedParameter
+from .joint_evidence import joint_remarks
 from .knowledge import KNOWN
 from .placing import Free
 from .result import BLOCKS, Calibration, FitErrors
@@ -180,7 +187,7 @@ def calibrate(
         points = SamePointParameters(robot, touched, arm, apart or {})
         problem = points.touch_problem(points.fitted(fit, fix, priors), priors, check)
         found = _fitted(points, problem, None, known, progress)[0]
-        if found.accepted or not check:
+        if found.accepted or found.only_worse or not check:
             return found
         progress('explanations')
         return _with_explanations(
@@ -228,7 +235,7 @@ def calibrate(
         found = replace(found, remarks=(*found.remarks, size.sentence))
     elif size is not None:
         return replace(found, refusals=(*found.refusals, size.sentence))
-    if found.accepted or not check:
+    if found.accepted or found.only_worse or not check:
         return found
     progress('explanations')
 
@@ -346,6 +353,8 @@ def _fitted(
     whole = {one.name for one in names.table if one.group != GEARS} <= set(problem.names)
     judged = JudgedFit(calibration, whole)
     remarks = (*calibration.remarks, *noise_remarks(judged), *names.remarks(problem, found))
+    if whole:
+        remarks = (*remarks, *joint_remarks(robot, problem, found))
     return replace(calibration, refusals=refusals_of(judged), remarks=remarks), found
 
 
@@ -354,12 +363,16 @@ def _errors(remainders: Floats, used: Flags) -> Errors:
 
 
 def _blocks(problem: FitProblem) -> Integers:
-    # Of each row its block: as many consecutive ones of each set.
-    blocks = np.empty(len(problem.q), dtype=np.int64)
+    # The block of each row. As many consecutive joint positions of each set are a block; a row
+    # that repeats a position is in the block of the first one, or it would foretell that one.
+    numbers, begin = position_numbers(problem.q), 0
+    blocks = np.full(len(problem.q), -1)
     for k in range(len(problem.chains)):
-        rows = np.flatnonzero(problem.sets == k)
-        for number, part in enumerate(np.array_split(rows, BLOCKS)):
-            blocks[part] = number
+        own = np.unique(numbers[(problem.sets == k) & (blocks < 0)])
+        parts = np.array_split(own, min(BLOCKS, len(own))) if len(own) else []
+        for number, part in enumerate(parts, begin):
+            blocks[np.isin(numbers, part)] = number % BLOCKS
+        begin += len(parts)
     return blocks
 
 
@@ -370,10 +383,12 @@ def _outliers(found: Identified) -> tuple[int, ...]:
 
 def _few_rows(given: Measured, found: Identified) -> Iterator[str]:
     used, count = int(np.sum(found.used)), len(found.values)
-    rows = (3 if given.positions else 6) * used
+    different = len(np.unique(position_numbers(given.q[found.used])))
+    rows = (3 if given.positions else 6) * different
     if rows < 2 * count:
+        poses = f'{used} poses' if different == used else f'{different} different poses of {used}'
         yield (
-            f'{used} poses give {rows} numbers for {count} parameters: the priors decide much of '
+            f'{poses} give {rows} numbers for {count} parameters: the priors decide much of '
             'the result; measure more poses'
         )
 

@@ -67,9 +67,9 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
     poses = inverses(poses) if problem.from_tool else poses
     found = []
     for what, axes in ((LARGER, (1.0, 1.0, 1.0)), (LONGER, (0.0, 0.0, 1.0))):
-        moves = np.zeros((len(poses), 2, 3))
-        moves[:, 0] = -poses[:, :3, 3] * axes
-        share, deviation = one_more(problem, fit, moves)
+        moves = np.zeros((len(poses), 2, 3, 1))
+        moves[:, 0, :, 0] = -poses[:, :3, 3] * axes
+        (share,), (deviation,) = one_more(problem, fit, problem.whitened(moves))
         if abs(share) > max(REMARKED_DEVIATIONS * deviation, REMARKED_SHARE):
             sentence = what.format(f'{1.0 + share:.3f}')
             found.append((abs(share) / deviation, WrongSize(sentence, share)))

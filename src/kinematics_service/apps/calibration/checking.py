@@ -15,16 +15,24 @@ from ...kinematics.arguments import numbers_of
 from ...kinematics.forward import forward_kinematics
 from ...robot.file.parts.parameters import GEARS, LAG, ArmParameter
 from ...robot.robot import Robot
-from ..checking.diagnosis import FrameDiagnosis, check_rotations, diagnose_frames
+from ..checking.diagnosis import (
+    LEAST,
+    LEAST_FOR_CAUSE,
+    FrameDiagnosis,
+    check_rotations,
+    diagnose_frames,
+)
 from ..checking.errors import angle_in_words, length_in_words, time_in_words
-from ..checking.hypotheses import DEGREES, INVERSE, from_degrees, joint_hypotheses_of
+from ..checking.hypotheses import (
+    DEGREES,
+    INVERSE,
+    LENGTHS_IN_MM,
+    from_degrees,
+    joint_hypotheses_of,
+)
 from ..recordings.readers.source import MOST_POSES
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
-# Poses of a set: base and tool need three.
-MIN_POSES = 3
-# Poses by which a cause is tested.
-MIN_POSES_FOR_CAUSE = 8
 # Joints, and rotations, that differ by less (rad, m) are the same.
 ALIKE = 1e-3
 # No robot is off by this much (m) with base and tool fitted.
@@ -43,10 +51,13 @@ ROWS_AT_ONCE = 20_000
 NAMES_IN_SENTENCE = 8
 # Poses, screws and shares (m, rad) that differ by less are the same.
 ROUND_OFF = 1e-9
+# If the table is in metres, poses a thousandth as large were divided by 1000.
+IN_METRES = 'the poses are in metres, not millimetres'
 # The option to type, by mistake.
 OPTIONS = {
     INVERSE: '. Poses of a board take calibrate-camera, with the right --camera',
     DEGREES: '; add --joint-format deg',
+    IN_METRES: '; leave mm out of --pose-format',
     'the poses are in millimetres, not metres': '; add --pose-format mm',
     'the positions are in millimetres, not metres': '; add --pose-format mm,position',
 }
@@ -182,10 +193,10 @@ def rigid_positions(points: Floats) -> Floats:
 
 def _check_set(robot: Robot, given: Measured) -> None:
     count = len(given.q)
-    if count < MIN_POSES:
+    if count < LEAST:
         few = '1 pose is' if count == 1 else f'{count} poses are'
         raise CalibrationError(
-            f'{few} too few: at least {MIN_POSES} are needed, and some {robot.dof + 4} or more '
+            f'{few} too few: at least {LEAST} are needed, and some {robot.dof + 4} or more '
             'identify most of an arm'
         )
     if not given.positions:
@@ -209,7 +220,17 @@ def check_mark(what: str, name: str) -> None:
         raise CalibrationError(f'a {what} may not be called {name!r}')
 
 
-def check_different(q: Floats, whose: str, least: int = MIN_POSES) -> None:
+def position_numbers(q: Floats) -> Integers:
+    """Return the number (N,) of each joint position, equal ones having the same, from 0 on."""
+    numbers, different = np.full(len(q), -1), 0
+    while np.any(left := numbers < 0):
+        first = q[int(np.argmax(left))]
+        numbers[left & (np.max(np.abs(q - first), axis=1) < ALIKE)] = different
+        different += 1
+    return numbers
+
+
+def check_different(q: Floats, whose: str, least: int = LEAST) -> None:
     """
     Refuse joint positions (N, n), rad or m, that are fewer different ones than tell anything.
 
@@ -218,11 +239,7 @@ def check_different(q: Floats, whose: str, least: int = MIN_POSES) -> None:
     CalibrationError
         All are alike, or all but too few.
     """
-    others, different = np.ones(len(q), dtype=bool), 0
-    while different < least and np.any(others):
-        first = q[int(np.argmax(others))]
-        others &= np.max(np.abs(q - first), axis=1) >= ALIKE
-        different += 1
+    different = int(np.max(position_numbers(q))) + 1
     if different == 1:
         moved = float(np.max(np.ptp(q, axis=0)))
         raise CalibrationError(
@@ -275,12 +292,13 @@ def _checked(
 ) -> FrameDiagnosis | None:
     q, poses, positions = given.q, given.poses, given.positions
     middle = float(np.median(found.remainder))
-    if positions:
+    if positions and len(q) >= LEAST_FOR_CAUSE:
+        # Base and point alone bring three positions near any three.
         _check_positions(robot, q, poses, middle, free)
     near = np.flatnonzero(found.remainder <= MEDIANS_OFF * middle + ALIKE)
     near = near[np.unique(np.linspace(0, len(near) - 1, MOST_POSES).astype(int))]
     diagnosis = None
-    if not positions and len(near) >= MIN_POSES_FOR_CAUSE:
+    if not positions and len(near) >= LEAST_FOR_CAUSE:
         diagnosis = diagnose_frames(robot, q[near], poses[near], read=read)
         cause = diagnosis.cause
         left = middle if cause is None else cause.errors.position_rms
@@ -289,8 +307,12 @@ def _checked(
             alone = offsets_of(forward_kinematics(robot, q), poses, True, free)
             _check_positions(robot, q, poses, float(np.median(alone.remainder)), free)
         if cause is not None and cause.key not in FOUND_HERE:
+            said = diagnosis.sentence
             option = OPTIONS.get(cause.sentence, '')
-            raise CalibrationError(f'the frame check comes first: {diagnosis.sentence}{option}')
+            if cause.sentence == LENGTHS_IN_MM and _is_in_metres(robot):
+                said = said.replace(said.partition(':')[0], IN_METRES.capitalize())
+                option = OPTIONS[IN_METRES]
+            raise CalibrationError(f'the frame check comes first: {said}{option}')
     if middle > NO_CALIBRATION:
         left_by = partial(_left_of, robot, poses, free)
         explained = explained_by_joints(robot, q, middle, left_by) if positions else ''
@@ -327,6 +349,11 @@ def explained_by_joints(
     return f'. What explains it: {words}' if len(near) == 1 else f'. Tried, not decided: {words}'
 
 
+def _is_in_metres(robot: Robot) -> bool:
+    # Whether the length of the arm is nearer 1 m than it would be in millimetres, as a ratio.
+    return robot.singularity.task.length**2 < 1000
+
+
 def _left_of(robot: Robot, poses: Floats, free: Free, q: Floats) -> Floats:
     # What remains of positions (H, N), m, by joint positions (H, N, n).
     A = forward_kinematics(robot, q)
@@ -348,12 +375,14 @@ def _too_far_off(robot: Robot, middle: float, free: Free) -> str:
 
 
 def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free: Free) -> None:
-    mirrored, small = np.array(poses), np.array(poses)
+    mirrored, small, large = np.array(poses), np.array(poses), np.array(poses)
     mirrored[:, 2, 3] *= -1.0
     small[:, :3, 3] /= 1000
+    large[:, :3, 3] *= 1000 if _is_in_metres(robot) else 1
     axes = 'mirrored axes: one axis of the positions points the wrong way'
     for sentence, joints, others in (
         ('the positions are in millimetres, not metres', q, small),
+        (IN_METRES, q, large),
         (axes, q, mirrored),
         (DEGREES, from_degrees(robot, q), poses),
     ):

@@ -3,8 +3,10 @@ Fit the numbers of an arm to measured poses, with normal priors, and estimate th
 
 Gauss-Newton steps of the maximum a posteriori estimate: first with Huber's weights from the
 median of the remainders (Huber 1964), then without the rows that a chi-square test rejects. The
-noise follows from the remainder and from how many numbers the rows determine (MacKay 1992); where
-few rows tell it, the deviations have the factor of Student's distribution.
+noise follows from the remainder and from how many numbers the rows determine (MacKay 1992). The
+degrees of freedom f of the noise are the numbers of the rows that no parameter takes up. If f is
+small, the test and the deviations are those of Student's distribution; if the noise is that of the
+instrument, f is infinite, and they are those of the normal distribution.
 """
 
 from collections.abc import Callable
@@ -23,9 +25,10 @@ from ..recordings.readers.block import Flags
 
 # Noise (m and rad) below this is round-off.
 NOISE_FLOOR = 1e-10
-# Degrees of freedom below which the noise is no less than that of encoders and trackers,
+# An estimate of the noise has a relative deviation of 1 / sqrt(2 f). With fewer degrees of freedom
+# than 30 this is more than an eighth, and the usual noise is the least that is taken.
 NOISE_FREEDOM = 30.0
-# which is this (m and rad).
+# The noise of encoders and trackers (m and rad).
 USUAL_NOISE = 2e-5
 # Rows beyond this quantile of chi-square weigh less in the robust start.
 HUBER_QUANTILE = 0.95
@@ -35,8 +38,9 @@ OUTLIER_CHANCE = 3e-6
 MAX_ROUNDS = 25
 # The rounds end if step and change of the noise are less, in deviations.
 STEP_TOLERANCE = 1e-3
-# Student's factor f / (f - 2) takes f - 2 as at least this: it is infinite at 2.
-STUDENT_FREEDOM = 1.0
+# The variance f / (f - 2) of Student's distribution is infinite at f = 2: a smaller f is taken as
+# this one.
+LEAST_STUDENT_FREEDOM = 3.0
 # With at most this number of degrees of freedom the rows do not tell the noise.
 UNKNOWN_NOISE_FREEDOM = 1.0
 # Standard deviation (m) of a distance between points that is known.
@@ -85,7 +89,7 @@ class FitProblem:
         Whether the poses are positions alone.
     rates : shape (N, n, K)
         How the joints move with each of the last K of all corrections, such as a lag, a backlash,
-        a drift or a compliance.
+        a drift or a compliance. The others are in the chains.
     known_distances
         Distances between corrected points.
     from_tool
@@ -122,12 +126,12 @@ class FitProblem:
 
     @property
     def first_rate(self) -> int:
-        """Return where the corrections begin that move joints."""
+        """Return the index, among all corrections, of the first one that `rates` is about."""
         return int(self.count - self.rates.shape[2])
 
     @property
     def moving(self) -> Integers:
-        """Return which of the parameters move joints."""
+        """Return the indices, among the fitted parameters, of those that `rates` is about."""
         return np.flatnonzero(self.columns >= self.first_rate)
 
     def every(self, values: Floats) -> Floats:
@@ -180,23 +184,32 @@ class FitProblem:
             change = pose_change(chain, every, self._joints(own, every))
             poses[own], jacobian[own] = change.pose, change.jacobian[:, :, self.columns]
             if len(self.moving):
-                moved = self._moved(chain, own, every)
+                rates = self.rates[own][:, :, self.columns[self.moving] - self.first_rate]
+                moved = self._moved(chain, own, every) @ rates
                 jacobian[np.ix_(own, np.arange(6), self.moving)] = moved
-        left = self._between(poses)
+        return self.whitened(self._between(poses)), self._as_weighed(poses, jacobian)
+
+    def moves_with_joints(self, values: Floats) -> Floats:
+        """Return how the poses move with each joint (N, 2, 3, n), as weighed."""
+        jacobian, every = np.empty((len(self.q), 6, self.q.shape[1])), self.every(values)
+        for k, chain in enumerate(self.chains):
+            own = self.sets == k
+            jacobian[own] = self._moved(chain, own, every)
+        return self._as_weighed(self.predicted(values), jacobian)
+
+    def _as_weighed(self, poses: Floats, jacobian: Floats) -> Floats:
         if self.from_tool:
             jacobian = of_inverses(poses, jacobian)
-        moves = jacobian.reshape(len(poses), 2, 3, -1)
-        return self.whitened(left), self.whitened(moves)
+        return self.whitened(jacobian.reshape(len(poses), 2, 3, -1))
 
     def _moved(self, chain: CorrectedChain, own: Flags, every: Floats) -> Floats:
-        # How poses move with what moves joints, (rows, 6, K): by central differences of joints.
+        # How poses move with joints, (rows, 6, n), by central differences.
         q, n = self._joints(own, every), self.q.shape[1]
         at = np.concatenate([q + way * STEP * one for way in (1.0, -1.0) for one in np.eye(n)])
         later, sooner = poses_of(chain, every, at).reshape(2, n, -1, 4, 4)
         R = later[..., :3, :3] @ np.swapaxes(sooner[..., :3, :3], -1, -2)
         moved = np.concatenate([(later - sooner)[..., :3, 3], rotation_vector(R)], axis=-1)
-        rates = self.rates[own][:, :, self.columns[self.moving] - self.first_rate]
-        return np.asarray(np.moveaxis(moved / (2.0 * STEP), 0, -1) @ rates)
+        return np.asarray(np.moveaxis(moved / (2.0 * STEP), 0, -1))
 
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
         """Return how known distances move (D, P) and what remains (D,), in their deviations."""
@@ -263,8 +276,8 @@ class FoundValues:
     distances : shape (N,)
         The remainder of each row in standard deviations.
     freedom
-        Numbers of the rows beyond those of the parameters, of positions and of rotations, by which
-        the noise is known. Infinite where it is that of the instrument.
+        Degrees of freedom of the noise of positions, and of rotations: numbers of the rows beyond
+        those that the parameters take up. Infinite if the noise is that of the instrument.
     """
 
     values: Floats
@@ -335,10 +348,7 @@ class _Equations:
         return _Step(np.asarray(step, dtype=np.float64), R, rows, right)
 
     def squares(self, values: Floats, remainders: Floats) -> float:
-        d = distances_of(self.problem, remainders, self.noise)
-        known = np.sum(self.problem.distance_equations(values)[1] ** 2)
-        priors = np.sum((values / self.problem.prior) ** 2)
-        return float(np.sum(self.weights * d**2) + known + priors)
+        return float(np.sum(self.right(values, remainders) ** 2))
 
 
 def robust_values(
@@ -392,9 +402,11 @@ def find_values(
         found = _at_least(noise, evident)
         distances = distances_of(problem, remainders, found)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
-        sorted_ = _known_distances(distances, freedom) < limit
-        same = bool(np.array_equal(sorted_, used)) or 2 * k > MAX_ROUNDS  # else they may alternate
-        used = used if same else sorted_
+        accepted = normal_scores(distances, freedom) < limit
+        # A row near the limit may be left out in every other round: in the second half of the
+        # rounds the choice is kept.
+        same = bool(np.array_equal(accepted, used)) or k > MAX_ROUNDS // 2
+        used = used if same else accepted
         changed = max(abs(b / a - 1.0) if a else 0.0 for a, b in zip(before, found))
         if same and max(moved, changed) < STEP_TOLERANCE:
             break
@@ -410,11 +422,17 @@ def with_covariance(problem: FitProblem, found: FoundValues) -> Identified:
     return Identified(**vars(found), covariance=covariance)
 
 
-def _known_distances(distances: Floats, freedom: Noise) -> Floats:
-    # As far as by a noise that is known: by one that few numbers tell, large distances are less
-    # rare, and f log(1 + d^2 / f) has about the distribution of the d^2 of a known one.
+def normal_scores(distances: Floats, freedom: Noise) -> Floats:
+    """
+    Return distances in deviations of a noise with f degrees of freedom as if it were known.
+
+    A ratio to an estimated noise has a Student distribution: its density is that of a normal one
+    with f log(1 + d^2 / f) instead of d^2, a factor in f apart (Wallace, Bounds on normal
+    approximations to Student's distribution, 1959). With the noise of the instrument f is
+    infinite, and the distance remains.
+    """
     f = min(freedom)
-    return np.asarray(np.sqrt(f * np.log1p(distances**2 / f)))
+    return np.sqrt(f * np.log1p(distances**2 / f)) if np.isfinite(f) else distances
 
 
 def _at_least(least: Noise | None, found: Noise) -> Noise:
@@ -432,7 +450,8 @@ def widened(noise: Noise, freedom: Noise) -> Noise:
 
 
 def _widening(freedom: float) -> float:
-    return float(np.sqrt(1.0 + 2.0 / max(freedom - 2.0, STUDENT_FREEDOM)))
+    # The root of f / (f - 2), which is 1 if f is infinite.
+    return float(np.sqrt(1.0 + 2.0 / (max(freedom, LEAST_STUDENT_FREEDOM) - 2.0)))
 
 
 def refined(
@@ -463,6 +482,11 @@ def held_out_remainders(
     """
     Return what remains (N, 2, 3) of each block of rows, by corrections fitted to the others.
 
+    The errors of a block are independent of the corrections if its rows are independent of all
+    others: repeats of a joint position belong in one block. Noise and outliers are those of all
+    rows. The steps begin with the corrections of all rows, and end within a thousandth of a
+    deviation of those of the other blocks.
+
     Parameters
     ----------
     values : shape (P,)
@@ -492,23 +516,31 @@ def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: F
     return triangle_of(rows[: len(rows) - len(values)])
 
 
-def one_more(problem: FitProblem, found: FoundValues, moves: Floats) -> tuple[float, float]:
+def one_more(
+    problem: FitProblem, found: FoundValues, moves: Floats
+) -> tuple[list[float], list[float]]:
     """
-    Return one more correction that the rows ask for, and its standard deviation.
+    Return each of K corrections beside the fitted ones, and its standard deviation.
+
+    It is an added variable of the regression (Cook and Weisberg, Residuals and Influence in
+    Regression, 1982, section 2.3.2). Each is added alone; nothing was known of it before.
 
     Parameters
     ----------
-    moves : shape (N, 2, 3)
-        How the predicted poses move with it, as `FitProblem.remainders` has what remains.
+    moves : shape (N, 2, 3, K)
+        How the predicted poses move with each, as `FitProblem.weighed` has what remains.
     """
     equations = _Equations(problem, found.noise, found.used)
     solved = equations.solved(found.values)
-    column = np.zeros(len(solved.rows))
-    own = (problem.whitened(moves)[:, : problem.kinds] * equations.scale).reshape(-1)
-    column[: len(own)] = own
-    triangle = triangle_of(np.column_stack([solved.rows, column, solved.right]))
+    columns = np.zeros((len(solved.rows), moves.shape[3]))
+    own = moves[:, : problem.kinds] * equations.scale[..., None]
+    columns[: own[..., 0].size] = own.reshape(-1, moves.shape[3])
+    triangle = triangle_of(np.column_stack([solved.rows, columns, solved.right]))
     at = len(found.values)
-    return float(triangle[at, at + 1] / triangle[at, at]), float(1.0 / abs(triangle[at, at]))
+    # The part of each column, and of what remains, that no fitted parameter explains.
+    left, right = triangle[at:, at:-1], triangle[at:, -1]
+    squares = np.maximum(np.sum(left**2, axis=0), np.finfo(np.float64).tiny)
+    return (right @ left / squares).tolist(), (1.0 / np.sqrt(squares)).tolist()
 
 
 def _stepped(equations: _Equations, values: Floats, remainders: Floats) -> tuple[Floats, Floats]:

@@ -11,7 +11,7 @@ from ...errors import CalibrationError, KinematicsError
 from ...estimation.estimator import Estimator, EstimatorSettings
 from ...kernel import Floats
 from ...robot.robot import Robot
-from ..checking.diagnosis import diagnose_frames
+from ..checking.diagnosis import LEAST_FOR_CAUSE, diagnose_frames
 from ..checking.errors import time_in_words
 from ..checking.joint_motion import SampledMotion
 from ..recordings.audit.frames import chosen_poses, matched
@@ -26,7 +26,6 @@ from ..recordings.readers.stamp_format import StampFormat, stamp_format
 from ..recordings.readers.table_reader import table_of
 from .boards.board import BoardFinder, SeenCorners
 from .camera import seen_poses
-from .checking import MIN_POSES_FOR_CAUSE
 
 # The column that names the image of each row.
 IMAGE = 'image'
@@ -190,7 +189,7 @@ def without_lag(robot: Robot, given: MeasuredRecording) -> MeasuredRecording:
     Where the frame check finds that the poses are behind the joint states, or ahead of them, the
     joints are looked up that much earlier or later; poses at times without joints are left out.
     """
-    if given.motion is None or given.positions or len(given.q) < MIN_POSES_FOR_CAUSE:
+    if given.motion is None or given.positions or len(given.q) < LEAST_FOR_CAUSE:
         return given
     try:
         found = diagnose_frames(

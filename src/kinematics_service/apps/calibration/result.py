@@ -10,7 +10,7 @@ from ...kernel import Floats, Integers
 from ...robot.file.parts.parameters import TABLE_GROUPS
 from ...robot.robot import Robot
 from ..checking.diagnosis import FrameDiagnosis
-from ..checking.errors import Errors
+from ..checking.errors import Errors, length_in_words
 from ..recordings.readers.block import Flags
 from .board_views import BoardViews
 from .camera import Camera
@@ -147,6 +147,30 @@ class Calibration(IdentifiedTable):
         return not self.refusals
 
     @property
+    def worse(self) -> str:
+        """
+        Return that held-out rows are worse with the corrections; empty if they are not.
+
+        They are if the squares of their errors are larger by more than that of the noise.
+        """
+        before, after = (
+            one.position_rms for one in (self.without.held_out_before, self.without.held_out)
+        )
+        if after**2 <= before**2 + 3 * self.noise.position**2:
+            return ''
+        return (
+            f'the calibration makes other {self.kind} worse: held-out errors are '
+            f'{length_in_words(before)} with {self.placed} fitted alone, and '
+            f'{length_in_words(after)} with the calibrated table; measure more {self.kind}, far '
+            'apart (calibrate-propose), or fit less (--fit)'
+        )
+
+    @property
+    def only_worse(self) -> bool:
+        """Return whether the reason against it is `worse`: then more rows help."""
+        return self.refusals == (self.worse,)
+
+    @property
     def used(self) -> Flags:
         """Return which rows (N,) were used: all but the outliers."""
         return ~np.isin(np.arange(self.count), self.outliers)
@@ -162,6 +186,11 @@ class Calibration(IdentifiedTable):
     def row(self) -> str:
         """Return what a row is, in a word."""
         return 'touch' if self.points else 'pose'
+
+    @property
+    def rows(self) -> str:
+        """Return what rows are, in a word."""
+        return 'touches' if self.points else 'poses'
 
     @property
     def placed(self) -> str:

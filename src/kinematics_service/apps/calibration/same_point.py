@@ -28,12 +28,12 @@ from ...robot.file.parts.parameters import (
 )
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
+from ..checking.diagnosis import LEAST
 from ..checking.errors import MOST, length_in_words
 from ..checking.hypotheses import DEGREES, Hypothesis, from_degrees
 from ..recordings.readers.block import Flags
 from .checking import (
     ALIKE,
-    MIN_POSES,
     NAMES_IN_SENTENCE,
     NO_CALIBRATION,
     Measured,
@@ -43,15 +43,19 @@ from .checking import (
     refuse_mistake,
     rigid_positions,
 )
-from .chosen_parameters import ChosenParameters, TouchedPoint
+from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint
 from .explanations import truncated
 from .fitting import (
+    HUBER_QUANTILE,
+    MAX_ROUNDS,
+    NOISE_FLOOR,
+    STEP_TOLERANCE,
     FitProblem,
     Identified,
     KnownDistance,
     Noise,
+    length_quantile,
     outlier_limit,
-    robust_values,
     weighted_jacobian,
 )
 from .knowledge import ParameterCombination, combinations_of
@@ -78,16 +82,60 @@ class Touches(NamedTuple):
     names: tuple[str, ...]
 
 
-class _Start(NamedTuple):
-    # Points (K, 3) in the base frame, the tip (3,) in the tool frame, and from tips to points
-    # (N, 3).
+class TouchStart(NamedTuple):
+    """Points (..., K, 3) in the base frame, tips (..., 3) in the tool frame, and what remains."""
+
     points: Floats
     tip: Floats
     left: Floats
 
     @property
     def distances(self) -> Floats:
-        return np.asarray(np.linalg.norm(self.left, axis=1))
+        """Return the distances (..., N), m, of what remains: from tips to points."""
+        return np.asarray(np.linalg.norm(self.left, axis=-1))
+
+
+def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> TouchStart:
+    """
+    Return points and tip by the nominal table: Huber's estimate, by reweighted least squares.
+
+    Both are linear in what remains, so that the points follow from the tip.
+
+    Parameters
+    ----------
+    q : shape (..., N, n), rad or m
+        Joint positions, for instance of several mistakes undone.
+    point : shape (N,)
+        The number of the point touched.
+    free
+        Whether the tip is fitted; otherwise it is the origin of the tool.
+    """
+    T = forward_kinematics(robot, q)
+    at, R = T[..., :3, 3], T[..., :3, :3]
+    own = (point == np.arange(np.max(point) + 1)[:, None]).astype(np.float64)
+    tip = np.zeros((*at.shape[:-2], 3))
+    points = np.stack([np.median(at[..., point == k, :], axis=-2) for k in range(len(own))], -2)
+    left, huber = points[..., point, :] - at, length_quantile(HUBER_QUANTILE, 1)
+    for _ in range(MAX_ROUNDS):
+        before, distances = tip, np.linalg.norm(left, axis=-1)
+        noise = np.median(distances, axis=-1)[..., None] / length_quantile(0.5, 1)
+        noise = np.maximum(noise, NOISE_FLOOR)
+        weights = huber / np.maximum(distances / noise, huber)
+        shares = own * weights[..., None, :]
+        shares /= np.sum(shares, axis=-1, keepdims=True)
+        mean_at, mean_R = shares @ at, np.einsum('...kn,...nij->...kij', shares, R)
+        if free:
+            # Differences to the means of each point; nothing is known of the tip before.
+            J, off = R - mean_R[..., point, :, :], mean_at[..., point, :] - at
+            M = np.einsum('...n,...nij,...nik->...jk', weights, J, J)
+            M = M + (noise[..., None] / ANYWHERE) ** 2 * np.eye(3)
+            right = np.einsum('...n,...nij,...ni->...j', weights, J, off)
+            tip = np.linalg.solve(M, right[..., None])[..., 0]
+        points = mean_at + np.einsum('...kij,...j->...ki', mean_R, tip)
+        left = points[..., point, :] - at - np.einsum('...nij,...j->...ni', R, tip)
+        if np.all(np.abs(tip - before) < STEP_TOLERANCE * noise):
+            break
+    return TouchStart(points, tip, left)
 
 
 def touches_of(robot: Robot, q: npt.ArrayLike, same_point: Sequence[object]) -> Touches:
@@ -111,18 +159,16 @@ def touches_of(robot: Robot, q: npt.ArrayLike, same_point: Sequence[object]) -> 
     marks = [str(one) for one in same_point]
     names = tuple(dict.fromkeys(marks))
     if not names:
-        raise CalibrationError(
-            f'no point is touched: at least {MIN_POSES} poses at one are needed'
-        )
+        raise CalibrationError(f'no point is touched: at least {LEAST} poses at one are needed')
     for name in names:
         check_mark('point', name)
     point = np.array([names.index(one) for one in marks])
     for k, name in enumerate(names):
         own = joints[point == k]
-        if len(own) < MIN_POSES:
+        if len(own) < LEAST:
             raise CalibrationError(
                 f'point {name} is touched from {len(own)} '
-                f'{"pose" if len(own) == 1 else "poses"}: at least {MIN_POSES} are needed, and '
+                f'{"pose" if len(own) == 1 else "poses"}: at least {LEAST} are needed, and '
                 f'some {2 * robot.dof} or more at each point identify most of an arm'
             )
         # An arm of three joints has no more than a few poses there.
@@ -185,7 +231,7 @@ class SamePointParameters(ChosenParameters):
         """
         q, point, names = self.touches
         tool = range(self.first('tool', 0), self.first('tool', 0) + 3)
-        start = self.started(q, free=set(tool) <= set(chosen))
+        start = started(self.robot, q, point, free=set(tool) <= set(chosen))
         if check:
             self._check_touches(start)
             _check_distances(start, names, self.apart)
@@ -201,36 +247,22 @@ class SamePointParameters(ChosenParameters):
         poses = rigid_positions(points[point])
         return self.problem(chains, poses, chosen, tolerances, known_distances=distances)
 
-    def started(self, q: Floats, free: bool) -> _Start:
-        """Return points and tip by the nominal table; unless free the tip is the tool's origin."""
-        point, first = self.touches.point, self.first(POINTS, 0)
-        tools = forward_kinematics(self.robot, q)[:, :3, 3]
-        names = range(len(self.touches.names))
-        points = np.array([np.median(tools[point == k], axis=0) for k in names])
-        ends = range(first, self.first('tool', 0) + (3 if free else 0))
-        chains = [self._chain(k, np.zeros(3)) for k in names]
-        problem = replace(self.problem(chains, rigid_positions(points[point]), ends, {}), q=q)
-        values = robust_values(problem)
-        moved = problem.every(values)[first:].reshape(-1, 3)
-        tip = self.robot.description.tool.motion.matrix[:3, :3].T @ moved[len(points)]
-        return _Start(points + moved[: len(points)], tip, problem.remainders(values)[:, 0])
+    def _distances(self, joints: Floats) -> Floats:
+        # Distances (H, N) from tips to points, m, by other joint positions (H, N, n).
+        return started(self.robot, joints, self.touches.point).distances
 
     def scores(self, changes: Sequence[Hypothesis]) -> Floats:
         """Return how badly touches fit with each mistake of the joint positions undone."""
-        left = self._distances([one.joints(self.touches.q) for one in changes])
+        left = self._distances(np.stack([one.joints(self.touches.q) for one in changes]))
         return truncated((left / MOST.position) ** 2)
 
-    def _distances(self, joints: Iterable[Floats]) -> Floats:
-        # Distances (H, N) from tips to points, m, by other joint positions, each (N, n).
-        return np.array([self.started(q, free=True).distances for q in joints])
-
-    def _check_touches(self, start: _Start) -> None:
+    def _check_touches(self, start: TouchStart) -> None:
         robot, q, middle = self.robot, self.touches.q, float(np.median(start.distances))
         if middle < ALIKE:
             return
         # Angles so small bring the tip to nearly one point, whatever was touched.
         if np.max(np.abs(q[:, ~robot.prismatic]), initial=0.0) > FARTHEST_TURN:
-            (left,) = self._distances([from_degrees(robot, q)])
+            left = self._distances(from_degrees(robot, q))
             refuse_mistake(DEGREES, float(np.median(left)), middle)
         if middle > NO_CALIBRATION:
             raise CalibrationError(
@@ -308,7 +340,7 @@ class SamePointParameters(ChosenParameters):
 
     def as_given(self) -> Floats:
         """Return how far the tip of the file is from the points, (N, 2, 3), m."""
-        left = self.started(self.touches.q, free=False).left
+        left = started(self.robot, self.touches.q, self.touches.point, free=False).left
         return np.stack([left, np.zeros_like(left)], axis=1)
 
     def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
@@ -347,7 +379,7 @@ class SamePointParameters(ChosenParameters):
 
 
 def _check_distances(
-    start: _Start, names: Sequence[str], apart: Mapping[tuple[int, int], float]
+    start: TouchStart, names: Sequence[str], apart: Mapping[tuple[int, int], float]
 ) -> None:
     for (i, j), given in apart.items():
         found = float(np.linalg.norm(start.points[j] - start.points[i]))

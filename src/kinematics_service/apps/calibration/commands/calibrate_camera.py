@@ -17,7 +17,7 @@ from .calibration_options import (
 )
 
 CameraOption = Annotated[
-    CameraChoice, named('--camera', 'On the tool, or fixed with the board on the tool.')
+    CameraChoice, named('--camera', 'On the tool, or fixed with the board on the tool')
 ]
 
 

@@ -85,7 +85,7 @@ def calibrate_propose(
         with named_errors(given), working('calibrating') as tell:
             one = run._replace(tell=tell)
             after = one.of_seen(given, reading, poses.pose_gap, images.images, finder).found
-            if not after.accepted:
+            if not (after.accepted or after.only_worse):
                 refused = '; '.join(after.refusals)
                 raise CalibrationError(f'this is no calibration to go on from: {refused}')
     settings = EstimatorSettings(reading.joint_prefix)

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Optional
 
 from ....cli.options import RobotOption, WrongUsage, given_robot, named
 from ....output_file import say_written, write_file
+from ....robot.loops import refuse_loops
 from ....robot.robot import Robot
 from ...recordings.commands.frame_options import given_limit
 from ..output.calibration_run import CalibrationRun
@@ -80,6 +81,11 @@ def calibrate_zeros(
     play = 0.0 if backlash is None else given_limit('--backlash', backlash).angle
     if math.isinf(play):
         raise WrongUsage(f'--backlash: {backlash!r} is no angle; write for instance 0.5deg')
+    if play >= math.pi and backlash is not None:
+        raise WrongUsage(
+            f'--backlash: {backlash!r} is half a turn or more: no joint has such play'
+        )
+    refuse_loops(arm.description, 'the calibration')
     servos = _servos(arm, motors, outputs.force)
     if not given:
         if outputs.html is None:

@@ -162,7 +162,10 @@ class OutputOptions(NamedTuple):
         """Return the outputs; refuse those that cannot be written before anything is computed."""
         check_inputs(inputs)
         for name in ('output', 'html', 'json'):
-            if (file := getattr(self, name)) is not None and str(file) != '-':
+            file = getattr(self, name)
+            if str(file) == '-' and name != 'json':
+                raise WrongUsage(f'--{name}: give a file; only --json can be printed with -')
+            if file is not None and str(file) != '-':
                 check_output(f'--{name}', file, inputs, self.force or name != 'output')
         frames: Frames = 'measured' if self.frames == FramesChoice.measured else 'robot'
         return CalibrationOutputs(self.output, self.html, self.json, frames, self.anyway)
