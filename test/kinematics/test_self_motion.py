@@ -314,6 +314,18 @@ def test_singular_targets_have_arcs(name):
         assert_arcs_are_true(robot, ks.forward_kinematics(robot, q), result)
 
 
+@pytest.mark.parametrize('k', [5, 8, 11])
+def test_curves_go_on_beyond_where_they_cross(k):
+    # Axes 1 and 3 are one: q1 + q3 = const is a curve, and crosses the others.
+    robot = redundant_arm('kuka_iiwa14')
+    q = poses_within(robot, k + 1, 9)[k]
+    q[1] = 0.0
+    target = ks.forward_kinematics(robot, q)
+    result = ks.inverse_kinematics(robot, target, near=q)
+    assert not missed(robot, target, result, SLICES, 0)
+    assert not missed(robot, target, result, SLICES, -1)
+
+
 @pytest.mark.parametrize('name', ['panda', 'kuka_iiwa14'])
 @pytest.mark.parametrize('share', [1e-2, 1e-3, 1e-4])
 def test_curves_that_nearly_meet_stay_apart(name, share):

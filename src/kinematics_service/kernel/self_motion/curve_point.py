@@ -224,6 +224,25 @@ class CurvePoint:
         return True
 
 
+def write_derivative(point: CurvePoint, psi: Floats, derivative: Floats) -> None:
+    """
+    Write the derivative of the target's residual at positions of the screws.
+
+    Parameters
+    ----------
+    point
+        The arm and its target.
+    psi : shape (n,), rad or m
+    derivative : shape (n - 1, n)
+    """
+    n = point.n
+    arrays.copy(point.psi, n, arrays.numbers(psi, n))
+    J = arrays.results(derivative, point.rows * n)
+    point._linearise()
+    for i in range(point.rows):
+        arrays.copy(arrays.after(J, i * n), n, arrays.after(point.W, i * (n + 1) + 1))
+
+
 # In this module, so that the compiler makes it a part of its caller, as vectors.plus is not.
 def _plus(a: Vector, share: float, b: Vector) -> Vector:
     return (a[0] + share * b[0], a[1] + share * b[1], a[2] + share * b[2])
