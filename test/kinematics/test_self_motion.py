@@ -543,6 +543,23 @@ def test_a_posture_between_limits_that_nearly_meet_is_on_an_arc(width):
         assert min(np.linalg.norm(arc.nearest_to(q) - q) for arc in arcs) < 1e-6
 
 
+@pytest.mark.parametrize('seed', [4, 31, 44, 57, 133])
+def test_a_singular_posture_between_narrow_limits_is_listed(seed):
+    # The arm is stretched: Newton's method ends 1e-8 rad beside postures of its curves.
+    robot, random = ks.load_robot('kuka_iiwa14'), np.random.default_rng(seed)
+    q = random.uniform(*robot.limits.T)
+    q[3] = 0.0
+    own = [
+        replace(one, lower=float(x) - (4e-9 if k == 5 else 1e-7), upper=float(x) + 1e-7)
+        for k, (one, x) in enumerate(zip(robot.description.joints, q))
+    ]
+    narrow = build_robot(replace(robot.description, joints=tuple(own)))
+    found = ks.inverse_kinematics(narrow, ks.forward_kinematics(narrow, q), near=q)
+    assert found.status in ('solved', 'family')
+    assert all(family.feasible for family in found.families)
+    assert min(np.linalg.norm(family.q - q) for family in found.families) < ON_ARC
+
+
 @pytest.mark.parametrize('degrees', [540.0, 900.0])
 def test_limits_of_many_turns_are_counted(degrees):
     text = ks.bundled_robots()['kuka_iiwa14'].read_text(encoding='utf-8')
