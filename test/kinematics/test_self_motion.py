@@ -529,6 +529,16 @@ def test_complex_solutions_far_from_real_ones_are_certified_each_once():
     assert np.min(away + 1e3 * np.eye(len(found))) > 1e-3
 
 
+def test_the_joint_at_its_limit_is_named_where_another_is_a_turn_from_one():
+    # Limits are a turn from 0, so that joints 1 and 7 come to limits, or to 0, at one place.
+    robot = ks.load_robot('xarm7')
+    target = ks.forward_kinematics(robot, [0.0, 0.3, -0.5, 0.9, 0.6, 0.4, 0.0])
+    result = ks.inverse_kinematics(robot, target)
+    assert_arcs_are_true(robot, target, result)
+    ends = [end.joint for f in result.families for arc in f.intervals for end in arc.ends]
+    assert {'joint1', 'joint7'} <= set(ends)
+
+
 @pytest.mark.parametrize('width', [1e-8, 1e-9, 1e-12])
 def test_a_posture_between_limits_that_nearly_meet_is_on_an_arc(width):
     robot, random = ks.load_robot('kuka_iiwa14'), np.random.default_rng(7)

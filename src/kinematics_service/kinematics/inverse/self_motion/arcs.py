@@ -101,9 +101,12 @@ class JointCurve:
         joint, side = pieces.ends[k]
         if side >= len(SIDES):
             return IkArcEnd('', 'singular')
-        # Where a lower limit is an upper one a turn farther, the turns tell which it is.
-        low, high = np.abs(self.plan.limits[joint] - q[joint]).tolist()
-        return IkArcEnd(self.robot.joint_names[joint], SIDES[high < low])
+        # The turns of an arc tell which limit ends it: a turn farther, the joint of the cut may be
+        # inside its limits while another one, at a limit at the same place, is not.
+        away = np.abs(self.plan.limits - q[:, None])
+        if away[joint].min() > kernel.AT_LIMIT:
+            joint = int(away.min(axis=1).argmin())
+        return IkArcEnd(self.robot.joint_names[joint], SIDES[int(away[joint].argmin())])
 
 
 @functools.lru_cache(maxsize=128)
