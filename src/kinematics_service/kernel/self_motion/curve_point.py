@@ -22,8 +22,16 @@ class CurvePoint:
 
     Parameters
     ----------
-    screws, motion, centre, whole, length
-        As those of `CurveChart`.
+    screws : shape (n, 7)
+        Axis and point of each screw at rest, and 1 if it slides.
+    motion : shape (4, 4)
+        The motion from rest to the target.
+    centre : shape (3,), m
+        The tool's origin at the target.
+    whole
+        Whether the rotation counts, not only the position.
+    length
+        Length that compares with 1 rad, m.
 
     Attributes
     ----------

@@ -22,7 +22,7 @@ from .problem.target import IkTarget
 from .result import IkFamily, IkResult
 from .search import LeastError, errors_at, no_solutions, refined, starts
 from .self_motion.arcs import IkArc, JointCurve, squares_of
-from .self_motion.best_posture import APART, ON_ARC, on_turns_near
+from .self_motion.best_posture import ON_ARC, SAMPLE_DISTANCE, shifted_past
 from .self_motion.curve import SolutionCurve
 from .self_motion.sliced_arm import SlicedArm, sliced_arm_of
 
@@ -112,14 +112,16 @@ def _family_of_curve(problem: IkProblem, curve: JointCurve, arcs: tuple[IkArc, .
 
 def _on_turns_of(near: Floats, arc: IkArc, plan: InversePlan) -> IkArc:
     # The arc on those full turns inside the limits that lead it nearest past `near`.
-    return min(on_turns_near(arc, near, plan), key=lambda one: _away(near, one, plan), default=arc)
+    return min(shifted_past(arc, near, plan), key=lambda one: _away(near, one, plan), default=arc)
 
 
 def _nearest(problem: IkProblem, arcs: Sequence[IkArc]) -> Floats:
     # The nearest posture is at most half a step from the nearest sample.
     near, plan = problem.near, problem.plan
     away = [_away(near, arc, plan) for arc in arcs]
-    nearest = [arc.nearest_to(near) for arc, way in zip(arcs, away) if way < min(away) + APART]
+    nearest = [
+        arc.nearest_to(near) for arc, way in zip(arcs, away) if way < min(away) + SAMPLE_DISTANCE
+    ]
     return min(nearest, key=lambda q: float(np.linalg.norm((q - near) / plan.scales)))
 
 
