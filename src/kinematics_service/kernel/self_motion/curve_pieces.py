@@ -15,8 +15,8 @@ from .curve_path import CurvePath
 # A joint that stays so far beyond its limits between two samples, and all its way, has no mark
 # there, nor have the others, rad.
 FAR = 0.1
-# A joint leaves its limits where it is this far beyond one, rad or m: half of AT_LIMIT, the error up
-# to which a posture is inside. A joint that rests at a limit, with round-off, stays inside.
+# A joint leaves its limits where it is this far beyond one, rad or m: half of AT_LIMIT, the error
+# of a posture inside. A joint that rests at a limit, with round-off, stays inside.
 EXIT_MARGIN = 5e-10
 # Marks at places that differ by less are one mark, in ways between samples: 2e-10 rad for 0.1 rad,
 # a fifth of twice EXIT_MARGIN, the distance between the marks of two limits that are one.
