@@ -326,6 +326,7 @@ def curves(robot: Robot, q: np.ndarray):
     for side in (1.0, -1.0):
         kernel.trace(point, psi, side, samples, np.zeros(1, int))
     kernel.passes(point, samples, psi)
+    kernel.write_derivative(point, psi, np.zeros((n - 1, n)))
     path = kernel.CurvePath(point, samples[:, :n].copy(), samples[:, n:].copy(), np.eye(n))
     middle = samples[4, :n]
     limits = np.stack([middle - 0.1, middle + 0.1], axis=1)

@@ -24,8 +24,9 @@ from ..problem.plan import SixSolver, closed_solvers, eliminating_solver, one_to
 from ..problem.screws import Screws, screws_of
 from ..problem.target import TOOL_AXES, IkTarget
 
-# Any rotation with which the three joints about the tool's origin are regular.
-TURN = turn_about(np.array([0.48, 0.6, 0.64]), 1.1)
+# The tool's rotation at which slices for a position are solved: any at which the three joints that
+# are added about the tool's origin are regular.
+ADDED_ROTATION = turn_about(np.array([0.48, 0.6, 0.64]), 1.1)
 
 
 class Slices(NamedTuple):
@@ -112,8 +113,8 @@ class SlicedArm(NamedTuple):
         motion = turn @ motion if held == 0 else motion @ turn
         if not self.whole:
             goal = motion[:3, :3] @ self.screws.tool + motion[:3, 3]
-            motion[:3, :3] = TURN
-            motion[:3, 3] = goal - TURN @ self.screws.tool
+            motion[:3, :3] = ADDED_ROTATION
+            motion[:3, 3] = goal - ADDED_ROTATION @ self.screws.tool
         psi, _ = slices.six.candidates(motion)
         return np.insert(psi[:, : len(self.table) - 1], held, position, axis=1)
 
@@ -159,7 +160,7 @@ def _slices(arm: SlicedArm, robot: Robot, held: int) -> Slices | None:
         for q in seeded_poses(robot.limits, robot.prismatic)[:8]:
             T = forward_kinematics(robot, q) @ inverse(screws.home)
             if not arm.whole:
-                T[:3, :3] = T[:3, :3] @ TURN
+                T[:3, :3] = T[:3, :3] @ ADDED_ROTATION
             turn = _motion_of(screws, held, -float(arm.to_screws(q)[held]))
             motions.append(turn @ T if held == 0 else T @ turn)
         solver = eliminating_solver(six, np.array(motions))
