@@ -1,5 +1,7 @@
 """Solutions of general arms of six joints: by elimination, with a count of all as the proof."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Solutions by search: many starts, each refined by the kernel, until all have been seen often."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
@@ -35,7 +37,7 @@ class DistinctSolutions(NamedTuple):
     errors: Floats
     multiplicities: tuple[int, ...] = ()
 
-    def joined(self, others: 'DistinctSolutions') -> 'DistinctSolutions':
+    def joined(self, others: DistinctSolutions) -> DistinctSolutions:
         """Return these and others."""
         errors = np.concatenate([self.errors, others.errors])
         return DistinctSolutions(np.concatenate([self.q, others.q]), errors)

@@ -2,6 +2,8 @@
 The plan of an arm's inverse: recognised once from its screws, then the same for every target.
 """
 
+from __future__ import annotations
+
 import functools
 import math
 from collections.abc import Iterator

@@ -6,6 +6,8 @@ only their target moves. Where only the direction of a tool's axis counts, a joi
 is added; where only the position counts, three about the tool's origin, which slices alone have.
 """
 
+from __future__ import annotations
+
 import functools
 import math
 from typing import NamedTuple
