@@ -793,3 +793,12 @@ singularity: {task: [x]}
         assert ks.singularity(robot, q).distance == 0.0
     for q in ([1e-7, 2e-7], [0.05, 0.02], [0.2, -0.1]):
         assert ks.singularity(robot, q).distance == pytest.approx(np.linalg.norm(q), rel=1e-5)
+
+
+@pytest.mark.parametrize('turns', [0, 100_000])
+def test_beyond_the_largest_positions_nothing_is_searched(turns):
+    # The last digits of such positions are too coarse, also beside a singular pose.
+    q = np.array([0.1 + math.tau * turns, -1.2, 1.1, 0.3, 1e-6, 0.2])
+    found = ks.singularity(robot_of('ur5e'), q)
+    assert (found.nearest_singular is None) == (turns > 0)
+    assert found.level.name == ('WARN' if turns else 'ERROR')

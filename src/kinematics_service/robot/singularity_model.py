@@ -1,4 +1,4 @@
-"""What the poses of an arm are judged by: its task, thresholds, named factors and atlas."""
+"""Hold the task, the thresholds and the named factors by which poses of an arm are judged."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -47,14 +47,18 @@ class SingularityModel(FrozenArrays):
 
     @cached_property
     def arm(self) -> 'Arm':
-        """Return all of it as the kernel reads it, with the atlas of singular poses."""
+        """
+        Return all of it as the kernel reads it.
+
+        The kernel samples the singular poses when it is first asked for one nearby.
+        """
         return kernel.Arm(
             self.chain,
             self.task.kernel_rows,
             self.factors.tape,
             self.factors.complete,
             MEASURES[self.thresholds.measure].column,
-            *self.thresholds.bounds_after(),
+            *self.thresholds.bounds_after(),  # no level before: without hysteresis
             joint_spans(self.chain, self.task, self.limits),
         )
 

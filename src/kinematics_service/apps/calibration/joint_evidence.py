@@ -1,5 +1,5 @@
 """
-Single joints by the rows: motion too small for an axis, and errors that depend on position.
+Judge single joints: motion too small for their axes, and errors that depend on their positions.
 
 The second is a score test of one added parameter, the gear ratio of each joint, beside those that
 were fitted (Cook and Weisberg, Residuals and Influence in Regression, 1982, section 2.3.2).
@@ -29,8 +29,8 @@ def joint_remarks(robot: Robot, problem: FitProblem, found: Identified) -> Itera
 
 def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
     # An axis that is off by a usual error e moves the tool by e times the motion of its joint: a
-    # distance of a turning axis (m), the direction of a sliding one (rad). Beside the noise it is
-    # seen to the noise over the norm of the motion.
+    # distance of a turning axis (m), the direction of a sliding one (rad). The standard deviation
+    # of e is the noise over the norm of the motion; it is known if that is KNOWN times smaller.
     q = problem.q[found.used]
     seen = np.linalg.norm(q - np.mean(q, axis=0), axis=0)
     usual = np.where(robot.prismatic, float(ANGLE), LENGTH)
@@ -49,12 +49,14 @@ def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Itera
 
 
 def _by_position(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
+    # The derivative by the gear ratio is that by the joint times its position.
     moves = problem.moves_with_joints(found.values) * problem.q[:, None, None, :]
     shown = np.any(moves != 0.0, axis=(0, 1, 2))
     joints = np.flatnonzero(shown)
     shares, deviations = one_more(problem, found, moves[..., joints])
     scores = normal_scores(np.abs(np.divide(shares, deviations)), found.freedom)
     best = int(np.argmax(scores))
+    # Two-sided, and for the best of all joints (Bonferroni).
     if scores[best] > NormalDist().inv_cdf(1.0 - TEST_LEVEL / (2 * robot.dof)):
         yield (
             f'The errors depend on the position of joint {robot.joint_names[joints[best]]}, as '

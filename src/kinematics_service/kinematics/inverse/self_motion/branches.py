@@ -1,7 +1,8 @@
 """
 Branch switching where curves of solutions cross (Allgower and Georg, sections 8.1 and 8.3).
 
-At a simple bifurcation point the Jacobian J has two null vectors, the columns of N, and one left
+Curves are traced in psi, the positions of the screws; J is the derivative of their equations by
+psi. At a simple bifurcation point J has two null vectors, the columns of N, and one left
 null vector e. The tangents N a of the curves that cross there are the roots of the quadratic form
 a^T N^T (e . J') N a = 0, where J' is the derivative of J. A step along each root, both ways, leads
 to the next seeds.
