@@ -872,7 +872,7 @@ def test_a_module_is_translated_again_when_what_it_uses_has_changed(tmp_path, mo
     assert changed('layout/places.py', 'LANES = 16', 'LANES = 8') == every
 
 
-LESSONS = re.compile(r'```python\n(.*?)```\n\n```cython\n(.*?)```', re.DOTALL)
+LESSONS = re.compile(r'```python\n(.*?)```\n\n```text\n(.*?)```', re.DOTALL)
 
 
 @in_clone

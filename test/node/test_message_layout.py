@@ -33,7 +33,7 @@ def settings_of(n, text, order='linear_first', twist_frame='base', names=None):
         robot=SimpleNamespace(
             dof=n,
             chain=SimpleNamespace(frames=n + 1),
-            task=SimpleNamespace(generic_rank=min(n - 1, 6)),
+            singularity=SimpleNamespace(task=SimpleNamespace(generic_rank=min(n - 1, 6))),
         ),
     )
 
